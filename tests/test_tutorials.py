@@ -22,7 +22,9 @@ HOME = Path(__file__).resolve().parents[1]
 TUTORIALS = HOME / "docs" / "tutorials"
 PATIENCE_S = 50
 
-FILE = re.compile(r"^`(?P<name>[\w./-]+)`(?:, [^\n]*)?:\n\n```(?:\w*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
+FILE = re.compile(
+    r"^This is `(?P<name>[\w./-]+)`(?:, [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE
+)
 CONSOLE = re.compile(r"^```console\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
 ACT = re.compile(r"^\$ (?P<command>.*)\n(?P<shown>(?:(?!\$ ).*\n)*)", re.MULTILINE)
 

@@ -45,8 +45,9 @@ class Controller:
 
     @classmethod
     def inside(cls, bench: "Bench", name: str, **options: Any) -> "Controller":
-        """Return a controller of a bench, which runs in virtual time, so that a scan takes almost no real time.
+        """Return a controller that runs in virtual time.
 
+        A scan takes almost no real time.
         Virtual time passes only while the driver waits.  `options`: options of the driver.  Raises UsageError.
         """
         from axistwin.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
@@ -109,7 +110,10 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
 
     @AsyncStatus.wrap
     async def trigger(self) -> None:
-        """Read the position of the motor, which a plan can use as a detector."""
+        """Read the position of the motor.
+
+        A plan can use the motor as a detector.
+        """
         await self._update()
 
     @WatchableAsyncStatus.wrap

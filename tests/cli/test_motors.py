@@ -227,7 +227,7 @@ def test_a_program_that_does_not_fit(tmp_path):
 def test_a_program_for_nobody(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
-    assert "p.sms: a stored program needs one SmartMotor, but the bench has 0" in run("run", "if1", program)[2]
+    assert "p.sms: a stored program needs exactly one SmartMotor, not 0" in run("run", "if1", program)[2]
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
@@ -472,7 +472,7 @@ WRONG = {
         SCENE.replace("limits =", "limit ="), "4:16: axis shaft has no option 'limit': expected one of limits, motor",
     ),
     "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:39: invalid option of axis shaft: unknown motor"),
-    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: invalid option of axis shaft: unknown figure 'mass'"),
+    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: invalid option of axis shaft: unknown parameter 'mass'"),
     "a motor that is not there": (SCENE.replace('["left",', '["middle",'), "11:11: no controller 'middle': there are"),
     "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: motor left is given twice"),
     "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),

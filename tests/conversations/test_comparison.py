@@ -191,12 +191,12 @@ def test_seconds_that_are_none(replay, option, seconds):
 @pytest.mark.parametrize(
     ("recording", "model", "words"),
     [
-        ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "with a serial line, but 1811 is a controller on a bus"),
-        ("; model: 1811\n> 50\n", "if2", "on a bus, but if2 is a controller with a serial line"),
+        ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "1811: expected a controller on a serial line, e.g. if1"),
+        ("; model: 1811\n> 50\n", "if2", "if2: expected a controller on a bus, e.g. 1811"),
     ],
 )
 def test_what_was_said_on_a_line_is_not_for_a_bus(replay, recording, model, words):
-    with pytest.raises(UsageError, match=rf"a\.talk is for a controller {words}: expected a model such as "):
+    with pytest.raises(UsageError, match=rf"a\.talk does not suit {words}"):
         replay(recording, "--model", model)
 
 

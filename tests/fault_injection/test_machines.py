@@ -417,7 +417,7 @@ def test_an_open_wire_gives_an_input_the_level_without_current(model, pin, level
 
 
 @pytest.mark.parametrize(
-    ("model", "pin", "words"), [("if1", "led", "is an output"), ("1811", "channel_z", "use the fault stuck")]
+    ("model", "pin", "words"), [("if1", "led", "is an output"), ("1811", "channel_z", "use the fault `stuck`")]
 )
 def test_an_open_wire_needs_an_input_with_a_known_level(model, pin, words):
     bench = Bench()

@@ -122,8 +122,16 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
         ("motor", "motor runs C5", "invalid event when='motor runs C5': expected e.g. 'motor runs 12'"),
         ("motor", "motor runs 1:5", "invalid event when='motor runs 1:5': expected e.g. 'motor runs 12'"),
         ("motor", "motor runs 0", "motor has no program line 0: expected 1 or more"),
-        ("motor", "motor runs 3", "motor has no event for program line 3: C5 takes no time; use line 4, a=a+1"),
-        ("motor", "motor runs 8", "motor has no event for program line 8: ENDIF takes no time; use line 9, END"),
+        (
+            "motor",
+            "motor runs 3",
+            "program line 3 of motor cannot be an event: C5 takes no time; use line 4, a=a+1",
+        ),
+        (
+            "motor",
+            "motor runs 8",
+            "program line 8 of motor cannot be an event: ENDIF takes no time; use line 9, END",
+        ),
         ("motor", "engine runs 8", "no controller 'engine' on this bench: there are motor"),
         ("table", "table runs 64", "table has no program line 64: expected 1 to 63"),
         ("table", "table runs 3:2", "invalid event when='table runs 3:2': expected e.g. 'table runs 12'"),

@@ -121,20 +121,23 @@ def test_a_waiting_fault_can_be_cancelled(bench):
     ("words_", "message"),
     [
         ("los 3", "no kind of fault 'los': did you mean 'lose'?"),
-        ("lose 3 4 5 6", "'6' is neither a place nor a value for the fault lose: leave out '6'"),
+        ("lose 3 4 5 6", "unexpected value '6' of the fault lose: leave out '6'"),
         ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
         ("stuck input1", "fault stuck needs the parameter level: expected high or low"),
-        ("stuck low", "fault stuck has no place: expected the name of a pin, e.g. if1.input1"),
+        ("stuck low", "no part is given for the fault stuck: expected the name of a pin, e.g. if1.input1"),
         ("jam on=Q", "no axis 'Q' on this bench: there are if1.X, if1.Y, if1.Z, X, Y, Z"),
-        ("jam X when='X goes'", "invalid event when='X goes': expected e.g. 'X passes 1000'; verbs: passes"),
+        (
+            "jam X when='X goes'",
+            "invalid event when='X goes': expected e.g. 'X passes 1000', with one of the verbs passes",
+        ),
         ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
         ("jam X when='switch ends'", "no fault 'switch' on this bench: there are none yet"),
         ("jam X when='if1 raises Be'", "if1 has no fault flag 'Be': there are drive, emergency_stop, limit"),
         ("jam X at=soon", "invalid value of at: 'soon' is not a number"),
-        ("jam X duration=-1", "duration=-1.0: expected seconds, 0 or more"),
+        ("jam X duration=-1", "invalid duration=-1.0: expected a number of seconds, 0 or more"),
         ("break duration=1", "fault break ends at once: leave out `duration`"),
-        ("jam X nth=0", "nth=0: expected a whole number, 1 or more"),
+        ("jam X nth=0", "invalid nth=0: expected a whole number, 1 or more"),
         ("overheat", "if1 is not a SmartMotor: expected the name"),
         ("jam 'X", "a quotation mark is missing"),
         ("lose count=1 count=2", "count is given twice"),
@@ -150,7 +153,7 @@ def test_invalid_faults_are_refused_before_they_are_added(bench, words_, message
 
 
 def test_a_time_that_has_passed_is_refused(bench):
-    with pytest.raises(UsageError, match=r"at=1 has passed: expected 2\.7"):
+    with pytest.raises(UsageError, match=r"the start time at=1 has passed: expected 2\.7"):
         bench.faults.add("jam", "if1.X", at=1)
     with pytest.raises(UsageError, match="there is a fault 'a' already"):
         _ = [bench.faults.add("jam", "if1.X", name="a", at=60) for _ in range(2)]

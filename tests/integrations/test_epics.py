@@ -188,7 +188,7 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
         (["COM3", "--model", "if1", "--registers", "a"], "an IF1 has no registers"),
         (
             ["COM3", "--model", "if1", "--option", "echoes=1"],
-            "no option 'echoes' for if1: expected one of timeout, echo, speed_range",
+            "unknown option 'echoes' for the model if1: expected one of timeout, echo, speed_range",
         ),
         (["COM3", "--model", "if1", "--speed", "2"], "--speed is only for a scene"),
         (["lab.toml", "--model", "if1"], "--model and --baud are only for a PORT"),

@@ -30,11 +30,11 @@ def test_a_motor_by_name_or_by_values():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("frame42", "unknown motor 'frame42': expected one of frame17, frame23, frame34, or a table of figures"),
+        ("frame42", "unknown motor 'frame42': expected one of frame17, frame23, frame34, or a table of parameters"),
         (7, "unknown motor 7: expected one of"),
         ({"model": "big"}, "unknown motor 'big': expected one of"),
-        ({"volts": 24}, "unknown figure 'volts' of the motor: expected one of model, torque_constant_nm_per_a"),
-        ({"supply_voltage_v": 0}, "invalid motor supply_voltage_v=0: expected a number above 0 to 1e[+]06"),
+        ({"volts": 24}, "unknown parameter 'volts' of the motor: expected one of model, torque_constant_nm_per_a"),
+        ({"supply_voltage_v": 0}, "invalid motor supply_voltage_v=0: expected a number from above 0 to 1e[+]06"),
         ({"supply_voltage_v": "24"}, "invalid motor supply_voltage_v='24': expected a number"),
         ({"supply_voltage_v": inf}, "invalid motor supply_voltage_v=inf: expected a number"),
         ({"coulomb_friction_nm": -0.1}, "invalid motor coulomb_friction_nm=-0.1: expected a number from 0"),
@@ -52,8 +52,8 @@ def test_a_wrong_motor_is_told_in_one_line(given, message):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("heavy", "invalid load 'heavy': expected a table of figures, e.g."),
-        ({"mass": 1}, "unknown figure 'mass' of the load: expected one of inertia_kg_m2"),
+        ("heavy", "invalid load 'heavy': expected a table of parameters, e.g."),
+        ({"mass": 1}, "unknown parameter 'mass' of the load: expected one of inertia_kg_m2"),
         ({"inertia_kg_m2": -1}, "invalid load inertia_kg_m2=-1: expected a number from 0"),
         ({"gravity_torque_nm": True}, "invalid load gravity_torque_nm=True: expected a number"),
     ],

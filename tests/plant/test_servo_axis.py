@@ -213,7 +213,10 @@ def test_a_switch_works_when_the_source_says_that_the_window_has_been_left(clock
         ({"encoder": {}}, "axis shaft has no option 'encoder'"),
         ({"limits": (5, 1)}, "invalid limits=(5, 1) of axis shaft: expected two positions"),
         ({"motor": "frame99"}, "invalid option of axis shaft: unknown motor"),
-        ({"motor": "frame23", "load": {"mass": 1}}, "invalid option of axis shaft: unknown figure 'mass' of the load"),
+        (
+            {"motor": "frame23", "load": {"mass": 1}},
+            "invalid option of axis shaft: unknown parameter 'mass' of the load",
+        ),
     ],
 )
 def test_wrong_options_are_told(clock, given, message):

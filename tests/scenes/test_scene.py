@@ -180,7 +180,7 @@ WRONG = {
     ),
     "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
     "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
-    "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: expected a different name"),
+    "two of a name": (controllers("if1", "if1"), "4:1: two controllers have the name 'if1': expected different names"),
     "a name with a blank": (
         controllers("if1", more="name = 'a b'"),
         "3:1: controller.name: expected only letters, dig",
@@ -259,20 +259,20 @@ WRONG = {
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: `ports` is not allowed for smartmotor: expected only the `ports` of [[chain]] 'chain'",
+        "3:1: smartmotor shares a line, so `ports` is not allowed: use the `ports` of [[chain]] 'chain'",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: `rs485_ports` is not allowed for smartmotor: expected only the `ports` of [[rs485]]",
+        "3:1: smartmotor shares a line, so `rs485_ports` is not allowed: use the `ports` of [[rs485]]",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
         + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
-        "8:1: bus://localhost:5001 is already in use as tcp://:5001: expected another port",
+        "8:1: bus://localhost:5001 is the same port as tcp://:5001: expected a different port",
     ),
     "a link twice": (
         controllers("if1", more="ports = ['pty:/tmp/x', 'pty:/tmp/x']"),
-        "3:24: pty:/tmp/x is already in use as pty:/tmp/x: expected another port",
+        "3:24: pty:/tmp/x is the same port as pty:/tmp/x: expected a different port",
     ),
     "a board on a line": (
         controllers("1811", more="ports = ['tcp://:5001']"),

@@ -168,7 +168,10 @@ def test_a_master_on_another_axis(scene):
             '[[fault]]\nkind = "lose"\nat = 1e300\n',
             "5:1: invalid value of at: 1e+300 s is too long",
         ),
-        ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: expected seconds, 0 or more"),
+        (
+            '[[fault]]\nkind = "lose"\nduration = inf\n',
+            "5:1: invalid duration=inf: expected a number of seconds, 0 or more",
+        ),
         (
             '[[fault]]\nkind = "push"\non = "X"\nduration = 1\ncounts = 3\n',
             "5:1: axis X has no encoder: add the option",
@@ -188,7 +191,7 @@ def test_a_master_on_another_axis(scene):
         ),
         (
             SHAFT + "{ motor = { kq = 1 } }",
-            "5:26: invalid option of axis shaft: unknown figure 'kq' of the motor: expected one of",
+            "5:26: invalid option of axis shaft: unknown parameter 'kq' of the motor: expected one of",
         ),
         (
             SHAFT + "{ motor.ks = 70000 }",
@@ -208,7 +211,7 @@ def test_a_master_on_another_axis(scene):
         ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': expected NAME.AXIS"),
         (
             '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
-            "5:1: if2 is an IF2, but a stored program is for a SmartMotor",
+            "5:1: if2 cannot store a program: expected a SmartMotor",
         ),
         ('[[controller]]\nmodel = "if2"\nhost = "none.if1"\n', "none.if1 cannot be read: no such file or directory"),
         ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms cannot be sent by a host"),
@@ -227,7 +230,7 @@ def test_errors_have_their_place(scene, text, message):
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 has passed: expected 2 s or later"),
+        ('do = "fault jam X at=1"', "s.toml:5:1: the start time at=1 has passed: expected 2 s or later"),
         ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' on this bench: there are none"),
     ],
 )

@@ -220,7 +220,7 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
         ("! load x.exe\n", "x.exe cannot be loaded: expected a SmartMotor's source .sms"),
         ("! write 0\n", "unknown name 'write'"),
         ("! flow maybe\n", "invalid flow control 'maybe': expected one of none, dtr, xon"),
-        ("! drop it\n", "invalid value 'it' of the action drop: expected the word pending"),
+        ("! drop it\n", "invalid value 'it' of the action `drop`: expected the word `pending`"),
     ],
 )
 def test_what_a_host_cannot_do_is_told_with_its_place(talk, message, tmp_path):

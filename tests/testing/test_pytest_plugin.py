@@ -151,8 +151,8 @@ def test_teardown(broken):
 @pytest.mark.parametrize(
     ("marker", "message"),
     [
-        ("", 'test_it.py::test_it: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1")'),
-        ('@pytest.mark.axistwin("if1", "if2")\n', "invalid marker: expected one model or scene"),
+        ("", 'invalid marker of test_it.py::test_it: expected one model or scene, e.g. @pytest.mark.axistwin("if1")'),
+        ('@pytest.mark.axistwin("if1", "if2")\n', "invalid marker of test_it.py::test_it: expected one model or scene"),
         ('@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\n', "no model 'if9'"),
     ],
     ids=["no marker", "two models", "an error in the scene"],

@@ -53,7 +53,10 @@ class ActionRunner:
         return partial(self._by_hand, act.controller, do) if act.target in BUS_ACTS else do
 
     def leave(self, name: str) -> None:
-        """Remove the simulated host of a board on a bus, so that an action can access the registers directly."""
+        """Disconnect the simulated host from a board on a bus.
+
+        An action can then access the registers directly.
+        """
         if name in self.bench.attendants:
             self.bench.attendants.pop(name).close()
 
@@ -64,7 +67,7 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            # the board sends its next message only after the attendant has taken a message
+            # a board sends a message only after the host has taken the previous message
             self.bench.attendants[name].subscribe_received(lambda _: None)
         self.bench.attendants[name].write(data)
 

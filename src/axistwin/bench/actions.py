@@ -91,9 +91,9 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that injects or ends a fault, e.g. `! fault lose 3` or `! mend lose`.
+    """Prepare an action that injects or ends a fault, e.g. `! fault lose 3` or `! mend lose`.
 
-    `here`: the controller of a fault whose sentence does not name one.
+    Return a function that performs the action.  `here`: the controller of a fault whose sentence does not name one.
     """
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
@@ -122,7 +122,7 @@ def voltage(volts: float) -> str:
 
 
 def lead_value(pin: Pin) -> str:
-    """Convert the present state of a pin's test lead to the value of an action: a level, a voltage or `release`."""
+    """Convert the state of a pin's test lead to text, e.g. `high`, `2.5V` or `release`."""
     lead = pin.lead
     if lead is None:
         return "release"
@@ -132,7 +132,10 @@ def lead_value(pin: Pin) -> str:
 
 
 def action_value(target: str, *values: float) -> str:
-    """Convert the values of a manual action to text, as in the line `! target value` of a conversation."""
+    """Convert the values of a manual action to text, e.g. `4000 in 2`.
+
+    The text is the value in the line `! target value` of a conversation.
+    """
     if target == "master":
         counts, seconds = values
         return f"{counts} in {_exact(seconds)}"
@@ -141,7 +144,10 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Return the target and value of the action `! target value` that repeats a host's action at a serial line."""
+    """Convert a host's action at a serial line to a target and a value, e.g. `break` and `0.25`.
+
+    A conversation repeats the action with the line `! target value`.
+    """
     match act:
         case SendBreak(seconds):
             return "break", f"{Decimal(seconds).quantize(Decimal('1e-9')):f}"
@@ -165,7 +171,10 @@ def _exact(value: float) -> str:
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a function for direct access to the registers, e.g. `write 0 33 00`, `read 0 16` or `init on`."""
+    """Prepare an action at the registers, e.g. `! write 0 33 00`, `! read 0 16` or `! init on`.
+
+    Return a function that performs the action.
+    """
     bus = controller.bus
     match target:
         case "init":
@@ -218,7 +227,10 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
 
 
 def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs an action at a motor, e.g. `ambient 40` or `master 4000 in 2`."""
+    """Prepare an action at a motor, e.g. `! ambient 40` or `! master 4000 in 2`.
+
+    Return a function that performs the action.
+    """
     if target == "ambient":
         return partial(setattr, controller, "ambient", _real(value))
     if sits := _SITS.fullmatch(value):
@@ -233,7 +245,10 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Return a function that mounts the external encoder on an axis, e.g. `master on table.X times 3/2`."""
+    """Prepare an action that mounts the external encoder on an axis, e.g. `! master on table.X times 3/2`.
+
+    Return a function that performs the action.
+    """
     assert controller.bench is not None, "a controller with actions is part of a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
@@ -266,7 +281,10 @@ def targets(controller: Controller) -> tuple[str, ...]:
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs an action at the host's end of a serial line.  Raises ProgramError."""
+    """Return a function that performs an action at the host's end of a serial line.
+
+    Raises ProgramError for an invalid action.
+    """
     if target not in _line_targets(port):
         raise _unknown_name(name=target, known=_line_targets(port))
     match target:
@@ -284,7 +302,7 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
             return partial(setattr, port, "instant", _level(value))
         case "drop":
             if value != "pending":
-                raise ProgramError(f"invalid value {value!r} of the action drop: expected the word pending")
+                raise ProgramError(f"invalid value {value!r} of the action `drop`: expected the word `pending`")
             return port.drop_pending
     return partial(setattr, port.host, "format", _line(value, port))
 
@@ -307,8 +325,9 @@ def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
 
 
 def question(controller: Controller, subject: str) -> Callable[[], Value]:
-    """Return a function that reads the value that a line `= subject value` of a conversation checks.  Raises
-    ProgramError.
+    """Return a function that reads a value of the controller, e.g. the level of a pin.
+
+    A conversation checks the value with the line `= subject value`.  Raises ProgramError for an unknown subject.
     """
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
@@ -330,7 +349,7 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the subjects that a line `= subject value` of a conversation can check.
+    """Return the names of the values that a conversation can check, e.g. `input1` or `X.position`.
 
     PIN stands for the name of a pin.
     """
@@ -355,7 +374,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # `round` needs a precision above the digits of any expected number
+    with localcontext(prec=3 * MOST_CHARACTERS):  # `round` needs more precision than any number has digits
         return round(Decimal(value), _decimals(number)) == number
 
 
@@ -397,7 +416,10 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
 
 
 def _count(text: str, most: int = MOST_COUNTS) -> int:
-    """Parse a number of pulses or counts, and drop its decimals.  Raises ProgramError beyond ±`most`."""
+    """Parse a number of pulses or counts; decimals are dropped.
+
+    Raises ProgramError for a number beyond ±`most`.
+    """
     number = _number(text)
     if abs(number) > most:
         raise ProgramError(f"number {shortened(text)} is out of range: expected {-most} to {most} pulses or counts")

@@ -86,7 +86,10 @@ class Bench:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """All serial ports for hosts, by name: first the controllers' own, then shared lines."""
+        """All serial ports for hosts, by name.
+
+        The ports of single controllers come first, then the ports of shared lines.
+        """
         own = {name: port for controller in self.controllers.values() for name, port in controller.ports.items()}
         return own | {name: line.port for name, line in self.lines.items()}
 
@@ -122,7 +125,9 @@ class Bench:
         self.clock.run_to(self.clock.later(to_ns(seconds)))
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Advance until `condition()` is true or `timeout` seconds have passed; return True if the condition is true.
+        """Advance virtual time until `condition()` is true, for at most `timeout` seconds.
+
+        Return True if the condition is true.
 
         The condition is checked at every event (an edge, a character, the beginning or end of a motion) and, while a
         servo moves, at every sample.  Single pulses are no events: a condition on a stepper's position within a move is

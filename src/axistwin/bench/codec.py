@@ -22,16 +22,16 @@ _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL
 
 
 class Codec(Protocol):
-    """Interface that converts data of a serial line or bus to a line of text, and back."""
+    """Interface that converts serial or bus data to readable text, and text to data."""
 
     def show(self, data: bytes) -> str:
         """Return data as one line of readable text."""
 
     def read(self, text: str) -> bytes:
-        """Convert a text that the host sends to bytes.  Raises ProgramError with the column of the error."""
+        """Convert the text of a host's command to bytes.  Raises ProgramError with the column of the error."""
 
     def hear(self, text: str) -> bytes:
-        """Convert a text that the controller sends to bytes.  Raises ProgramError with the column of the error."""
+        """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
         """Yield the column (from 0) and the width of each byte in a text that the host sends."""
@@ -41,7 +41,7 @@ class Codec(Protocol):
 
 
 class Characters:
-    """Codec for the characters of a serial line, which become printable text."""
+    """Codec that converts the characters of a serial line to printable text, and text to characters."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
@@ -85,7 +85,7 @@ class Characters:
 
 @dataclass(frozen=True)
 class Hex:
-    """Codec for a board on a bus: each line is a command or message in hex, or a command by name."""
+    """Codec for the commands and messages of a board on a bus, in hex or by name."""
 
     language: Language
 
@@ -133,5 +133,5 @@ def unpadded(message: bytes) -> bytes:
 
 
 def codec_of(product: Product) -> Codec:
-    """Return the codec for the data of a product's serial line or bus."""
+    """Return the codec for the serial line or bus of a controller model."""
     return CHARACTERS if product.language is None else Hex(product.language)

@@ -39,7 +39,7 @@ class Controller:
         self.manual_actions = ManualActions(self._clock)
         """Reports actions of a person, e.g. of the power switch."""
         self.powered = False
-        self._turns: deque[bool] = deque()  # `_turns` holds the requested power states that are not set yet
+        self._turns: deque[bool] = deque()  # `_turns` queues requests to switch the power on or off
         self.given: Mapping[str, Any] = {}
         """Options that were given to `Bench.add`, except the directory for the state."""
         self.store: MemoryStore | FileStore = MemoryStore()
@@ -56,7 +56,7 @@ class Controller:
 
     @property
     def serial(self) -> SerialPort:
-        """The host's end of the serial port.  Raises UsageError if the controller has no port of its own."""
+        """The host's end of the serial port.  Raises UsageError for a controller on a bus or in a daisy chain."""
         if self._plug is None:
             raise UsageError(f"controller {self.name} has no serial port: use its attribute `bus`")
         if "serial" in self._lines:
@@ -77,14 +77,17 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """The registers as the host accesses them on the bus.  Raises UsageError if the controller has no registers."""
+        """Registers of a controller on a bus, for the host.  Raises UsageError for a controller with a serial port."""
         if self._abilities.bus is None:
             raise UsageError(f"controller {self.name} is not on a bus: use its attribute `serial`")
         return self._abilities.bus
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """The controller's own serial ports, by name; the second channel is included after its first use."""
+        """The controller's own serial ports, by name.
+
+        The second channel is included after its first use.
+        """
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
         if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
             found[f"{self.name}.rs485"] = self._second
@@ -136,7 +139,10 @@ class Controller:
         self._abilities.assign(name, value)
 
     def read(self, source: str) -> int | str | None:
-        """Return the level of a terminal, or the value of a register, by name; None without power."""
+        """Return the level of the terminal, or the value of the register, with the given name.
+
+        None without power.
+        """
         if not self.powered:
             return None
         if source in self.terminals:
@@ -178,16 +184,19 @@ class Controller:
 
     @property
     def awaited(self) -> Awaited | None:
-        """The input for which the controller waits before it continues; None if it waits for no input."""
+        """The input for which the controller waits; None while the controller waits for no input."""
         return self._abilities.awaited()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` for each new status hint.  Return an unsubscribe function."""
+        """Call `watcher(hint)` for each new status hint.  Return an unsubscribe function."""
         return self._abilities.subscribe_hint(watcher)
 
     @property
     def busy(self) -> bool:
-        """True while the controller works on a host's request; False if the device does not report its work."""
+        """True while the controller works on a host's request.
+
+        Always False for a device that does not report its work.
+        """
         return self._abilities.busy()
 
     def power(self, on: bool) -> None:

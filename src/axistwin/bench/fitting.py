@@ -27,7 +27,7 @@ class Plug(NamedTuple):
 def fit_plug(
     clock: Clock, abilities: Abilities, line: str | UartFormat | None, usual: UartFormat | None
 ) -> Plug | None:
-    """Connect a host to the serial port of a device, and return the connection; None without a serial port.
+    """Connect a host to the serial port of a device, and return the connection; None for a device without a port.
 
     The host's DTR goes to the device's DSR and its RTS to the device's CTS, if these exist.
     """

@@ -32,7 +32,7 @@ class Host:
 
     @property
     def pause_ns(self) -> int:
-        """Time in ns without received data after which a message is complete."""
+        """Length in ns of the pause that marks the end of a message."""
         return 3 * self._port.host.format.frame_ns if isinstance(self._port, SerialPort) else 20 * MS
 
 

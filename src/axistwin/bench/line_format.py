@@ -14,9 +14,9 @@ LINE = re.compile(
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
-    """Parse a line format, e.g. "9600 8N2"; return the format, and True if the text contains "instant".
+    """Parse the format of a serial line, e.g. "9600 8N2 instant".
 
-    With "instant", characters take no time.
+    Return the format, and True if the text contains "instant": characters take no time.
     """
     if text is None or isinstance(text, UartFormat):
         return text or usual, False

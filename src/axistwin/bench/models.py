@@ -15,7 +15,7 @@ FAMILIES = {
 
 
 def product(model: str) -> Product:
-    """Return the controller product of a model name, e.g. "1811".  Raises UsageError for an unknown model."""
+    """Return the controller model with the given name, e.g. "1811".  Raises UsageError for an unknown name."""
     try:
         family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
     except KeyError:

@@ -34,7 +34,7 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """Parse a text as a TOML value; return the text itself if it is not TOML."""
+    """Parse a TOML value; return a text that is not TOML unchanged."""
     import tomllib  # lazy import: only controllers with options need this module
 
     try:

@@ -97,7 +97,10 @@ class Computer:
     # Running
 
     def run(self, seconds: float) -> None:
-        """Execute instructions for some seconds of virtual time, or until the processor has stopped."""
+        """Execute instructions for a number of seconds of virtual time.
+
+        The execution ends earlier if the processor has stopped.
+        """
         end_ns = self.bench.now + to_ns(seconds)
         self._time_ns = self.bench.now
         while self._time_ns < end_ns and not self.stopped:
@@ -115,7 +118,10 @@ class Computer:
         return any(bus.interrupt for bus in self._buses)
 
     def _execute(self, end_ns: int) -> None:
-        """Execute instructions until the next event of the bench, or one instruction if an interrupt is pending."""
+        """Execute instructions of the processor until the next event in virtual time.
+
+        If an interrupt is pending, only one instruction is executed.
+        """
         due_ns = self.bench.clock.next_event_ns()
         self._stop_ns = min(end_ns, end_ns if due_ns is None else max(due_ns, self._time_ns + 1))
         if self._requested:
@@ -137,7 +143,7 @@ class Computer:
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Advance the virtual time of the bench to the time of the processor."""
+        """Advance virtual time to the time of the processor."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
@@ -159,8 +165,9 @@ class Computer:
     # Functions that Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Advance the processor's time before each instruction, or stop the processor when an event is due.
+        """Advance the processor's time by one instruction, or stop the processor.
 
+        The processor stops when an event is due.
         The processor does not stop directly after STI, because an interrupt waits for one more instruction.
         """
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:

@@ -36,7 +36,7 @@ class Rule(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """A byte that a host sends, with its place in the user's file."""
+    """A byte that a host sends, with its position in the user's file."""
 
     byte: int
     """In the source of a stored program the code point of the character as typed, which may be above 255."""
@@ -113,7 +113,10 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """Return the edit that replaces these characters by `text`; no edit if the characters are on several lines."""
+    """Return an edit that replaces the given characters by `text`.
+
+    Characters on several lines are not replaced.
+    """
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()

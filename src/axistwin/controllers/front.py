@@ -83,7 +83,7 @@ Item = Lamp | Word | Reading
 
 @dataclass(frozen=True)
 class Group:
-    """Items of the front panel that are displayed together, with the manual's chapter about these items."""
+    """A group of lamps and registers on the front panel, with a chapter of the manual."""
 
     title: str
     chapter: str

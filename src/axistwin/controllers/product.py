@@ -97,7 +97,10 @@ class Awaited(NamedTuple):
 
 
 class Abilities(NamedTuple):
-    """Optional abilities of a device; each default value means that the device lacks this ability."""
+    """Optional abilities of a device.
+
+    Each default value means that the device does not have the ability.
+    """
 
     uart: Uart | None = None
     """UART of the serial connector."""
@@ -153,7 +156,7 @@ class Device(Protocol):
 
 
 class Placed(NamedTuple):
-    """A byte of a command, with the column (from 0) at which the byte is written."""
+    """A byte of a command, with its column in the text (from 0)."""
 
     byte: int
     column: int
@@ -171,7 +174,7 @@ class Language(Protocol):
         """
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Return the bytes of a command, each with the column at which the byte is written.
+        """Return the bytes of a command, each with its column in the text.
 
         Raises ProgramError with the column, counted from 1.
         """
@@ -187,7 +190,10 @@ class Language(Protocol):
 
 
 class BusHost(Protocol):
-    """Host program for a board on a bus, which sends commands and receives messages by the board's handshake."""
+    """Host program for a board on a bus.
+
+    The host sends commands and receives messages by the handshake of the board.
+    """
 
     @property
     def pending(self) -> int:
@@ -213,7 +219,7 @@ class Order(NamedTuple):
 
 
 class Product(NamedTuple):
-    """A controller model: all that a bench needs to build and use a controller of this model."""
+    """A controller model, with all data that its simulation needs."""
 
     model: str
     title: str
@@ -265,7 +271,7 @@ class Product(NamedTuple):
 
     @property
     def rules(self) -> "tuple[Rule, ...]":
-        """Rules that `axistwin check` applies to programs of this model, in the order of the codes."""
+        """Rules that `axistwin check` applies to programs of this model, sorted by code."""
         return self.make_rules()
 
     @property

@@ -30,7 +30,7 @@ LINES = ("dtr", "rts")
 
 @dataclass(frozen=True)
 class Compared:
-    """An action of the controller in the recording, and the same action of the twin.
+    """A recorded action of the real controller, and the same action of the emulated controller.
 
     Times are relative to the host's last action, and None if unknown.
     """
@@ -46,12 +46,12 @@ class Compared:
 
     @property
     def same(self) -> bool:
-        """True if the twin and the hardware sent the same bytes, or made the same change."""
+        """True if the real and the emulated controller sent the same bytes, or made the same change."""
         return self.expected == self.got
 
     @property
     def later_ns(self) -> int | None:
-        """Delay of the twin relative to the hardware; None if unknown."""
+        """Delay of the emulated controller relative to the real controller in ns, or None."""
         if not self.same or self.hardware_ns is None or self.twin_ns is None:
             return None
         return self.twin_ns - self.hardware_ns
@@ -59,23 +59,26 @@ class Compared:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All actions of the twin, each compared with the recording of the hardware."""
+    """All actions of the emulated controller, compared with the recorded actions of the real controller."""
 
     acts: tuple[Compared, ...]
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Actions in which twin and hardware differ."""
+        """Actions in which the emulated controller differs from the real controller."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Delays of the twin relative to the hardware, each with its action, in ascending order."""
+        """Delays of the emulated controller in ns, in ascending order, each with its action.
+
+        A delay is relative to the real controller.
+        """
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
     @property
     def median_ns(self) -> int | None:
-        """Median of the twin's delays relative to the hardware."""
+        """Median delay of the emulated controller relative to the real controller, in ns."""
         timed = self.timed
         return timed[len(timed) // 2][0] if timed else None
 
@@ -101,7 +104,7 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
 
 
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
-    """Yield for each action the time at which the recorded action ended; None if the time is unknown.
+    """Yield the time at which each recorded action ended, or None for an unknown time.
 
     A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until the
     next `= clock` line.
@@ -124,9 +127,7 @@ def _clock(act: Act) -> int | None:
     try:
         return round(decimal(act.value) * S)
     except NumberError:
-        raise ProgramError(
-            f"invalid time {shortened(act.value)}: expected seconds, e.g. = clock 0.25", line=act.line
-        ) from None
+        raise ProgramError(f"invalid time {shortened(act.value)}: expected seconds, e.g. 0.25", line=act.line) from None
 
 
 class _Comparer(Player):
@@ -171,7 +172,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Actions of the twin and their results
+    # Actions of the emulated controller and their results
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):
@@ -209,9 +210,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of received bytes to compare with a line whose text differs.
+        """Return the length in bytes of a reply that differs from the expected text.
 
-        These are the bytes up to the end of the expected text, or one message.
+        The reply contains the bytes up to the end of the expected text, or one message.
         """
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
@@ -262,7 +263,7 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the virtual time until which the twin may perform this action.
+        """Return the virtual time at which waiting for the action ends.
 
         The limit is the recorded time plus the patience.
         """
@@ -277,7 +278,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the replies of the twin that remain after the last line of the conversation."""
+        """Record the replies that the emulated controller sends after the end of the conversation."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

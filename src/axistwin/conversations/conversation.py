@@ -39,7 +39,10 @@ _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<v
 
 @dataclass(frozen=True)
 class Conversation:
-    """The lines of a conversation in order; `file` is its path for error messages."""
+    """The lines of a conversation, in order.
+
+    `file`: path of the file, which error messages name.
+    """
 
     acts: tuple[Act, ...]
     file: str = ""
@@ -56,7 +59,7 @@ class Conversation:
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """Settings in the comments at the beginning of the conversation, each with its comment, by key."""
+        """Settings at the beginning of the conversation by key, each with the comment that contains it."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -66,9 +69,9 @@ class Conversation:
         return found
 
     def seconds_in(self, key: str, default: float) -> float:
-        """Return the seconds that a header such as `; patience: 60` gives; `default` if there is no such header.
+        """Return the value of a header that gives a time in seconds, e.g. `; patience: 60`.
 
-        Raises ProgramError with the line.
+        If the conversation has no such header, return `default`.  Raises ProgramError with the line.
         """
         if key not in self.headers:
             return default
@@ -96,7 +99,10 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Within a `with` block, add the line of a header to errors, if the conversation has this header."""
+        """Add the line number of a header to all errors within a `with` block.
+
+        If the conversation does not have this header, errors do not change.
+        """
         if key not in self.headers:
             yield
             return
@@ -105,7 +111,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Within a `with` block, add the line of this action to errors."""
+        """Add the file name and line number of an action to all errors within a `with` block."""
         try:
             yield
         except (PlacedError, UsageError) as error:
@@ -118,7 +124,7 @@ def load(path: Path, codec: Codec | None = None) -> Conversation:
 
 
 def load_text(path: Path) -> str:
-    """Read a text file named by the user.  Raises UsageError if the file is missing, ProgramError if it is not text."""
+    """Read a text file.  Raises UsageError if the file cannot be read, ProgramError if the file is not text."""
     try:
         if path.exists() and not path.is_file():
             raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
@@ -163,7 +169,10 @@ def _codec(model: str) -> Codec:
 
 
 def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:
-    """Return the text of a conversation, optionally with another notation of the data (`codec`)."""
+    """Return the text of a conversation.
+
+    `codec`: another notation of the data.
+    """
     whole = conversation if isinstance(conversation, Conversation) else Conversation(tuple(conversation))
     return "".join(f"{_written(act, codec or whole.codec)}\n" for act in whole.acts)
 
@@ -179,7 +188,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "unknown kind of line: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
+            "unknown kind of line: expected one of ; + > < ! = at the beginning, e.g. > K or left: > K",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()
@@ -259,4 +268,4 @@ def _written(act: Act, codec: Codec) -> str:
             return f"{name}! {act.target} {act.value}"
         case Expect():
             return f"{name}= {act.subject} {act.value}"
-    raise AssertionError(f"unknown type of line {act!r}: expected one of the types in `axistwin.bench.acts`")
+    raise AssertionError(f"unknown action {act!r}: expected an object of a class in the module axistwin.bench.acts")

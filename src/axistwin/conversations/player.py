@@ -25,7 +25,7 @@ PATIENCE_S = 10.0
 
 @dataclass(frozen=True)
 class Difference:
-    """The first difference between a conversation and the events on the bench."""
+    """The first difference between a conversation and its replay."""
 
     file: str
     line: int
@@ -49,7 +49,7 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect a host to each second serial channel that the conversation uses, as in `motor.rs485: > RP`.
+    """Connect the host to all second serial channels in the conversation, e.g. `motor.rs485`.
 
     Raises ProgramError if a channel does not exist.
     """
@@ -96,13 +96,19 @@ class Player:
             self.hosts[name].subscribe_received(received.extend)
 
     def prepare(self, act: Act) -> Played:
-        """Return a function that plays one line.  Raises ProgramError for a line that cannot be played."""
+        """Return a function that plays one line of the conversation.
+
+        Raises ProgramError for a line that cannot be played.
+        """
         with self.conversation.placing_errors(act):
             played = self._played(act)
         return partial(self._do, act, played) if isinstance(act, Do) else played
 
     def _do(self, act: Do, played: Played) -> object:
-        """Perform an action.  Raise ProgramError if the action is a fault whose place or time is no longer valid."""
+        """Perform an action of the conversation, e.g. inject a fault.
+
+        Raises ProgramError if the place or time of a fault is no longer valid.
+        """
         with self.conversation.placing_errors(act):
             return played()
 
@@ -122,9 +128,9 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # `agrees` raises ProgramError for an impossible expected value
+                agrees(read_value(), act.value)  # raises ProgramError if the expected value is impossible
                 return lambda: self._expect(act, read_value())
-        raise AssertionError(f"unknown type of line {act!r}: expected one of the types in `axistwin.bench.acts`")
+        raise AssertionError(f"unknown action {act!r}: expected an object of a class in the module axistwin.bench.acts")
 
     def _controller_name(self, act: Do) -> str:
         """Return the name of the controller to which an action applies.
@@ -138,8 +144,8 @@ class Player:
     def _controller(self, act: Act) -> Controller:
         if act.controller or len(self.bench.controllers) == 1:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
-        names = ", ".join(self.bench.controllers)
-        raise ProgramError(f"the line names no controller: expected one of {names} and a colon at the beginning")
+        controllers = ", ".join(self.bench.controllers)
+        raise ProgramError(f"the line names no controller: expected one of {controllers} at the beginning")
 
     def _endpoint(self, act: Act) -> str:
         """Return the name of the port or bus at which the host sends or receives this line."""
@@ -151,8 +157,8 @@ class Player:
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))
-        names = ", ".join(self.received)
-        raise ProgramError(f"the line names no controller: expected one of {names} and a colon at the beginning")
+        controllers = ", ".join(self.received)
+        raise ProgramError(f"the line names no controller: expected one of {controllers} at the beginning")
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
         received = self.received[name]

@@ -48,7 +48,7 @@ def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
 
 
 class Recorder:
-    """Converts events on a bench to lines of a conversation.
+    """Converts the events of a simulation to lines of a conversation.
 
     `add` receives each act; None: the acts are collected in `acts`, without a limit.  Times are rounded down to
     multiples of `grain_ns`.  `raw`: only characters reach the controller, so other acts of the host become comments.
@@ -83,7 +83,7 @@ class Recorder:
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
     def record(self, event: Event) -> None:
-        """Record an event on the bench as a line of the conversation."""
+        """Record an event of the simulation as a line of the conversation."""
         match event:
             case Received():
                 self._received(event)
@@ -105,9 +105,9 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of a subject, e.g. a control line.
+        """Record a present state, e.g. the level of a control line.
 
-        Later changes of this subject are recorded, too.
+        `subject`: name of the state.  Later changes of this state are recorded, too.
         """
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
@@ -141,11 +141,14 @@ class Recorder:
 
     @property
     def _is_terminated(self) -> bool:
-        """True if the reply ends in CR or LF, so that at most a LF can follow."""
+        """True if the reply ends in CR or LF.
+
+        After this terminator, at most a LF can follow.
+        """
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
     def _received(self, event: Received) -> None:
-        """Collect received characters up to the terminator of their message."""
+        """Collect received characters until their message is complete."""
         silent_ns = event.time_ns - self._last_ns
         ended = event.controller not in self._formats  # on a bus, each event is a complete message
         ended = ended or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
@@ -157,7 +160,10 @@ class Recorder:
         self._last_ns = event.time_ns
 
     def _record_act(self, time_ns: int, controller: str, act: Act) -> None:
-        """Record an action of the host, preceded by the line format if the format has changed."""
+        """Record an action of the host.
+
+        If the line format has changed, the format is recorded first.
+        """
         self._flush_reply()
         self._wait_until(time_ns)
         if controller in self._formats:
@@ -184,19 +190,19 @@ class Recorder:
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record the pending reply, and then another line of the conversation."""
+        """Record a line of the conversation after the pending reply of the controller."""
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Return the line for an event of the host other than data: break, DTR, RTS, format."""
+        """Return the line for a break by the host, or for a change of DTR, RTS or format."""
         if self.raw:
             return Comment(f"{target} {value} by the host did not reach the controller")
         return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
-        """Return the character format that the host has at the beginning of a replay."""
+        """Return the character format with which a replay of the conversation begins."""
         usual = self.bench[name].product.line if name in self.bench.controllers else None
         return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
@@ -207,7 +213,10 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record a long silence as a `+` line, because a replay waits for a reply only for a limited time."""
+        """Record a long silence as a `+` line of the conversation.
+
+        Without this line, a replay waits too short for the reply.
+        """
         whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
             self._wait_until(self._recorded_ns + whole_ns)
@@ -260,8 +269,8 @@ class TalkFile:
             self._file.close()
         except OSError as error:
             self._write_error = self._write_error or str(self._cannot(error))
-        if self._write_error:
-            raise UsageError(f"the recording is incomplete, because {self._write_error}")
+        if reason := self._write_error:
+            raise UsageError(f"the recording is incomplete, because {reason}")
 
     def _cannot(self, error: OSError) -> UsageError:
         return UsageError(f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}")
@@ -269,7 +278,7 @@ class TalkFile:
 
 @contextmanager
 def recording(bench: Bench) -> Iterator[Recorder]:
-    """Record the events on a bench within a `with` block."""
+    """Record the events of a simulation within a `with` block."""
     recorder = Recorder(bench, _headers(bench))
     with observing(bench, recorder.record):
         yield recorder

@@ -35,7 +35,7 @@ def kind_of(program: Path) -> str:
 
 
 def check_kind(program: Path, made: Product) -> None:
-    """Raise UsageError if a program is for another family of controllers than the product `made`.
+    """Raise UsageError if a program is not for the controller family of the model.
 
     A conversation is for any family.
     """
@@ -46,7 +46,9 @@ def check_kind(program: Path, made: Product) -> None:
 
 
 def product_for(suffix: str, text: str) -> Product:
-    """Return the product for a program, by the header `; model:` of the program or by its file suffix.
+    """Return the controller model for which a program is written.
+
+    The header `; model:` of the program or its file suffix gives the model.
 
     Raises UsageError if the model is unknown.
     """
@@ -90,7 +92,9 @@ class HostProgram:
 def host_programs(
     text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
 ) -> tuple[list[HostProgram], list[Diagnostic]]:
-    """Return the data that a program sends to each endpoint, and the diagnostics of unreadable lines.
+    """Return the data that a program sends to each endpoint.
+
+    Also returns the diagnostics of unreadable lines.
 
     `endpoint`: the endpoint of lines that do not name one; `models`: the product at each endpoint.
     """
@@ -156,7 +160,7 @@ def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str)
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:
-    """Parse the lines of a program; return the actions of valid lines, and diagnostics for invalid lines."""
+    """Return the actions of a program, and diagnostics for its invalid lines."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
     read = _reader(suffix, codec, file, lines)
@@ -180,12 +184,15 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
         case ".if1":
             return partial(command_line, keyboard=named_keyboard(lines))
         case ".sms":
-            return lambda line, number, file: None  # a stored program contains no actions: all its lines are data
+            return lambda line, number, file: None  # A stored program has no actions such as `!input1 high`.
     raise unknown_kind(path=Path(file))
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters that a program sends to each controller, divided at each power-off."""
+    """Return the characters that a program sends to each controller, in sessions.
+
+    A power-off ends a session.
+    """
     match suffix:
         case ".talk":
             return _by_controller(acts, lines, codec).values()
@@ -199,7 +206,10 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
 
 @dataclass
 class _SentData:
-    """The characters that are sent to one controller, divided at each power-off."""
+    """The characters that a program sends to one controller, in sessions.
+
+    A power-off ends a session.
+    """
 
     sessions: list[Session] = field(default_factory=list)
     characters: list[Sent] = field(default_factory=list)
@@ -241,7 +251,7 @@ def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterat
 
 
 def _stored(lines: Iterable[str]) -> Iterator[Sequence[Session]]:
-    """Yield all characters of the source of a SmartMotor's stored program, with comments."""
+    """Yield all characters of a SmartMotor's stored program, including comments."""
     typed = (_characters(map(ord, line.expandtabs(1)), number) for number, line in enumerate(lines, start=1))
     yield [Session(tuple(sent for line in typed for sent in line), stored=True)]
 
@@ -261,7 +271,10 @@ def _line(act: Say) -> Iterator[Sent]:
 
 
 def _characters(codes: Iterable[int], line: int) -> Iterator[Sent]:
-    """Yield the characters of a line with their columns, and a final CR of width 0."""
+    """Yield the characters of a line with their columns, and then a CR.
+
+    The CR has the width 0.
+    """
     column = 0
     for column, code in enumerate(codes, start=1):
         yield Sent(code, line, column)

@@ -20,7 +20,7 @@ LONGEST = 200
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    """Return the rules for all diagnostic codes, in a dictionary by the family of controllers."""
+    """Return all diagnostic rules, by controller family."""
     return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
 
 

@@ -16,7 +16,9 @@ MOST_ROUNDS = 10
 def fix_text(
     text: str, find: Callable[[str], Sequence[Diagnostic]]
 ) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
-    """Apply all fixes that are sure; return the new text, the fixed diagnostics and the remaining diagnostics.
+    """Apply all fixes that are sure to be right.
+
+    Returns the new text, the fixed diagnostics and the remaining diagnostics.
 
     A round that would add errors is not applied.
     """
@@ -40,7 +42,10 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics without those whose fix overlaps the fix of an earlier diagnostic."""
+    """Return the diagnostics whose fixes do not overlap.
+
+    If two fixes overlap, the earlier diagnostic is returned.
+    """
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:
@@ -53,7 +58,10 @@ def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
-    """Apply edits to a text, from the last edit to the first, and return the new text with its line ends."""
+    """Apply edits to a text, and return the new text.
+
+    The last edit is applied first.  The line ends do not change.
+    """
     begins = [0]
     for line in text.splitlines(keepends=True):
         begins.append(begins[-1] + len(line))

@@ -20,7 +20,9 @@ KEYS = (rules.UNKNOWN_KEY.code, rules.MISSING_KEY.code)
 
 
 def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
-    """Return the errors in a scene as diagnostics.  If `text` is given, it is checked instead of the file's contents.
+    """Return the errors in a scene as diagnostics.
+
+    If `text` is given, `text` is checked instead of the contents of the file.
 
     Raises SceneError if the file is missing or is not text.
     """
@@ -29,7 +31,9 @@ def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
 
 
 def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Product]]]:
-    """Yield the endpoint and the file of each program that a scene names, and the products at all endpoints.
+    """Yield the programs that a scene names.
+
+    Each item contains the endpoint, the file, and the models at all endpoints.
 
     Nothing is yielded if the scene itself has errors.  A file is yielded only once for each endpoint.
     """
@@ -58,7 +62,10 @@ def _errors(file: Path, text: str) -> list[SceneError]:
 
 
 def _build_errors(source: Source) -> list[SceneError]:
-    """Build the scene without its state directories, which stay unchanged, and return the errors."""
+    """Build a scene without its state directories, and return the errors.
+
+    The state directories do not change.
+    """
     contents = source.contents()
     for table in contents.controller:
         table.state = None

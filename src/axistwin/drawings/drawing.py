@@ -13,7 +13,7 @@ Change = tuple[str, str, Any]
 
 
 class Drawing:
-    """A drawing in SVG and HTML, of which a browser page receives only the changes.
+    """A drawing in SVG and HTML that sends only its changes to browsers.
 
     `art`: SVG and HTML, in which the attribute `data-part` names each movable part.  `kind`: CSS classes.  `act` is
     called with the value of the attribute `data-act` of a part that the user has clicked.
@@ -54,7 +54,10 @@ class Drawing:
         return changes
 
     def everything(self) -> list[Change]:
-        """Return the present values of all parts, for a page that has just loaded the drawing."""
+        """Return the present values of all parts of the drawing.
+
+        A page that has just loaded the drawing needs these values.
+        """
         self._changes = []
         return [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
 

@@ -40,7 +40,10 @@ def readouts(*rows: str) -> str:
 
 
 def error_rows(axis: Axis) -> list[str]:
-    """Return readouts of following error and temperature for a servo axis, or of lost steps for a stepper axis."""
+    """Return the readouts that show the errors of an axis.
+
+    A servo axis has following error and temperature; a stepper axis has lost steps.
+    """
     of = axis.unit
     if isinstance(axis, ServoAxis):
         return [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
@@ -49,7 +52,10 @@ def error_rows(axis: Axis) -> list[str]:
 
 
 def motion_rows(axis: Axis) -> list[str]:
-    """Return readouts of position and velocity in pulses or counts and, if defined, in the machine unit."""
+    """Return the readouts of the position and velocity of an axis.
+
+    The unit is pulses or counts; a machine unit adds two readouts.
+    """
     of = axis.unit
     rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
     if axis.units is None:
@@ -79,7 +85,10 @@ def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
 
 
 def states(controller: Controller, name: str) -> str:
-    """Return the present faults of the axis as text, e.g. `jammed · out of step`; "" without faults."""
+    """Return the faults of an axis as text, e.g. `jammed · out of step`.
+
+    The text is empty without faults.
+    """
     return " \u00b7 ".join(_states(controller, name))
 
 

@@ -10,14 +10,18 @@ from axistwin.drawings.switches import Press
 
 
 def figure(controller: Controller, axis: str, press: Press) -> Figure:
-    """Return the drawing of an axis: a slide if its travel is limited, otherwise a shaft."""
+    """Return the drawing of an axis: a linear slide or a rotating shaft.
+
+    An axis with limited travel is drawn as a slide.
+    """
     limited = controller.axes[axis].limits is not None
     return Slide(controller, axis, press) if limited else Shaft(controller, axis)
 
 
 def used_axes(controller: Controller) -> list[str]:
-    """Return the axes that are in use, because they are configured, moving, or away from position 0.
+    """Return the axes that are in use.
 
+    An axis is in use if the axis is configured, moving or away from position 0.
     If no axis is configured, return all axes.
     """
     if not any(controller.given.get(axis) for axis in controller.axes):

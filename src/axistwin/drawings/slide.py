@@ -129,7 +129,10 @@ class Slide:
         return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
 
     def _button(self, part: str) -> str:
-        """Return the HTML attributes of a limit switch or home switch, which the user can click."""
+        """Return the HTML attributes of a limit or home switch.
+
+        The user can click the switch.
+        """
         if part not in self._switches:
             return f'data-part="{part}"'
         title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]

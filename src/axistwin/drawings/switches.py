@@ -15,7 +15,10 @@ LAMPS = re.compile(r"output\d|led")
 
 
 class Switches:
-    """The drawing of all switches and lamps of a controller that are not part of the drawing of an axis."""
+    """The drawing of a controller's remaining switches and lamps.
+
+    The drawings of the axes contain the other switches and lamps.
+    """
 
     def __init__(self, controller: Controller, press: Press) -> None:
         self._lamps = {lamp.source: lamp for group in controller.product.front for lamp in group.items
@@ -49,8 +52,9 @@ class Switches:
         return self._pins[name]
 
     def _inputs(self, controller: Controller) -> Iterator[str]:
-        """Yield the inputs that the drawing shows as switches: those of the front panel, and the home input.
+        """Yield the names of the inputs that the drawing shows as switches.
 
+        The inputs of the front panel and the home input are shown.
         Sensors and the joystick set their own levels.  Without a description of the front panel, all inputs.
         """
         stick, home = controller.product.joystick, controller.product.home_pin
@@ -91,7 +95,10 @@ def _spaced(name: str) -> str:
 
 
 def on_slides(controller: Controller) -> dict[str, str]:
-    """Return each limit or home input that the drawing of an axis shows, with its part in the drawing."""
+    """Return the limit and home inputs that the drawing of an axis shows.
+
+    The values are the names of the parts in the drawing.
+    """
     product, axes = controller.product, [axis for axis in controller.axes.values() if axis.limits is not None]
     if not axes:
         return {}
@@ -114,12 +121,12 @@ def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> No
 
 
 def is_pressed(pin: Pin) -> bool:
-    """True if the user holds the terminal at another level than the part that is connected to it."""
+    """True if the user has changed the level of the terminal."""
     return pin.driven and pin.level is not pin.undriven
 
 
 def action(pin: Pin) -> str:
-    """Return the action of a click on a switch: press or release."""
+    """Return the action that a click on a switch performs: low, high or release."""
     if is_pressed(pin):
         return "release"
     return "low" if pin.undriven else "high"

@@ -72,8 +72,9 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points of one piece of the path, and the first point of the next piece.
+        """Yield the points of one piece of the path.
 
+        The last point is the first point of the next piece.
         Each piece is one SVG element.
         """
         oldest = trail.begun - len(trail.points)
@@ -114,7 +115,10 @@ class Table:
 
 
 def _share(position: float, limits: tuple[int, int]) -> float:
-    """Return a position as a fraction of the travel, from 0 to 1, or slightly beyond these limits."""
+    """Return a position as a fraction of the travel, from 0 to 1.
+
+    The fraction of a position beyond a limit is slightly below 0 or above 1.
+    """
     first, last = limits
     return min(max((position - first) / max(last - first, 1), -0.03), 1.03)
 

@@ -27,7 +27,10 @@ Point = tuple[int, int]
 
 
 def table_axes(controller: Controller) -> tuple[str, str] | None:
-    """Return the first two axes with limited travel, which form an X-Y table; None if there are fewer than two."""
+    """Return the two axes of an X-Y table; None if the machine has no X-Y table.
+
+    An X-Y table consists of the first two axes with limited travel.
+    """
     with_travel = [name for name, axis in controller.axes.items() if axis.limits is not None]
     return (with_travel[0], with_travel[1]) if len(with_travel) > 1 else None
 
@@ -54,7 +57,7 @@ class Trail:
         return self._axes[0].position, self._axes[1].position
 
     def update(self) -> None:
-        """Add the path of the X-Y table since the previous update."""
+        """Add the moves since the previous update to the path."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
@@ -81,8 +84,9 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times of the next points of the path: all starts and ends of moves since the previous update.
+        """Return the times of the next points of the path.
 
+        Each start and end of a move since the previous update is a point.
         In each interval in which both axes move, `PIECES` - 1 times are added.
         """
         ends = sorted({now_ns, *(end for axis in self._axes for end in _ends(axis, self._seen_ns, now_ns))})
@@ -112,7 +116,7 @@ def _straight(first: Point, middle: Point, last: Point) -> bool:
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest move that a drawing of this axis shows."""
+    """Return the start time of the oldest move in the drawing of an axis."""
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
@@ -155,7 +159,7 @@ class Trails:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Create an empty trail for each X-Y table on a bench."""
+        """Create an empty trail for each X-Y table."""
         tables = ((controller, table_axes(controller)) for controller in bench.controllers.values())
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 

@@ -16,7 +16,10 @@ from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
 
 async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
-    """Open a port and return the controller at this port; the arguments are those of `connect`."""
+    """Open a port and return the controller at this port.
+
+    The arguments are those of `connect`.
+    """
     controller = AsyncController(url, make(model, options), baud)
     try:
         await controller.run(nothing())
@@ -170,7 +173,10 @@ class AsyncController:
             await port.close()
 
     async def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the protocol core.  Raises DriverError if the function fails."""
+        """Execute a function of the controller's protocol.
+
+        Raises DriverError if the function fails.
+        """
         async with self._lock:
             if self._port is None:
                 self._port = await (self._opening() if self._opening else open_port(self.url, self.core, self._baud))
@@ -182,7 +188,7 @@ class AsyncController:
 
     @property
     def clock(self) -> WallClock | Port:
-        """Clock of the controller's port: real time, or the virtual time of a bench."""
+        """Clock of the controller's port, in real time or in virtual time."""
         return self._port or WallClock()
 
 
@@ -246,7 +252,7 @@ class AsyncAxis(ScaledAxis):
         return (await self.status()).known_position()
 
     async def set_position(self, position: float) -> None:
-        """Assign a value to the present position of the axis, which must be at rest."""
+        """Assign a value to the present position of an axis at rest."""
         await self.controller.run(self.core.set_position(self.scale.counts(position)))
 
     async def clear_faults(self) -> None:

@@ -53,7 +53,7 @@ class Status:
 
 @dataclass
 class Scale:
-    """The user's unit of an axis, e.g. mm, with its number of counts."""
+    """The user's unit of an axis, e.g. mm, and the number of counts per unit."""
 
     counts_per_unit: float = 1.0
     """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""
@@ -64,7 +64,7 @@ class Scale:
         return round(units * self.counts_per_unit)
 
     def rate(self, units: float) -> float:
-        """Convert a velocity or an acceleration from the user's unit to counts."""
+        """Convert a velocity or acceleration from the user's unit to counts."""
         return abs(units * self.counts_per_unit)
 
     def status(self, raw: Status) -> Status:
@@ -95,7 +95,10 @@ class Axis(Protocol):
         """Begin a move to a position."""
 
     def move_by(self, distance: float) -> None:
-        """Begin a move by a distance from the last target, or after a stop from the present position."""
+        """Begin a move by a distance from the last target.
+
+        After a stop, the distance is measured from the present position.
+        """
 
     def move_at(self, velocity: float) -> None:
         """Run the axis at a signed velocity until `stop` is called."""
@@ -116,7 +119,7 @@ class Axis(Protocol):
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
 
     def set_position(self, position: float) -> None:
-        """Assign a value to the present position of the axis, which must be at rest."""
+        """Assign a value to the present position of an axis at rest."""
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""

@@ -107,7 +107,10 @@ class Controller:
         self.core.close()
 
     def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the protocol core.  Raises DriverError if the function fails."""
+        """Execute a function of the controller's protocol.
+
+        Raises DriverError if the function fails.
+        """
         with self._lock:
             if self._port is None:
                 self._port = SerialPort(self.url, self.core, self._baud)
@@ -178,7 +181,7 @@ class BlockingAxis(ScaledAxis):
         return self.status().known_position()
 
     def set_position(self, position: float) -> None:
-        """Assign a value to the present position of the axis, which must be at rest."""
+        """Assign a value to the present position of an axis at rest."""
         self._controller.run(self.core.set_position(self.scale.counts(position)))
 
     def clear_faults(self) -> None:
@@ -208,7 +211,7 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return the error for a motion that has not ended within the timeout."""
+    """Return the error that reports that a motion has not ended in time."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 

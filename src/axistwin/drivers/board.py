@@ -33,17 +33,19 @@ class FailedError(RefusedError):
 
 
 def signed(value: bytes) -> int:
-    """Return the signed number in these bytes, whose first byte is the most significant."""
+    """Decode a signed number, most significant byte first."""
     return int.from_bytes(value, "big", signed=True)
 
 
 def four(value: int) -> bytes:
-    """Return a signed number as four bytes, most significant byte first."""
+    """Encode a signed number as four bytes, most significant byte first."""
     return value.to_bytes(4, "big", signed=True)
 
 
 class Board(Core):
-    """Protocol core of an 1810 or 1811, whose only axis is `motor`.
+    """Implements the protocol of an 1810 or 1811.
+
+    The only axis is `motor`.
 
     `interrupts`: wait for messages by the interrupt line instead of polling the status byte.  `marker_bit`: the user
     bit, 0 to 2, that is set to detect a reset of the board by another program; None: no detection.  `home_active_high`,
@@ -192,7 +194,7 @@ class Board(Core):
         if not self.interrupts:
             yield Pause(POLL_S)
         elif (yield from self._ask("i")) != "1":
-            # the host receives the report of an interrupt, or nothing within the timeout
+            # wait until the bus socket reports an interrupt of the board
             data: bytes = yield Read(min(self.timeout, 0.05))
             self._received += data
 
@@ -254,7 +256,9 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Stream velocities to the board, one for each update interval (commands 52h and E1h).
+        """Send the velocities of a motion to the board, one for each update interval.
+
+        The commands are 52h and E1h.
 
         A negative velocity is CCW; the last velocity must be 0.  Returns when the last velocities are in the buffer of
         about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises
@@ -310,11 +314,14 @@ class Motor(AxisCore):
         self._home_from = 0
 
     def forget(self) -> None:
-        """Discard the driver's state that is invalid after a reset of the board."""
+        """Discard the driver's data about the motion, which a reset of the board has ended."""
         self._profile, self._target, self._homing = None, None, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
-        """Return the code of the range for a velocity, and the bytes of velocity and acceleration in this range."""
+        """Encode the velocity and the acceleration of a move for a command.
+
+        Return the code of the velocity range, and the bytes of velocity and acceleration in this range.
+        """
         if not 0 < velocity <= self.max_velocity:
             raise RefusedError(
                 f"velocity {velocity:g} pulses/s: expected more than 0 and at most {self.max_velocity:g}"
@@ -358,7 +365,10 @@ class Motor(AxisCore):
         yield from self.move_to((yield from self._position()) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run the motor at a signed velocity until `stop` is called, or change the velocity of a running motor."""
+        """Run the motor at a signed velocity until `stop` is called.
+
+        If the motor is running, only its velocity changes.
+        """
         if not velocity:
             yield from self.stop()
             return
@@ -427,7 +437,7 @@ class Motor(AxisCore):
         """Return True while a commanded motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            # the motor is at rest at times during a search for HOME
+            # the motor stops several times during a search for HOME
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
@@ -450,7 +460,7 @@ class Motor(AxisCore):
         self._board._lost = ""
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the motor, which must be at rest."""
+        """Assign a value to the present position of a motor at rest."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)

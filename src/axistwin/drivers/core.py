@@ -22,7 +22,9 @@ class Line:
 
 
 class Core(ABC):
-    """Base class of the protocol cores, which do no input or output.
+    """Base class for the protocols of controllers.
+
+    The classes do no input or output.
 
     The functions of a core are generators of `steps`.
     """
@@ -39,7 +41,10 @@ class Core(ABC):
         self._in_step = False
 
     def converse(self, procedure: Procedure[T]) -> Procedure[T]:
-        """Execute a procedure.  If the last procedure failed, first synchronise with the controller again."""
+        """Execute a procedure, in which the driver sends requests and receives answers.
+
+        After a failed procedure, first synchronise with the controller again.
+        """
         if not self._in_step:
             yield from self.synchronise()
         self._in_step = False
@@ -52,13 +57,13 @@ class Core(ABC):
         return result
 
     def close(self) -> None:
-        """Discard the received bytes; called when the port has been closed."""
+        """Discard all received bytes after the port has been closed."""
         self._received.clear()
         self._in_step = False
 
     @abstractmethod
     def synchronise(self) -> Procedure[None]:
-        """Find the controller and prepare the controller for commands."""
+        """Check that the controller answers, and prepare the controller for commands."""
 
     def statuses(self) -> Procedure[dict[str, Status]]:
         """Return the state of each axis; positions are in counts."""
@@ -109,7 +114,7 @@ class Core(ABC):
 
 
 class AxisCore(ABC):
-    """An axis of a protocol core, with positions and velocities in counts."""
+    """An axis of a controller, with positions and velocities in counts."""
 
     def __init__(self, name: str, velocity: float, acceleration: float, *, exact: bool = True) -> None:
         self.name, self.velocity, self.acceleration = name, velocity, acceleration
@@ -172,7 +177,7 @@ class ScaledAxis:
 
     @property
     def scale(self) -> Scale:
-        """The user's unit of the axis, e.g. mm, with its number of counts."""
+        """The user's unit of the axis, e.g. mm, and the number of counts per unit."""
         return self.core.scale
 
     @scale.setter

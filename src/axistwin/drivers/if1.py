@@ -72,7 +72,7 @@ class _State:
 
 
 class IF1(Core):
-    """Protocol core of an IF1 or IF2 with three axes.
+    """Implements the protocol of an IF1 or IF2 with three axes.
 
     `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
     each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
@@ -148,7 +148,7 @@ class IF1(Core):
 
     def _adopt(self) -> Procedure[None]:
         """Read the state of a controller that is already initialised."""
-        yield from self._number("F")  # reading F clears the data fault that an incomplete message has caused
+        yield from self._number("F")  # status request F clears the data fault of an incomplete message
         if self._known:
             yield from self._poll()
             return
@@ -173,7 +173,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        # an axis keeps the first reason for which its position was lost
+        # keep the first reason why the position of an axis was lost
         self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages
@@ -205,7 +205,10 @@ class IF1(Core):
         return int(answer)
 
     def _motion(self) -> Procedure[int]:
-        """Read the motion status, and store the faults, because reading clears them in the controller."""
+        """Read the motion status, and store its faults in the driver.
+
+        The controller clears these faults when they are read.
+        """
         bits = yield from self._number("K")
         self._state.latched |= bits & (DRIVE | ESTOP | LIMIT | COMMUNICATION)
         if bits & COMMUNICATION:
@@ -234,7 +237,7 @@ class IF1(Core):
         return False
 
     def _estimate(self, move: Move, steps: int) -> Procedure[None]:
-        """Update the estimated position of a move in progress from the step count and the time."""
+        """Estimate the position during a move from the step count and the elapsed time."""
         now: float = yield Clock()
         expected = steps if move.stopped or move.homing else move.profile.position(now - move.begun)
         near = min(max(expected, steps - READING_ERROR), steps + READING_ERROR)
@@ -308,7 +311,7 @@ class IF1(Core):
         return self._status(axis, (yield from self._poll()))
 
     def statuses(self) -> Procedure[dict[str, Status]]:
-        """Return the state of each axis after one reading of the controller; positions are in steps."""
+        """Read the controller once, and return the state of each axis in steps."""
         moving = yield from self._poll()
         return {name: self._status(axis, moving) for name, axis in self.axes.items()}
 
@@ -393,7 +396,10 @@ class IF1(Core):
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
     def outputs(self, on: Iterable[int] = (), off: Iterable[int] = ()) -> Procedure[None]:
-        """Set the outputs `on` and reset the outputs `off`, each with a number from 1 to 5."""
+        """Set the outputs `on`, and reset the outputs `off`.
+
+        Outputs have numbers from 1 to 5.
+        """
         setting, resetting = "".join(map(str, on)), "".join(map(str, off))
         text = (f"S{setting}" if setting else "") + (f"R{resetting}" if resetting else "")
         if text:
@@ -471,7 +477,7 @@ class IF1Axis(AxisCore):
         yield from self._if1.stop()
 
     def abort(self) -> Procedure[None]:
-        """Decelerate as `stop` does, because an IF1 has no faster command."""
+        """Decelerate all axes, as `stop` does, because an IF1 has no faster stop."""
         yield from self._if1.stop()
 
     def home(self, direction: int) -> Procedure[None]:
@@ -492,7 +498,7 @@ class IF1Axis(AxisCore):
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the axis, which must be at rest."""
+        """Assign a value to the present position of an axis at rest."""
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:

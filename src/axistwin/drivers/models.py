@@ -21,13 +21,16 @@ MODELS: dict[str, Callable[..., Core]] = {
 
 
 def make(model: str, options: dict[str, Any]) -> Core:
-    """Return the protocol core of a model.  Raises DriverError for an unknown model or option."""
+    """Return an object that implements the protocol of a controller model.
+
+    Raises DriverError for an unknown model or option.
+    """
     if model not in MODELS:
         raise DriverError(f"unknown model {model!r}: expected one of {', '.join(MODELS)}")
     known = signature(MODELS[model]).parameters
     for name in options:
         if name not in known:
-            raise DriverError(f"no option {name!r} for {model}: expected one of {', '.join(known)}")
+            raise DriverError(f"unknown option {name!r} for the model {model}: expected one of {', '.join(known)}")
     try:
         return MODELS[model](**options)
     except (TypeError, ValueError) as reason:

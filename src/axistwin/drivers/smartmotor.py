@@ -26,7 +26,7 @@ ALL = 0
 
 
 class SmartMotors(Core):
-    """Protocol core of one SmartMotor, or of all SmartMotors on a serial line.
+    """Implements the protocol of the SmartMotors on a serial line.
 
     The axis of a single motor is `shaft`; the axes on a line are `shaft1`, `shaft2` and so on.
 
@@ -120,7 +120,7 @@ class SmartMotors(Core):
 
     @property
     def one_by_one(self) -> bool:
-        """True if the driver must receive each answer before it sends the next request."""
+        """True if the driver must wait for each answer before the next request."""
         return self.echo or self.rs485
 
     def ask(self, prefix: bytes, *reports: str) -> Procedure[list[str]]:
@@ -158,7 +158,10 @@ class SmartMotors(Core):
         return {pin: bool(bits >> number & 1) for number, pin in enumerate("ABCDEFG")}
 
     def cam(self, table: Sequence[int], base: int, axis: str | None = None) -> Procedure[None]:
-        """Store a cam table that spans `base` counts of the master encoder, and begin to follow the master."""
+        """Store a cam table in the motor, and begin to follow the master encoder.
+
+        `base`: counts of the master encoder for the whole table.
+        """
         for begin in range(0, len(table), 8):
             part = " ".join(map(str, table[begin : begin + 8]))
             yield from self.command(f"aw[{begin}] {part}.", axis)
@@ -199,7 +202,10 @@ class SmartMotors(Core):
         return text.removeprefix(shaft.prefix + b"UPLOAD\r").rstrip(b"\xff").decode("ascii", "replace")
 
     def stream(self, points: Iterable[tuple[int, int]], axis: str | None = None) -> Procedure[None]:
-        """Send at most 16 pairs of clock value and position in host mode, and begin the motion."""
+        """Send at most 16 points of a path to the motor, and begin the motion.
+
+        Each point has a clock value and a position (host mode).
+        """
         shaft = self.shaft(axis)
         yield from self.send(shaft.prefix, "MD")
         for clock, position in points:
@@ -255,7 +261,7 @@ class Shaft(AxisCore):
         return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
 
     def _state(self) -> Procedure[tuple[int, int]]:
-        """Return the motor's position and status word, and detect a power cut."""
+        """Read the motor's position and status word, and detect a power cut."""
         position, word, acceleration = yield from self._read()
         if not acceleration:
             yield from self.prepare()
@@ -283,7 +289,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # after a doubled acceleration, a power cut would not be detected
+            units += 1  # a difference equal to the old acceleration would hide a power cut
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0
@@ -301,7 +307,10 @@ class Shaft(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the last target, or after a stop from the present position."""
+        """Begin a move by a distance from the last target.
+
+        After a stop, the distance is measured from the present position.
+        """
         _, word = yield from self._state()
         base = self.setpoint if word & TRAJECTORY else (yield from self._state())[0]
         yield from self.move_to(base + distance)
@@ -319,13 +328,16 @@ class Shaft(AxisCore):
         yield from self._end("S")
 
     def _end(self, text: str) -> Procedure[None]:
-        """Send a stop command, and wait for an answer that proves that the motor has received the command."""
+        """Send a stop command, and check by a report that the motor has received the command."""
         self._homing = 0
         yield from self._line.send(self.prefix, text)
         yield from self._read()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the index pulse of the encoder, which becomes position 0."""
+        """Begin a search for the index pulse of the encoder.
+
+        The position of the pulse becomes 0.
+        """
         yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
         self._homing = direction
@@ -353,7 +365,10 @@ class Shaft(AxisCore):
         )
 
     def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
-        """Continue a search for the index pulse: stop the motor after the pulse, then set the pulse's position to 0."""
+        """Continue a search for the index pulse of the encoder.
+
+        Stop the motor after the pulse, then set the position of the pulse to 0.
+        """
         if not word & TRAJECTORY and not word & INDEX:
             self._homing = 0  # a limit or a fault has ended the search for the index pulse
         elif word & INDEX and word & TRAJECTORY:

@@ -12,7 +12,10 @@ from axistwin.controllers.commandset import Command, Field
 
 @dataclass(frozen=True)
 class Hover:
-    """Answer to a hover request: the meaning of a word in Markdown, and its place in the line."""
+    """Answer to a hover request: an explanation of the word under the cursor.
+
+    `text`: the explanation in Markdown.  `begin` and `end`: place of the word in the line.
+    """
 
     text: str
     begin: int

@@ -51,7 +51,10 @@ class Background:
         self._end()
 
     def _settle(self, task: bytes, done: "Future[Any]") -> None:
-        """Execute a task in the separate process, and store the result in `done`.  Runs in a thread."""
+        """Execute a task in the separate process, and set the result of the future `done`.
+
+        This function runs in a thread.
+        """
         answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
         if self._closed:
             return  # after `close`, the event loop may have ended

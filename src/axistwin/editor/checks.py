@@ -34,7 +34,7 @@ class Snapshot(NamedTuple):
 
     @property
     def text(self) -> Text:
-        """The text of the document, with its language support."""
+        """The copied document as a `Text`."""
         return Text(TextDocument(self.uri, self.source, position_codec=PositionCodec(self.encoding)))
 
 

@@ -20,7 +20,7 @@ RANGES = [f"{velocity}{acceleration}" for velocity in range(6) for acceleration 
 
 
 class Commands:
-    """Language support for `.181x` files, and for the `>` lines of a conversation."""
+    """Language support for the commands of an 1810 or 1811, in `.181x` files and conversations."""
 
     def __init__(self, made: Product, suffix: str = ".181x") -> None:
         self.made, self.suffix = made, suffix
@@ -64,7 +64,7 @@ class Commands:
         return _values(fields[number - 1]) if number <= len(fields) else []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences of a program with their commands, and its move definitions."""
+        """Return the sequences and the move definitions of a program."""
         found: list[Symbol] = []
         defining: tuple[int, str, list[Symbol]] | None = None
         for number, line in enumerate(lines, start=1):
@@ -87,13 +87,16 @@ class Commands:
         return found
 
     def is_modal(self, line: str) -> bool:
-        """True for a line with a modal command or with an action such as `! power off`."""
+        """True if a line can change which commands are valid in the next lines.
+
+        Such a line contains a modal command, or an action such as `! power off`.
+        """
         text = line.partition(";")[0]
         command = self._first_command(text)
         return text.lstrip().startswith("!") or (command is not None and command.opcode in MODAL)
 
     def _first_command(self, text: str) -> Opcode | None:
-        """Return the command at the beginning of a text; None if the text begins with anything else."""
+        """Return the command at the beginning of a text; None for a text without a command."""
         first = (text.split() or [""])[0]
         if first in self.names:
             return self.names[first]
@@ -101,7 +104,10 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter in the word with the index `here`; None if this word contains no parameter."""
+        """Return the parameter in one word of a command; None for a word without a parameter.
+
+        `here`: index of the word.
+        """
         given = text.split()
         if given[0] in self.names:
             fields = _written(command)
@@ -114,7 +120,10 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return a session with the modal commands of the previous lines; it decides which commands are valid next."""
+        """Return the modal commands of the previous lines as a session.
+
+        The session decides which commands are valid next.
+        """
         codec = codec_of(self.made)
         lines = [line if self.is_modal(line) else "" for line in lines]
         acts, _ = read_acts(lines, self.suffix, codec)

@@ -16,7 +16,10 @@ OPERANDS = ("", "1", "+1", "1,1")
 
 
 class CommandLines:
-    """Language support for `.if1` files, in which each line is a message, a `+` line, a `!` line or a comment."""
+    """Language support for `.if1` files.
+
+    Each line is a message, a pause (`+`), an action (`!`) or a comment.
+    """
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the command at a place in the text."""
@@ -33,7 +36,10 @@ class CommandLines:
 
 
 def _message(line: str) -> str:
-    """Return the message to the IF1 in a line; "" for a `+` line or a `!` line."""
+    """Return the message that a line sends to the IF1; "" for a line without a message.
+
+    A line that begins with `+` or `!` sends no message.
+    """
     words = line.partition(";")[0]
     return "" if words.lstrip().startswith(("+", "!")) else words
 
@@ -74,7 +80,10 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield the sequence that a message defines, with its steps; nothing for another message."""
+    """Yield the sequence that a message defines, with all steps.
+
+    Yield nothing if the message defines no sequence.
+    """
     if not text.lstrip().startswith(":"):
         return
     message = parse(text.rstrip(), COMMANDS)

@@ -39,7 +39,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """The language support for this kind of file; None for other files and for too long texts."""
+        """Language support for the file type; None for an unknown type or a text that is too long."""
         if self.too_long:
             return None
         match self.suffix:
@@ -64,7 +64,7 @@ class Text:
         """Convert a line and a column, both from 1, to a position in the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # an ASCII line needs no conversion, which would be slow for long lines
+            return here  # conversion is slow, and ASCII lines do not need it
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

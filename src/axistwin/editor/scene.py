@@ -76,7 +76,10 @@ class Scenes:
         return None if found is None else found[1]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the tables of the scene file; the table of a controller gets the controller's name."""
+        """Return one symbol for each table of a scene file.
+
+        The symbol of a controller's table has the controller's name.
+        """
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
         return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]
@@ -95,7 +98,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the keys of the table that contains a line of a scene."""
+    """Return the path of the table that contains a line of a scene."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -103,7 +106,7 @@ def _table(lines: list[str], line: int) -> list[str]:
 
 
 def _model(lines: list[str], line: int) -> str:
-    """Return the model of the controller whose table contains a line."""
+    """Return the controller model from the [[controller]] table that contains a line."""
     begin = next((n for n in range(line, 0, -1) if re.match(r"\s*\[\[\s*controller\s*\]\]", lines[n - 1])), None)
     if begin is None:
         return ""
@@ -155,7 +158,10 @@ def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str,
 
 
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition to which a node of the JSON Schema refers; of several alternatives, the first table."""
+    """Return the definition that a node of the JSON Schema refers to.
+
+    Of several alternatives, the first table is returned.
+    """
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []
@@ -212,7 +218,10 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Search the table around a line for a pattern; return the value that the pattern contains."""
+    """Search the table that contains a line for a regular expression.
+
+    Return the text of the expression's first group; "" without a match.
+    """
     begin = next((n for n in range(line, 0, -1) if lines[n - 1].lstrip().startswith("[")), 0)
     for each in lines[begin:]:
         if each.lstrip().startswith("["):

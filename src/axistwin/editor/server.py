@@ -165,7 +165,10 @@ def _completions(text: Text, line: int, at: int) -> lsp.CompletionList:
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
-    """Convert a completion to the protocol; completions are sorted in the order of the manual."""
+    """Convert a completion to the form of the Language Server Protocol.
+
+    The editor sorts the completions by `number`, in the order of the manual.
+    """
     documentation = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.text) if item.text else None
     return lsp.CompletionItem(
         item.label,

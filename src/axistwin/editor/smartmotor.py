@@ -44,9 +44,9 @@ def parsed(line: str) -> tuple[tuple[Statement, int, int], ...]:
 
 @dataclass(frozen=True)
 class Outline:
-    """The labels, variables and block keywords of a line, which completion needs.
+    """The labels, variables and block keywords of a program line.
 
-    The statements are not read, because a text has thousands of lines.
+    Completion needs these parts of all lines.  The statements are not read, because a text has thousands of lines.
     """
 
     labels: tuple[tuple[int, int], ...]
@@ -65,7 +65,7 @@ def outline(line: str) -> Outline:
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Return a string as dots, or a comment as blanks, with the same number of characters."""
+    """Replace a string by dots, or a comment by blanks, of the same length."""
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 
@@ -90,7 +90,10 @@ class Source:
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
     def label_at(self, line: int, at: int) -> int | None:
-        """Return the number of the label that the statement at a place defines or calls; None for other statements."""
+        """Return the label number in the statement at a place in the program.
+
+        None for a statement that neither defines nor calls a label.
+        """
         found = self.statement(line, at)
         return digits(found[0]) if found is not None and word(found[0]) in LABELLED else None
 

@@ -32,7 +32,10 @@ class Conversations:
     """Language support for conversations (`.talk` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the word under the cursor: a command, a pin, an axis, or the first character."""
+        """Return the meaning of the word under the cursor, e.g. a command, a pin or an axis.
+
+        The mark at the beginning of a line, e.g. `>`, has a meaning, too.
+        """
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None
@@ -110,7 +113,7 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return a session with the modal commands that the host has sent to the controller `name`."""
+    """Return the modal commands from the host to one controller as a session."""
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
@@ -136,14 +139,17 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that a conversation with a model accepts after `!` and after `=`, and the model's pins."""
+    """Return the valid names of actions, checked values and pins for a controller model.
+
+    Keys: "!" for actions, "=" for checked values, and "pins".
+    """
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
     return {"!": acts, "=": asked, "pins": tuple(controller.pins)}
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Return `names`, but instead of a name that contains AXIS, one name for each axis."""
+    """Replace each name that contains AXIS by one name for each axis."""
     listed = list(axes)
     return tuple(
         each

@@ -52,9 +52,9 @@ class Terms:
             if given is not None:
                 _check_seconds(key, given)
         if type(self.nth) is not int or self.nth < 1:
-            raise UsageError(f"nth={self.nth!r}: expected a whole number, 1 or more")
+            raise UsageError(f"invalid nth={self.nth!r}: expected a whole number, 1 or more")
         if self.seed is not None and type(self.seed) is not int:
-            raise UsageError(f"seed={self.seed!r}: expected a whole number")
+            raise UsageError(f"invalid seed={self.seed!r}: expected a whole number, e.g. 1")
 
 
 class Fault:
@@ -83,7 +83,7 @@ class Fault:
         """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a subscriber called `mend` before the fault had fully begun
+            if self._mend is None:  # a callback has called `mend` at the start of the fault
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the kind and the values of each other active fault on the part that this fault affects."""
+        """Return the other active faults on the same part: the kind and the parameters of each fault."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -119,7 +119,10 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """Report the end of a fault that ends by itself, without a call of `mend`."""
+        """Mark this fault as finished, and notify the subscribers.
+
+        For a fault that ends by itself, without a call of `mend`.
+        """
         if self.on:
             self.state = State.OVER
             self._faults.changes.emit(self, "ends")
@@ -144,14 +147,14 @@ class Faults:
         return iter(tuple(self._those.values()))
 
     def __getitem__(self, name: str) -> Fault:
-        """Return the fault of this name.  Raises UsageError if there is none."""
+        """Return the fault with the given name.  Raises UsageError for an unknown name."""
         if name not in self._those:
             raise UsageError(f"no fault {name!r} on this bench: there are {', '.join(self.names) or 'none'}")
         return self._those[name]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all faults, in the order in which they were added."""
+        """The names of all faults, oldest first."""
         return tuple(self._those)
 
     def add(
@@ -168,7 +171,9 @@ class Faults:
         here: str = "",
         **parameters: Any,
     ) -> Fault:
-        """Add a fault to a line, pin, axis or controller; the fault begins now, or as `at` and `when` specify.
+        """Add a fault to a serial line, pin, axis or controller.
+
+        The fault begins now, or as `at` and `when` specify.
 
         `at`: seconds since the bench was created.  `when`: an event such as "X passes 1000" (see `triggers`); the fault
         begins at its `nth` occurrence after `at`.  `duration`: seconds until the fault ends; None: until `mend`.
@@ -192,7 +197,9 @@ class Faults:
 
         def do() -> Fault:
             if terms.at is not None and to_ns(terms.at) < (now_ns := self.world.clock.now):
-                raise UsageError(f"at={terms.at:g} has passed: expected {to_seconds(now_ns):g} s or later")
+                raise UsageError(
+                    f"the start time at={terms.at:g} has passed: expected {to_seconds(now_ns):g} s or later"
+                )
             fault = Fault(self, self._free_name(terms.name, kind), chosen, spot, values, terms.seed)
             self._those[fault.name] = fault
             self._start(fault, arm, terms)
@@ -201,7 +208,10 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger for an event such as "X passes 1000"; None without an event.  Raises UsageError."""
+        """Return the trigger for an event such as "X passes 1000"; None without an event.
+
+        Raises UsageError for an invalid event.
+        """
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
@@ -212,15 +222,17 @@ class Faults:
         if not on:
             example = kind.on.value.partition(",")[0]
             thing = with_article(THINGS[kind.on])
-            raise UsageError(f"fault {kind.name} has no place: expected the name of {thing}, e.g. {example}")
+            raise UsageError(
+                f"no part is given for the fault {kind.name}: expected the name of {thing}, e.g. {example}"
+            )
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return all parts of the bench with the type `on`, e.g. all axes, under each of their valid names."""
+        """Return all parts of one type, e.g. all axes of the bench, by name."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
-        """End the fault of this name, all faults of this kind, or all faults if the name is "all".
+        """End the faults with the given name or kind; the name "all" ends every fault.
 
         Raises UsageError if no such fault exists.
         """
@@ -231,7 +243,10 @@ class Faults:
             fault.mend()
 
     def subscribe(self, callback: Listener) -> Callable[[], None]:
-        """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
+        """Call `callback(fault, what)` whenever a fault begins or ends.  Return an unsubscribe function.
+
+        `what`: "begins" or "ends".
+        """
         return self.changes.subscribe(callback)
 
     def _start(self, fault: Fault, arm: triggers.Arm | None, terms: "Terms") -> None:
@@ -258,11 +273,14 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a run until idle does not wait for the start of a fault
+            clock.background += 1  # a fault that has not begun does not keep the bench busy
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End the active fault of the same kind on the same part; only a serial line can have several."""
+        """End an older fault of the same kind on the same part.
+
+        Only a serial line can have several active faults of one kind.
+        """
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return
         for other in self:
@@ -286,7 +304,7 @@ def free_name(kind: str, taken: Collection[str]) -> str:
 
 def _check_seconds(key: str, given: float) -> None:
     if isinstance(given, bool) or not 0 <= given < float("inf"):
-        raise UsageError(f"{key}={given!r}: expected seconds, 0 or more")
+        raise UsageError(f"invalid {key}={given!r}: expected a number of seconds, 0 or more")
     try:
         to_ns(given)
     except UsageError as error:

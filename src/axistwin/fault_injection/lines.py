@@ -26,7 +26,10 @@ def double(case: Case) -> Mend:
 
 
 def flip(case: Case) -> Mend:
-    """Fault: the data bits of `mask` are inverted in each character; a `mask` of 0 inverts one random bit."""
+    """Fault: data bits of the characters are inverted.
+
+    `mask`: the bits to invert; 0: one random bit of each character.
+    """
     mask = case.values["mask"]
     if mask:
         return _some(case, disturbance.flip(mask))
@@ -55,7 +58,7 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # a rate that the host has set during the fault is kept
+        if host.baudrate == case.values["baudrate"]:  # keep a rate that the host has set during the fault
             host.baudrate = before
 
     return mend

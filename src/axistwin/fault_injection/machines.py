@@ -36,7 +36,7 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """End the fault of a bouncing contact, which then follows its source again."""
+        """Stop the bouncing, so that the terminal follows its source again."""
         self._unsubscribe()
         self._bouncing = False
         self._release()
@@ -50,7 +50,10 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """Set a bouncing contact to `level`, and schedule its next change if more than one is left."""
+        """Set the bouncing contact to `level`, and schedule the next bounce.
+
+        `left`: the number of bounces that remain, including the present one.
+        """
         if not self._bouncing:
             return
         before, self._let_go = self._let_go, self._pin.hold(level)
@@ -89,12 +92,12 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError for an output, or for an input whose level with an open wire is not defined."""
+    """Raise UsageError unless the terminal is an input with a known level for an open wire."""
     assert spot.pin is not None, "the fault is one of a pin"
     if not spot.pin.drivable:
         raise UsageError(f"{spot.name} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
-        raise UsageError(f"the level of {spot.name} with an open wire is not defined: use the fault stuck instead")
+        raise UsageError(f"the level of {spot.name} with an open wire is not defined: use the fault `stuck`")
 
 
 def open_limit(case: Case) -> Mend:
@@ -108,7 +111,7 @@ def open_limit(case: Case) -> Mend:
 def check_limits(spot: Spot) -> None:
     """Raise UsageError if the controller has no limit inputs."""
     if spot.machine.product.limit_pins is None:
-        raise UsageError(f"{spot.name} has no limit inputs: expected another controller")
+        raise UsageError(f"{spot.name} has no limit inputs: expected a controller with limit inputs")
 
 
 # Encoders
@@ -144,7 +147,10 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Set the encoder's count ratio to the product of the ratios of all active faults."""
+    """Set the ratio of reported counts to true counts for all active faults of an encoder.
+
+    The ratio is the product of the ratios of these faults.
+    """
     encoder = _axis(case).encoder
 
     def count(*own: Fraction) -> None:
@@ -204,7 +210,10 @@ def check_push(spot: Spot) -> None:
 
 
 def drive_fault(case: Case) -> Mend:
-    """Fault: the drive switches off, so that the motor has no torque, and signals the fault."""
+    """Fault: the drive switches off and signals the fault.
+
+    The motor has no torque.
+    """
     let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
     return all_of([_axis(case).weaken(0.0), let_go])
 
@@ -218,9 +227,11 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     pins = spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(f"{spot.machine.name} has no fault input for a drive: use the fault stall, jam or overheat")
+        raise UsageError(f"{spot.machine.name} has no fault input for a drive: use the fault `jam` or `stall`")
     if name not in pins:
-        raise UsageError(f"{spot.machine.name} has no fault input for the drive of {name}: there are {', '.join(pins)}")
+        raise UsageError(
+            f"{spot.machine.name} has no fault input for the drive of {name}: expected one of {', '.join(pins)}"
+        )
     return pins[name]
 
 
@@ -233,7 +244,10 @@ def overheat(case: Case) -> Mend:
 
 
 def supply_dip(case: Case) -> Mend:
-    """Fault: the supply voltage drops; a SmartMotor resets below a limit, other controllers always reset."""
+    """Fault: the supply voltage drops.
+
+    A SmartMotor resets below a limit; other controllers always reset.
+    """
     axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     return power_cut(case) if axis is None else axis.sag(case.values["left"])
 

@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """The part of a controller's interface that faults use."""
+    """Interface between the fault injector and a controller."""
 
     name: str
     product: Product
@@ -57,7 +57,7 @@ class Machine(Protocol):
 
 
 class World(Protocol):
-    """The part of a bench's interface that faults use."""
+    """Interface between the fault injector and a bench."""
 
     clock: Clock
 
@@ -74,7 +74,7 @@ class World(Protocol):
         """The fault injector of the bench."""
 
     def port(self, name: str) -> SerialPort:
-        """Return the serial port at which the host uses the line `name`."""
+        """Return the host's serial port on the line with the given name."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,10 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield the serial lines of a bench by name: `if1.serial`, `chain`, and `motor.rs485` if it is in use."""
+    """Yield the serial lines of a bench by name, e.g. `if1.serial` or `chain`.
+
+    An RS-485 channel such as `motor.rs485` is included if the channel is in use.
+    """
     for name, controller in world.controllers.items():
         for port in controller.ports:
             called = port if port != name else f"{name}.serial"
@@ -131,7 +134,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return each part of a bench under its full name and its short names.
+    """Return parts of a bench by name; each part has a full name and may have short names.
 
     Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
     its serial port, or of its only part of this type.

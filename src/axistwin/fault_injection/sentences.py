@@ -46,7 +46,10 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """Return NAME if the text of a fault contains `name=NAME`; None otherwise, and for an invalid text."""
+    """Return the fault's name from a text with `name=NAME`; None for a text without a name.
+
+    None for an invalid text, too.
+    """
     try:
         words = _split(text)
     except UsageError:
@@ -55,7 +58,10 @@ def name_in(text: str) -> str | None:
 
 
 def write(fault: Fault) -> str:
-    """Return a fault as text for a conversation, which adds the same fault without a delay."""
+    """Convert a fault to a line of text, e.g. `lose if1.serial count=3`.
+
+    In a conversation, the line adds the same fault without a delay.
+    """
     words = [fault.kind.name, fault.spot.name]
     words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
     words += [f"seed={fault.seed}"] if fault.seed is not None else []
@@ -100,7 +106,7 @@ def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, s
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         extra = bare[len(free)]
-        raise UsageError(f"{extra!r} is neither a place nor a value for the fault {kind.name}: leave out {extra!r}")
+        raise UsageError(f"unexpected value {extra!r} of the fault {kind.name}: leave out {extra!r}")
     return dict(zip(free, bare, strict=False))
 
 

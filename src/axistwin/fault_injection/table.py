@@ -120,7 +120,7 @@ class Case:
     """Kinds and values of all other active faults on the same part."""
 
     def luck(self, effect: str) -> Chance:
-        """Return the generator of the fault's random numbers.  Raises UsageError if the fault has no seed."""
+        """Return the random number generator of the fault.  Raises UsageError for a fault without a seed."""
         if self.chance is None:
             raise UsageError(f"{effect} is random: expected a seed, e.g. seed=1")
         return self.chance
@@ -131,7 +131,7 @@ Mend = Callable[[], None]
 
 
 def ended() -> None:
-    """Do nothing.  A fault that ends at once uses this function as its end."""
+    """Do nothing, because the fault has already ended."""
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:

@@ -50,7 +50,9 @@ def read(text: str, world: World, here: str = "") -> Arm:
     """Return the trigger for an event such as "X passes 1000".  Raises UsageError for an invalid event."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in VERBS:
-        raise UsageError(f"invalid event when={text!r}: expected e.g. 'X passes 1000'; verbs: {', '.join(VERBS)}")
+        raise UsageError(
+            f"invalid event when={text!r}: expected e.g. 'X passes 1000', with one of the verbs {', '.join(VERBS)}"
+        )
     return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -117,7 +119,10 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return the trigger for received characters: "hears" for the device, "says" for the host."""
+    """Return the trigger for received data, e.g. "table hears X1000" or "table says U".
+
+    The device has received the data (hears), or the host has received the data (says).
+    """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
@@ -128,7 +133,7 @@ def _receives(wish: _Wish) -> Arm:
 
 
 def _port(wish: _Wish) -> Any:
-    """Return the serial port of the controller that the event names; None for a controller on a bus."""
+    """Return the serial port that an event names; None for a controller on a bus."""
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
@@ -177,7 +182,7 @@ def _raises(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     alarms = machine.alarms
     if alarms is None:
-        raise UsageError(f"{machine.name} has no fault flags: expected another controller")
+        raise UsageError(f"{machine.name} has no fault flags: expected a controller with fault flags")
     if wish.what and wish.what not in alarms.names:
         raise UsageError(f"{machine.name} has no fault flag {wish.what!r}: there are {', '.join(alarms.names)}")
     return lambda happens: alarms.subscribe(lambda name: happens() if wish.what in ("", name) else None)
@@ -197,7 +202,10 @@ def _runs(wish: _Wish) -> Arm:
 
 
 def _program(machine: Machine, number: str | None) -> str:
-    """Return the name of the program with this number, or of the only program if the number is None."""
+    """Return the name of the program with the given number.
+
+    None: the only program of the controller.
+    """
     names = machine.product.programs
     found = next((name for name in names if number is None or name.split()[-1] == number), None)
     if found is None:
@@ -206,7 +214,10 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError for a program line that can never run; a line that is not yet stored is valid."""
+    """Raise UsageError for a program line that cannot be a trigger.
+
+    A line that is not yet stored is valid.
+    """
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
         lines = "1 or more" if most is None else f"1 to {most}"
@@ -214,11 +225,11 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         reason = _silence(listing, line)
-        raise UsageError(f"{machine.name} has no event for program line {line}: {reason}")
+        raise UsageError(f"program line {line} of {machine.name} cannot be an event: {reason}")
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Return the reason why a line of a program never runs, and the next line that can run."""
+    """Return the reason why a program line cannot be a trigger, and another line to use."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; use line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"

@@ -95,8 +95,9 @@ def _alone(scene: Scene) -> Scene:
 
 
 def _files(scene: Scene) -> dict[str, str]:
-    """Return the texts of the scene file and the program files, by file name.
+    """Return the texts of the scene file and the program files.
 
+    The keys are file names.
     Raises UsageError for a program outside the folder of the scene.
     """
     scene.build()  # reads the programs

@@ -75,7 +75,7 @@ class Machine(Fmi3Slave):
             self.register_variable(Float64(one.name, unit=one.unit or None, **options))
 
     def do_step(self, current_time: float, step_size: float) -> Fmi3StepResult:
-        """Apply all changed inputs, and run the bench to the next communication point.
+        """Apply all changed inputs, and advance virtual time to the next communication point.
 
         The first communication point is 0 s of the bench, because pythonfmu3 does not pass on the start time.
         """

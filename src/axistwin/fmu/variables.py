@@ -37,8 +37,9 @@ _PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True)
 class Input:
-    """An input of an FMU: a number if `unit` is given, otherwise a level.
+    """An input of an FMU, which is a level or a number.
 
+    `unit`: the unit of a number; empty for a level.
     `set` is called only with a new value.
     """
 
@@ -61,15 +62,16 @@ class Output:
 
 
 def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
-    """Return all inputs of an FMU: the inputs of a bench, and one input for each command.
+    """Return all inputs of an FMU.
 
+    Each command is an input, too.
     `commands`: lines of a conversation by name.  Raises UsageError for an invalid command.
     """
     found = [each for controller in bench.controllers.values() for each in _inputs(controller)]
     taken = {*(each.name for each in found), *(each.name for each in outputs(bench)), TIME}
     for name, line in commands.items():
         if name in taken or not _PLAIN.fullmatch(name):
-            raise UsageError(f"invalid name {name!r} of a command: expected an unused identifier, e.g. start")
+            raise UsageError(f"invalid command name {name!r}: expected an identifier that is not yet used, e.g. start")
         try:
             act = _command(bench, line)
         except AxistwinError as error:
@@ -80,7 +82,7 @@ def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
 
 
 def outputs(bench: Bench) -> list[Output]:
-    """Return all outputs of an FMU for a bench."""
+    """Return all outputs of an FMU."""
     return [each for controller in bench.controllers.values() for each in _outputs(controller)]
 
 
@@ -149,7 +151,10 @@ def _axis_outputs(controller: str, name: str, axis: Axis) -> Iterator[Output]:
 
 
 def _command(bench: Bench, line: str) -> Callable[[float], object]:
-    """Return the function that executes a command, which is a line of a conversation with > or !."""
+    """Return a function that executes a command or an action.
+
+    `line`: a line of a conversation that begins with > or !.
+    """
     only = next(iter(bench.controllers)) if len(bench.controllers) == 1 else ""
     who = line.partition(":")[0].strip() if not line.strip().startswith((">", "!")) else only
     codec = codec_of(bench[who].product) if who in bench.controllers else None

@@ -96,7 +96,10 @@ def _program_line(family: str, program: str) -> str:
 
 
 def _ports(answers: Answers) -> list[PortUrl]:
-    """Return a port for each controller, with ascending port numbers, or with the number 0 for any free port."""
+    """Return the URL of a port for each controller of the new scene.
+
+    The port numbers ascend, or are 0 for any free port.
+    """
     serial, bus = count(answers.port.port), count(BUS_PORT)
     found = []
     for model in answers.models:

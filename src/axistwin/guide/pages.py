@@ -38,7 +38,10 @@ td, th { border: 1px solid var(--edge); padding: .3rem .6rem; text-align: left; 
 
 
 def names() -> dict[str, str]:
-    """Return a dictionary from the name of each page, e.g. `tutorials/pyserial`, to its title.  `index` is first."""
+    """Return the titles of all documentation pages, by page name.
+
+    A page name is, for example, `tutorials/pyserial`.  The page `index` is first.
+    """
     root = folder("docs")
     found = {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.md"))}
     kept = {name: path for name, path in found.items() if name not in SITE_ONLY and not name.startswith("generated")}
@@ -75,7 +78,10 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the Markdown text that replaces a directive of the documentation site; usually an empty text."""
+    """Return the text that replaces a directive of the documentation site.
+
+    The text is usually empty.
+    """
     if directive["kind"] == "include" and "codes" in directive["argument"]:
         return "`axistwin check --codes` lists the codes.\n"
     return ""

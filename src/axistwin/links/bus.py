@@ -31,7 +31,10 @@ MAX_BLOCK = 256
 
 
 class Registers(Protocol):
-    """Interface with which clients read and write a board's registers; `RegisterPort` implements this interface."""
+    """Interface for reading and writing the registers of a board.
+
+    `RegisterPort` implements this interface.
+    """
 
     @property
     def interrupt(self) -> bool:
@@ -102,7 +105,10 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute all complete requests in the received data, and store an incomplete request until its end arrives."""
+        """Execute all complete requests in the received data.
+
+        An incomplete request is stored until its end arrives.
+        """
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -140,9 +146,7 @@ class Master(Connection):
                 self.slot.bus.init()
                 return "ok"
         request = " ".join(words)
-        raise UsageError(
-            f"unknown request {_shown(request)}: expected r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
-        )
+        raise UsageError(f"unknown request {_shown(request)}: expected r, w, i, s or init, e.g. r 0")
 
     def _store(self, offset: int, values: list[int]) -> str:
         if len(values) > MAX_BLOCK:
@@ -151,7 +155,7 @@ class Master(Connection):
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # Reports of the interrupt line
+    # Notifications about changes of the interrupt line
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()

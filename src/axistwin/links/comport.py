@@ -78,7 +78,10 @@ class ModemState(IntFlag):
 
 
 class LineState(IntFlag):
-    """Bits of the RFC 2217 notification NOTIFY-LINESTATE, which are the bits of a UART's line status register."""
+    """Bits of the RFC 2217 command NOTIFY-LINESTATE.
+
+    The bits are those of a UART's line status register.
+    """
 
     NONE = 0
     PARITY_ERROR = 4
@@ -104,14 +107,20 @@ class SetBreak:
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request to choose the flow control for data to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
+    """Request to set the flow control for data to the device.
+
+    Examples are FLOW_NONE and FLOW_HARDWARE.
+    """
 
     outbound: Control
 
 
 @dataclass(frozen=True)
 class Purge:
-    """Request to discard the received characters, the characters that are not yet transmitted, or both."""
+    """Request to discard buffered characters.
+
+    The request names the received characters, the characters that are not yet transmitted, or both.
+    """
 
     received: bool
     to_transmit: bool
@@ -145,7 +154,7 @@ INBOUND = {
 
 
 class ComPort:
-    """The state of a serial port as one RFC 2217 client has set it.
+    """Decodes the requests of one RFC 2217 client, and stores the client's settings.
 
     `line`: the initial line format.
     """
@@ -191,7 +200,7 @@ class ComPort:
                 pass
         return None
 
-    # Only changes of Telnet options are answered: otherwise client and server would answer each other for ever
+    # only a change of an option is answered; an answer to each request would cause an endless exchange
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb

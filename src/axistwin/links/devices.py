@@ -85,7 +85,10 @@ def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> 
 
 
 class DescriptorStream:
-    """Transfers the characters of a device that has a file descriptor, in the event loop."""
+    """Transfers the characters of a device in the event loop.
+
+    The device must have a file descriptor.
+    """
 
     def __init__(self, descriptor: int, name: str, receive: Receive, lose: Lose) -> None:
         self._descriptor, self._receive, self._lose = descriptor, receive, lose
@@ -219,7 +222,10 @@ def settings_of(fmt: UartFormat) -> dict[str, Any]:
 
 
 def control_lines(device: "serial.Serial") -> Lines | None:
-    """Return the control lines of a device; None for a device without control lines, such as a pty."""
+    """Return the control lines of a device; None if the device has no control lines.
+
+    A pseudo terminal has no control lines.
+    """
     try:
         device.dtr = device.dtr
     except OSError:

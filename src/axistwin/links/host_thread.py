@@ -39,7 +39,10 @@ class HostThread:
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
 
     def sleep_by(self, now: Callable[[], int]) -> None:
-        """Let `time.sleep` in this thread take virtual time; `now` returns the virtual time in ns."""
+        """Make `time.sleep` in the host's thread wait for virtual time.
+
+        `now` returns the virtual time in nanoseconds.
+        """
         self._now = now
 
     def sleep(self, seconds: float) -> None:
@@ -58,13 +61,13 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """End the sleep of the host, and wait until the host's thread runs again."""
+        """End the host's sleep, and wait until the host's thread runs."""
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()
 
     def sleeps_by_the_wall_clock(self) -> bool:
-        """True if the host's thread sleeps in real time, according to the operating system."""
+        """True if the operating system reports that the host's thread is sleeping."""
         try:
             place = Path(f"/proc/self/task/{self._thread.native_id}/wchan").read_text(encoding="ascii")
         except OSError:
@@ -104,7 +107,7 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # the file is missing if the thread has ended or the system is not Linux
+        except FileNotFoundError:  # this file exists only on Linux, and only while the thread runs
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

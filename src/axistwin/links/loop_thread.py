@@ -32,15 +32,16 @@ class LoopThread:
         if inside or self._loop.is_closed():
             coroutine.close()  # a coroutine that is never awaited must be closed
             self.check_outside()
-            raise UsageError("this twin is closed: its `with` block has ended")
+            raise UsageError("the controllers are closed: expected a call inside the `with` block")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
-        """Raise UsageError in the event loop's own thread, where waiting would block for ever."""
+        """Raise UsageError if called in the event loop's own thread.
+
+        Waiting in this thread would block for ever.
+        """
         if threading.current_thread() is self._thread:
-            raise UsageError(
-                "cannot advance virtual time inside `do`, a condition or a callback: expected a call in the test thread"
-            )
+            raise UsageError("cannot advance virtual time in a callback: expected a call in the thread of the test")
 
     def do(self, action: Callable[[], T]) -> T:
         """Call a function in the event loop's thread, and return the function's result."""

@@ -29,7 +29,7 @@ SLEPT = (
 
 
 class ServedClock:
-    """Clock of a bench that runs in the event loop of another thread."""
+    """Virtual time of a simulation that runs in the event loop of another thread."""
 
     def __init__(self, loop: LoopThread, pacer: Pacer) -> None:
         self._loop, self._pacer = loop, pacer
@@ -50,8 +50,8 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because the wall clock paces this bench."""
-        raise UsageError(f'cannot advance by {seconds:g} s: expected a twin that is served with speed="manual"')
+        """Raise UsageError, because virtual time follows the wall clock."""
+        raise UsageError(f'cannot advance by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")')
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Wait until `condition()` is true, for at most `timeout` seconds of real time.
@@ -120,7 +120,7 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host that must block before virtual time passes.
+        """Register a host program; virtual time passes only while the program is blocked.
 
         `time.sleep` in the host's thread then takes virtual time.
         """
@@ -128,9 +128,9 @@ class ManualClock(ServedClock):
         self._hosts.append(host)
 
     def advance(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`, after all data that hosts have sent are received."""
+        """Receive all data that hosts have sent, then advance virtual time by `seconds`."""
         if not 0 <= seconds < math.inf:
-            raise UsageError(f"invalid time {seconds!r} in advance: expected a number of seconds from 0, e.g. 0.5")
+            raise UsageError(f"cannot advance virtual time by {seconds!r} s: expected 0 or more seconds, e.g. 0.5")
         with self._exclusive():
             end_ns = self._pacer.clock.later(to_ns(seconds))
             self._run_hosts()
@@ -138,14 +138,15 @@ class ManualClock(ServedClock):
                 self._run_hosts()
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Advance virtual time until `condition()` is true, but by at most `timeout` virtual seconds.
+        """Advance virtual time until `condition()` is true.
 
+        Virtual time advances by at most `timeout` seconds.
         Return True if the condition is true at the end.
 
         The condition is checked at every event, as in `Bench.run_until`, and after hosts have run.
         """
         if not timeout < math.inf:  # nor nan
-            raise UsageError(f"invalid timeout {timeout!r} of run_until: expected a number of seconds, e.g. 10")
+            raise UsageError(f"invalid timeout {timeout!r}: expected a number of seconds, e.g. 10")
         with self._exclusive():
             end_ns = self._pacer.clock.later(to_ns(timeout))
             over = False
@@ -197,7 +198,7 @@ class ManualClock(ServedClock):
         return self._manual_pacer.arrivals, self._manual_pacer.deliveries
 
     def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance virtual time to `end_ns`, or until the condition is true.
+        """Advance virtual time to `end_ns`, or to the time at which `condition()` becomes true.
 
         Return False if a host must run earlier.
         """
@@ -224,7 +225,10 @@ class ManualClock(ServedClock):
             pause()
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
-        """Wait in real time until a host that may be sleeping in real time sends data or ends."""
+        """Wait in real time until a host sends data or ends.
+
+        The host may be sleeping in real time.
+        """
         if host.sleeps_by_the_wall_clock():
             warnings.warn(SLEPT.format(timeout), stacklevel=2)
         seen = self._traffic

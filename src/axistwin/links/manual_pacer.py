@@ -51,8 +51,9 @@ class ManualPacer(Pacer):
         return self.arrivals
 
     def advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance virtual time to `end_ns`, but stop earlier if `condition()` is true or a host must run.
+        """Advance virtual time to `end_ns`.
 
+        The advance stops earlier if `condition()` is true or a host must run.
         Returns False if the advance was interrupted for hosts.
         """
         stop_ns = end_ns
@@ -65,8 +66,9 @@ class ManualPacer(Pacer):
         return stop_ns >= end_ns
 
     def _advance_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
-        """Advance virtual time to `stop_ns`, but stop earlier if output is pending or the condition is true.
+        """Advance virtual time at most to `stop_ns`.
 
+        The advance stops earlier if output is pending or `condition()` is true.
         Returns True if output is pending or the condition is true.
         """
         self.advancing = True

@@ -27,7 +27,10 @@ FEW = 64
 
 
 class HostEnd(Protocol):
-    """The host's end of a serial line, whose format, DTR and RTS a client can set."""
+    """The host's end of a serial line.
+
+    A client can set the line format, DTR and RTS.
+    """
 
     format: UartFormat
     dtr: bool
@@ -35,7 +38,10 @@ class HostEnd(Protocol):
 
 
 class HostPort(Protocol):
-    """Interface of a controller's serial port for clients; `SerialPort` implements this interface."""
+    """Interface through which a client uses the serial port of a controller.
+
+    `SerialPort` implements this interface.
+    """
 
     flow: Flow
     held: bool
@@ -126,7 +132,10 @@ class Plug(SingleClient[SerialClient]):
         self.reset()
 
     def end(self) -> None:
-        """End a break, and set DTR and RTS on, after the client has disconnected."""
+        """Restore the defaults of the serial line after the client has disconnected.
+
+        The break ends, and DTR and RTS are on.
+        """
         self.set_break(False)
         self.serial.host.dtr = self.serial.host.rts = True
         self.apply_flow()
@@ -146,7 +155,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True while the bench is behind the wall clock and many characters are queued."""
+        """True while virtual time is late and many characters are queued."""
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
@@ -160,7 +169,7 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Apply a change of the line format or a control line that the client has requested."""
+        """Change the line format or a control line, as the client has requested."""
         self.pacer.sync()
         change()
         self.pacer.work()
@@ -196,13 +205,19 @@ class Plug(SingleClient[SerialClient]):
     # Data from the controller
 
     def request_flush(self) -> None:
-        """Request that received characters are sent to the client after the next advance of the bench."""
+        """Send characters to the client after the next advance of virtual time.
+
+        Several requests have the effect of one request.
+        """
         if not self._flush_requested:
             self._flush_requested = True
             self.pacer.request_flush(self)
 
     def flush(self) -> None:
-        """Send characters from the controller to the client, or discard the characters if no client is connected."""
+        """Send characters from the controller to the client.
+
+        Without a client, the characters are discarded.
+        """
         self._flush_requested = False
         data, errors, self._errors = self.serial.read(), self._errors, SOUND
         if self.client is None:

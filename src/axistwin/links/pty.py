@@ -27,7 +27,7 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
-EXTPROC = 0o200000  # Linux reports all changes of settings with this flag, which Python's module termios lacks
+EXTPROC = 0o200000  # with this flag, Linux reports every change of the settings
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
@@ -67,7 +67,7 @@ class PtyPort:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # this link was left behind by a server that was killed
+                self._link.unlink()  # a killed server has left this link
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
@@ -104,12 +104,12 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # this packet was caused by `_hold`, not by a client
+            return  # the method `_hold` has caused this packet
         if self._connect():
             self._take(packet[0], packet[1:])
 
     def _take(self, happened: int, data: bytes) -> None:
-        """Process a packet from the pseudo terminal, which contains characters or a change of settings."""
+        """Process one packet from the pseudo terminal: characters or changed settings."""
         if happened & TIOCPKT_IOCTL:
             self.plug.change(self._take_over_settings)
         if happened & termios.TIOCPKT_FLUSHREAD:
@@ -140,7 +140,10 @@ class PtyPort:
             self._slave = None
 
     def _hold(self) -> None:
-        """Hold the pseudo terminal open and its buffers empty until the next client opens the device."""
+        """Keep the pseudo terminal open until the next client opens the device.
+
+        All buffers are emptied.
+        """
         if self._slave is None:
             self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
         termios.tcflush(self._slave, termios.TCIOFLUSH)
@@ -195,7 +198,10 @@ class PtyPort:
         return settings
 
     def _show(self, fmt: UartFormat) -> None:
-        """Set the line format of the pseudo terminal, as far as a pseudo terminal supports the format."""
+        """Set the line format of the pseudo terminal.
+
+        A pseudo terminal does not support all settings of a line format.
+        """
         iflag, oflag, flags, lflag, characters, _, _ = self._settings()
         flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | getattr(termios, f"B{fmt.baudrate}", BOTHER)
         flags |= termios.CSTOPB if fmt.stopbits > 1 else 0

@@ -50,7 +50,7 @@ LINGER_S = 1.0
 
 
 class PassThrough(Uart):
-    """The device's end of the simulated line, which accepts characters in any format."""
+    """Simulated UART of the device, which accepts characters in any line format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
         """Return True: the relay accepts characters in any format."""
@@ -86,7 +86,7 @@ class Relay:
         self._warned: set[str] = set()
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
-        """Start to forward data between the host and the device.
+        """Start forwarding data between the host and the device.
 
         `lost` is called when the device is lost.  Call within the event loop of the pacer.
         """
@@ -115,11 +115,11 @@ class Relay:
     # Data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # a character with errors is a break, which `_break` forwards
+        if not errors:  # a break has errors; `_break` forwards each break
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
-        """Forward characters from the host to the device, in the host's present line format."""
+        """Apply the host's line format to the device, and forward the host's characters."""
         if self.port.host.format != self._applied:
             self._applied = self._pass_through.format = self.port.host.format
             settings = settings_of(self._applied)
@@ -152,7 +152,7 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            asyncio.wrap_future(self._latest)  # asyncio reports unexpected exceptions of the wrapped future
+            asyncio.wrap_future(self._latest)  # with this call, asyncio logs unexpected exceptions
 
     # Functions that run in the thread that writes to the device
 
@@ -170,7 +170,7 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Call `do`, which changes a setting of the device, and log an error of the device."""
+        """Change a setting of the device with `do()`; an error is logged."""
         try:
             do()
         except DEVICE_ERRORS as error:

@@ -116,11 +116,11 @@ class SerialDevice:
     # Functions that `Plug` calls
 
     def hung_up(self) -> bool:
-        """Return False, because a real cable stays connected."""
+        """Return False: the real device stays connected."""
         return False
 
     def drop(self) -> None:
-        """Do nothing, because a real cable stays connected."""
+        """Do nothing: the real device stays connected."""
 
     def pause(self) -> None:
         """Stop reading from the device."""

@@ -29,20 +29,23 @@ class OpenPort(Protocol):
 
 
 class Ports(Protocol):
-    """Interface that returns serial ports and the registers of boards by name.
+    """Interface to find serial ports and board registers by name.
 
     Raises UsageError for an unknown name.
     """
 
     def serial(self, name: str) -> HostPort:
-        """Return the serial port of the controller or the line `name`."""
+        """Return the serial port that has the given name.
+
+        `name`: the name of a controller or of a line of motors.
+        """
 
     def bus(self, name: str) -> "Registers":
         """Return the registers of the board `name`."""
 
 
 class Server:
-    """Advances a bench, and opens ports to the controllers of the bench.
+    """Runs virtual controllers, and opens their ports for clients.
 
     Use within a running event loop.
 
@@ -74,8 +77,9 @@ class Server:
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
-        """Open a port to the controller, the second channel or the line of motors that has this name.
+        """Open a port to a controller.
 
+        `name`: the name of a controller, of a second channel or of a line of motors.
         Raises LinkError; UsageError for an unknown name.
         """
         port: OpenPort
@@ -141,7 +145,10 @@ class Server:
         return self._hubs[name]
 
     def _power_cycle(self, name: str) -> None:
-        """Switch the power of a controller, or of all motors on a line, off and on."""
+        """Switch the power of a controller off and on.
+
+        For a line of motors, the power of all motors is switched.
+        """
         line = self.bench.lines.get(name)
         for controller in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             controller.power_cycle()
@@ -161,8 +168,8 @@ async def _open(plug: Plug, url: PortUrl) -> OpenPort:
         case "pty":
             if sys.platform != "linux":
                 raise LinkError(
-                    "a pty needs Linux: expected a port on TCP, e.g. rfc2217://127.0.0.1:2217, "
-                    "or one end of two connected virtual serial ports (com0com, socat), e.g. serial://COM5"
+                    "a pty needs Linux: expected a TCP port or a serial device, "
+                    "e.g. rfc2217://127.0.0.1:2217 or serial://COM5"
                 )
             from axistwin.links.pty import PtyPort
 

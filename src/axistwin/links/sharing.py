@@ -59,7 +59,10 @@ class Seat:
             self.client = None
 
     def send(self, data: bytes) -> None:
-        """Transmit characters from the client to the controller, after the waiting requests of other clients."""
+        """Queue characters from the client for the controller.
+
+        Requests of other clients that are already waiting are sent first.
+        """
         self.waiting += data
         self._hub.pump(self)
         if self.full and self.client is not None:
@@ -67,7 +70,10 @@ class Seat:
 
 
 class Hub:
-    """Shares one serial connector among several clients: sends their requests in turn, and sends each answer to all."""
+    """Shares one serial connector among several clients.
+
+    The requests of the clients are sent in turn, and each answer is sent to all clients.
+    """
 
     flow: Flow | None = None
 
@@ -115,7 +121,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send the waiting characters of a client if it is the client's turn, otherwise queue the client."""
+        """Send a client's characters if the client has the turn, otherwise queue the client."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)
@@ -139,7 +145,10 @@ class Hub:
         self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
 
     def _silent(self) -> None:
-        """Let the next client send its request if all characters of the present request have been sent."""
+        """Give the turn to the next client after silence on the line.
+
+        While characters of the present request are pending, the timer is restarted.
+        """
         if self.plug.serial.pending:
             self._complete_at_s = asyncio.get_running_loop().time()
             self._restart_timer()
@@ -171,7 +180,7 @@ class Hub:
         self._each(TcpClient.pause)
 
     def resume(self) -> None:
-        """Continue reading from all clients that do not have too many waiting characters."""
+        """Continue reading from all clients whose queue is not full."""
         for seat in self._seats:
             if seat.client is not None and not seat.full:
                 seat.client.resume()

@@ -49,7 +49,7 @@ class Gate:
 
     @property
     def closed(self) -> bool:
-        """True while no data are read from clients, and new clients are refused."""
+        """True while clients cannot connect or send data."""
         return self.reason != ""
 
     def close(self, reason: str) -> None:
@@ -79,12 +79,15 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # True if the client has disconnected while the gate was closed
+        self._has_disconnected = False  # becomes True if the client disconnects while the gate is closed
         self.gate.changes.subscribe(self._gate_changed)
 
     @property
     def full(self) -> bool:
-        """True while the gate is closed, so that no data are read from the client."""
+        """True while no data are read from the client.
+
+        The gate is then closed.
+        """
         return self.gate.closed
 
     @property
@@ -122,7 +125,7 @@ class SingleClient(Generic[G]):
         return True
 
     def disconnect(self, client: G) -> None:
-        """Release the endpoint for the next client after a client has disconnected."""
+        """Allow the next client to connect after a client has disconnected."""
         if self.client is client and self.gate.closed:
             self._has_disconnected = True
         elif self.client is client:
@@ -141,7 +144,7 @@ class SingleClient(Generic[G]):
         """Send pending output to the client."""
 
     def _warn_refused(self, client: G, why: str) -> None:
-        """Log the first refusal of a client, because a client may try many times."""
+        """Log a refused client, unless a refusal has already been logged."""
         if not self._has_refused:
             log.warning("%s: refused %s, as %s", self.name, client.name, why)
         self._has_refused = True

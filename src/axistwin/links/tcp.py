@@ -104,11 +104,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
-        if not self._has_sent:  # a call that sends no answer does not acknowledge the received characters
+        if not self._has_sent:  # without a reply, TCP would delay the acknowledgement
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
-        """Keep the connection open for late answers after the client has closed its side."""
+        """Keep the connection open for late replies after the client has finished sending."""
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
@@ -133,7 +133,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that the endpoint calls
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected, or if the server could not notice a disconnection."""
+        """True if the client has disconnected or may have disconnected."""
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         return _hung_up(self._socket)
@@ -147,7 +147,10 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._transport.pause_reading()
 
     def resume(self) -> None:
-        """Continue reading from the client, unless the client does not read its answers."""
+        """Continue reading from the client.
+
+        Reading stays paused while the client does not read the replies.
+        """
         if not (self.answers and self.stalled):
             self._transport.resume_reading()
 
@@ -174,7 +177,10 @@ class TcpClient(Connection):
         self.dropped = 0
 
     def resume_writing(self) -> None:
-        """Record that the client reads data again, and log how many characters were lost."""
+        """Record that the client reads data again.
+
+        The number of lost characters is logged.
+        """
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
             self.dropped = 0
@@ -275,7 +281,7 @@ def _keep_alive(sock: socket.socket) -> None:
 
 
 def _acknowledge(sock: socket.socket) -> None:
-    """Let the system acknowledge the next received packet at once.
+    """Make the operating system acknowledge the next TCP packet without delay.
 
     With Nagle's algorithm, a client that writes twice would otherwise be delayed by 40 ms.
 

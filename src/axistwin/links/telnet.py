@@ -104,8 +104,9 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """Return the data or the command that begins at index `iac`, and the index of its end.
+    """Parse one Telnet command from the index `iac`.
 
+    Return the data or the command, and the index of its end.
     Returns None if the command is incomplete.
     """
     if len(data) < iac + 2:

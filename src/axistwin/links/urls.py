@@ -62,7 +62,10 @@ def parse(text: str) -> PortUrl:
 
 
 def parse_as(scheme: str, text: str) -> PortUrl:
-    """Parse the value of a command-line option whose name is the scheme, e.g. `--tcp 127.0.0.1:5001`."""
+    """Parse the value of an option such as `--tcp 127.0.0.1:5001`.
+
+    The name of the option is the scheme of the URL.
+    """
     return parse(f"{scheme}:{text}" if scheme == "pty" else f"{scheme}://{text}")
 
 

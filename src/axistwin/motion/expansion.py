@@ -31,7 +31,7 @@ BITS = 1 << 62
 
 
 class _Segments(NamedTuple):
-    """The segments of several moves, with one array for each quantity."""
+    """The segments of several moves, stored as arrays of numbers."""
 
     pulses: "NDArray[np.int64]"
     base_ns: "NDArray[np.int64]"
@@ -42,12 +42,12 @@ class _Segments(NamedTuple):
 
 
 def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Fill `out` with the times of all pulses of complete moves, in order of time."""
+    """Write the times of all pulses of complete moves to the array `out`."""
     import numpy as np
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # pulse patterns need at most half the memory of `out`
+    patterns: dict[int, NDArray[np.int64]] = {}  # the pulse patterns need at most half the memory of the array `out`
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:
@@ -63,7 +63,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _shared(moves: Sequence[Timed]) -> list[Timed]:
-    """Return the moves, with equal profiles replaced by one shared object."""
+    """Replace equal velocity profiles of moves by one shared profile object."""
     known: dict[tuple[int, ...], Profile] = {}
     found = []
     for start_ns, profile in moves:
@@ -79,7 +79,9 @@ def _pulses(profile: Profile) -> int:
 
 
 def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) -> int:
-    """Write the pulse times of moves to `out`, and return the index after the last pulse.
+    """Write the pulse times of moves to the array `out`.
+
+    Return the index after the last pulse.
 
     `at` is the index of the first pulse.
     """
@@ -122,7 +124,10 @@ def _one_by_one(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Write the pulse times of moves to `out`, calculated with NumPy integers of at most 62 bits."""
+    """Calculate the pulse times of moves with NumPy integers of at most 62 bits.
+
+    The times are written to the array `out`.
+    """
     import numpy as np
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
@@ -152,7 +157,10 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Write the pulse times of moves to `out`, calculated with Python integers of any size."""
+    """Calculate the pulse times of moves with Python integers, which have any size.
+
+    The times are written to the array `out`.
+    """
     import numpy as np
 
     rows = []
@@ -169,7 +177,7 @@ def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
-    """Write the times of all pulses of the segments to `out`."""
+    """Write the times of all pulses of the segments to the array `out`."""
     import numpy as np
 
     ends = np.cumsum(segments.pulses)

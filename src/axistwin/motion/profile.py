@@ -62,14 +62,17 @@ class Profile:
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:
-        """Append segments to the integer tables of the profile.  Return False if a table would need fractions."""
+        """Append segments to the integer tables of the profile.
+
+        Return False if a table would need fractions.
+        """
         per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
         duration, ticks, rest = None, 0, 0
         for rate, seconds in segments:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            if seconds is not None and seconds is not duration:  # equal durations need only one division
+            if seconds is not None and seconds is not duration:  # divide only once for segments of equal duration
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
             if unfit or rest:
@@ -94,7 +97,10 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the exact number of pulses since the start, as a multiple of 1/(parts * S) pulse."""
+        """Return the exact number of pulses since the start, including the fraction of a pulse.
+
+        The unit of the result is 1/(parts * S) pulse.
+        """
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
@@ -104,7 +110,7 @@ class Profile:
         return self.end_ns is not None and elapsed_ns >= self.end_ns
 
     def pulses_by(self, elapsed_ns: int) -> int:
-        """Return the number of pulses from the start up to and including the nanosecond `elapsed_ns`."""
+        """Return the number of pulses up to and including the time `elapsed_ns`."""
         if elapsed_ns < 0 or not self.rates:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
@@ -124,7 +130,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the number of whole pulses before a time, and the fraction of the next pulse."""
+        """Return the whole pulses before a time, and the elapsed fraction of the next pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 
@@ -141,7 +147,10 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return a profile that follows this profile up to a time, and then the segments `then`."""
+        """Return a copy of the profile in which other segments replace the part after a time.
+
+        `then`: the other segments.
+        """
         if self.over(elapsed_ns):
             return self
         ticks_s = elapsed_ns * self.ticks
@@ -153,7 +162,9 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """Return a profile of the first `kept` segments and the segments `added`, or None if this is not possible.
+        """Return a copy of the profile in which other segments replace the last segments.
+
+        `kept`: number of segments that remain; `added`: the other segments.  Returns None if the copy is not possible.
 
         It is not possible if the common denominators of this profile do not fit the added segments.
         """
@@ -165,11 +176,13 @@ class Profile:
         return profile if profile._lay_out(added) else None
 
     def scaled(self, ratio: Fraction) -> "Profile":
-        """Return a profile whose rates are multiplied by `ratio` and whose durations are the same."""
+        """Return a copy of the profile with all pulse rates multiplied by a factor."""
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
     def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Fill `out` with the times of consecutive pulses, beginning with pulse number `first`.
+        """Write the times of consecutive pulses to the array `out`.
+
+        The first of these pulses has the number `first`.
 
         `first` is at least 1; `offset_ns` is added to each time.
         """
@@ -181,7 +194,7 @@ class Profile:
                 n = segment_last + 1
 
     def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Fill `out` with the times of consecutive pulses of one segment.
+        """Write the times of consecutive pulses of one segment to the array `out`.
 
         `n` is the number of the first pulse, `j` is the index of the segment.
 
@@ -209,7 +222,10 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Set out[k] to (start + period * k) // b + offset_ns for each index k."""
+        """Write the times of pulses with equal intervals to the array `out`.
+
+        The formula is out[k] = (start + period * k) // b + offset_ns.
+        """
         import numpy as np
 
         whole, fraction = divmod(period, b)
@@ -230,5 +246,8 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Return parts / per_second as a fraction; calls with equal arguments return the same object."""
+    """Convert a duration from fractions of a second to seconds.
+
+    Calls with equal arguments return the same object.
+    """
     return Fraction(parts, per_second)

@@ -34,12 +34,18 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield each level of a fast ramp, whose level changes at every increment, and its number of intervals."""
+    """Yield the levels of a fast ramp, which changes its level at every interval.
+
+    Each level comes with its duration in intervals, which is 1.
+    """
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield each level of a slow ramp, whose levels last for several increments, and its number of intervals."""
+    """Yield the levels of a slow ramp, which stays on each level for several intervals.
+
+    Each level comes with its duration in intervals.
+    """
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
@@ -79,7 +85,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Number of pulses in the first k levels of the acceleration, for each k from 0."""
+        """Numbers of pulses in the first 0, 1, 2 … levels of the acceleration."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

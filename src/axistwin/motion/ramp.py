@@ -16,7 +16,7 @@ from axistwin.motion.profile import Profile, Segment
 
 
 class Ramp:
-    """Velocity levels of a ramp with a fixed increment, from the rate `start` to the rate `top`.
+    """A ramp whose velocity changes in equal increments, from the rate `start` to the rate `top`.
 
     Rates are in pulses/s, `interval` is in seconds.  A `top` at or below `start` means no ramp: the whole motion runs
     at `top`.
@@ -31,11 +31,11 @@ class Ramp:
         self.index = lru_cache(maxsize=64)(self._index)
 
     def run(self) -> Profile:
-        """Return the profile of an acceleration to the rate `top`, followed by endless motion at this rate."""
+        """Return the velocity profile of an acceleration to the rate `top` and an endless motion at this rate."""
         return Profile((*self._level_segments(len(self.levels)), Segment(self.top, None)))
 
     def _index(self, distance: int) -> Profile:
-        """Return the velocity profile of an index of exactly `distance` pulses.
+        """Return the velocity profile of a preset move (index) of exactly `distance` pulses.
 
         If the distance is too short for the whole ramp, as many levels are used as fit into both acceleration and
         deceleration.  The remaining pulses form a short plateau at the next level.
@@ -49,7 +49,10 @@ class Ramp:
         return Profile((*up, Segment(plateau, left_over / plateau), *reversed(up)))
 
     def down_from(self, rate: Fraction) -> tuple[Segment, ...]:
-        """Return the segments of a deceleration from `rate`, with the levels of the ramp below `rate`."""
+        """Return the segments of a deceleration from the given rate.
+
+        The segments run at the levels of the ramp below this rate.
+        """
         return tuple(Segment(level, self.interval) for level in reversed(self.levels) if level < rate)
 
     def _level_segments(self, count: int) -> tuple[Segment, ...]:

@@ -28,7 +28,10 @@ class Steps:
 
     @property
     def ticks(self) -> int:
-        """Number of ticks from the last pulse before this command to the last pulse of this command."""
+        """Duration of this command in ticks.
+
+        The duration is from the last pulse before this command to the last pulse of this command.
+        """
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
@@ -44,7 +47,7 @@ class Steps:
 
 
 def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
-    """Yield step commands whose pulses are within `tolerance` ticks of the `wanted` times.
+    """Yield step commands that output a pulse at each wanted time, within a tolerance in ticks.
 
     The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
     ValueError if an interval is out of range.
@@ -61,7 +64,10 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the step command that outputs the most pulses, each between its bounds `low` and `high`."""
+    """Return the step command that outputs as many of the next pulses as possible.
+
+    The tick of each pulse is from its bound in `low` to its bound in `high`.
+    """
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
         raise ValueError(f"interval of {int(high[0])} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
     best, reach = _fit(low[:1], high[:1]), 2
@@ -80,7 +86,10 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
-    """Return a step command with one pulse in each interval from `low` to `high`, or None if this is impossible."""
+    """Return one step command for the given pulses, or None if no command can output all of them.
+
+    The tick of each pulse is from its bound in `low` to its bound in `high`.
+    """
     import numpy as np
 
     count = len(low)

@@ -22,7 +22,10 @@ HISTORY = 10_000
 
 @dataclass(slots=True)
 class Move:
-    """One move in one direction, which begins at the time `start_ns` and the net pulse count `origin`."""
+    """A move in one direction.
+
+    The move begins at the time `start_ns` and at the net pulse count `origin`.
+    """
 
     start_ns: int
     direction: int
@@ -39,7 +42,10 @@ class Move:
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which the move reaches a net pulse count, or None if no pulse leads to this count."""
+        """Return the time at which the move reaches a net pulse count.
+
+        Return None if no pulse of the move leads to this count.
+        """
         n = (position - self.origin) * self.direction
         if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
             return None
@@ -47,7 +53,10 @@ class Move:
 
 
 class Train:
-    """All moves of one step output, with the net pulse count, which begins at 0."""
+    """All moves of one step output, in order of time.
+
+    The net pulse count begins at 0.
+    """
 
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
@@ -56,11 +65,14 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move of the step output, which may be finished."""
+        """The latest move of the step output.
+
+        The move may be finished.
+        """
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
-        """Begin a new move, and end a previous move that is still in progress."""
+        """Begin a new move.  If the previous move is still in progress, end the previous move."""
         if self.moving(now_ns):
             self.replace(self.move.profile.cut(now_ns - self.move.start_ns))
         self.forgotten += len(self.moves) == self.moves.maxlen
@@ -69,7 +81,10 @@ class Train:
         return move
 
     def replace(self, profile: Profile) -> None:
-        """Replace the profile of the latest move; the new profile must have the same past."""
+        """Replace the velocity profile of the latest move.
+
+        Both profiles must be equal up to the present time.
+        """
         self.move.profile = profile
 
     def moving(self, now_ns: int) -> bool:
@@ -88,7 +103,10 @@ class Train:
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
-        """Return the times of all pulses from `start_ns` to before `stop_ns`, in order of time."""
+        """Return the times of all pulses between two times, in order of time.
+
+        A pulse at `start_ns` is included, a pulse at `stop_ns` is excluded.
+        """
         import numpy as np
 
         earliest = self.move_at(start_ns).start_ns
@@ -110,7 +128,7 @@ class Train:
         return times
 
     def pulse_runs(self, start_ns: int, stop_ns: int) -> "Iterator[tuple[int, NDArray[np.int64]]]":
-        """Yield the direction and the pulse times of each move that has pulses between two times."""
+        """Yield the direction and the pulse times of each move between two times."""
         import numpy as np
 
         # an earlier move may end at start_ns with its last pulse, so the search begins 1 ns earlier
@@ -124,7 +142,7 @@ class Train:
                     yield move.direction, times
 
     def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
-        """Return the number of pulses of a move before `start_ns`, and the number before `stop_ns`."""
+        """Count the pulses of a move before the time `start_ns` and before the time `stop_ns`."""
         profile = move.profile
         if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
             return 0, profile.pulses

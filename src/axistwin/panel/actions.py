@@ -11,7 +11,7 @@ from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
-    """State of a session and of the session's pages: busy, running or quiet.
+    """States of a session, e.g. busy or running.
 
     A page stores its state in `document.body.dataset.state`, for tests.
     """
@@ -46,29 +46,30 @@ class ActionQueue:
 
     @property
     def state(self) -> State:
-        """State of the session: busy, running or quiet."""
+        """Present state of the session, e.g. busy."""
         if self.busy or self._waiting:
             return State.BUSY
         return State.RUNNING if self._session.running and not self._idle else State.QUIET
 
     @property
     def _idle(self) -> bool:
-        """True if the bench runs at full speed and no event is due."""
+        """True if virtual time runs at full speed and no event is due."""
         session, clock = self._session, self._session.bench.clock
         if session.speed is not None:
             return False
         return (clock.quiet and clock.now >= session.pacer.agenda_ns) or clock.next_event_ns() is None
 
     def do(self, act: Callable[[], object]) -> None:
-        """Perform an action now or, during a `step` or a `go_to`, afterwards."""
+        """Perform an action, or queue the action while the session is busy."""
         if self.busy:
             self._waiting.append(lambda perform: act() if perform else None)
         else:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Call `begin()`, which begins a `step` or a `go_to`, after the present `step` or `go_to` has ended.
+        """Call `begin()` when no `step` or `go_to` is in progress.
 
+        `begin()` starts a `step` or a `go_to`.
         Returns the result of the move; None if `stop` has dropped the move.
         """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
@@ -79,7 +80,7 @@ class ActionQueue:
         return self._move(begin, turn)
 
     def stop(self) -> None:
-        """Abort the present `step` or `go_to`, and discard all waiting actions."""
+        """Abort the `step` or `go_to` in progress, and discard the queued actions."""
         self._session.give_up()
         while self._waiting:
             self._waiting.popleft()(False)

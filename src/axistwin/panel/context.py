@@ -19,8 +19,9 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return a function that calls `view` and logs exceptions of `view`, so that other views are still updated.
+    """Return a function that calls `view` and logs the exceptions of `view`.
 
+    Other views are still updated after an exception.
     Only the first of several consecutive exceptions is logged.
     """
     failing = False
@@ -50,7 +51,7 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a function that calls `view` only at every n-th update of the page while virtual time passes.
+    """Return a function that calls `view` only in every n-th update of the page.
 
     `every`: the number n.  While virtual time is stopped, the function calls `view` at each update.
     """
@@ -73,7 +74,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the object that `make(session)` creates; all calls with the same `make` return the same object."""
+        """Return the object that `make(session)` creates; each object is created only once."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])
@@ -90,7 +91,7 @@ class Context:
 
     @property
     def bench(self) -> Bench:
-        """The present bench of the session."""
+        """The simulated bench of the session."""
         return self.session.bench
 
     @property
@@ -127,7 +128,7 @@ class Context:
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
-        """Begin a `step` or a `go_to` if the user of this page may control the session.
+        """Begin a `step` or a `go_to` if this page's user controls the session.
 
         `done` is called with the result.
 

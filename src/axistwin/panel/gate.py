@@ -77,7 +77,7 @@ class Gate:
         await self.app(scope, receive, answer)
 
     def _foreign(self, headers: Headers) -> str:
-        """Return the reason to refuse a request from another web site; "" for a request that is accepted."""
+        """Return the reason for refusing a request; "" if the request is accepted."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if self._token is None and not is_loopback(_name(host)):
             return f"invalid host name {host!r}: expected a loopback name, e.g. localhost"

@@ -15,13 +15,13 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Continue each lesson on a new bench, at the same step."""
+        """Continue all lessons at their present steps with a new simulation."""
         for name, (number, pupil) in self._pupils.items():
             pupil.close()
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
 
     def of(self, name: str) -> tuple[int, Pupil] | None:
-        """Return the number of the present lesson of a controller, and the progress in this lesson.
+        """Return the number of a controller's present lesson, and the progress in the lesson.
 
         The first lesson has the number 1.  Returns None without a lesson.
 

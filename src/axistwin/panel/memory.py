@@ -21,7 +21,10 @@ AT_A_TIME = 50
 
 
 class Memory:
-    """Keeps garbage collection short, although the pages of a session consist of many objects."""
+    """Reduces the duration of garbage collections.
+
+    The pages of a session consist of many objects.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -42,7 +45,10 @@ class Memory:
 
 
 async def release(elements: Iterable[ui.element]) -> None:
-    """Free the memory of elements that have been removed from a page, a few in each pass of the event loop."""
+    """Free the memory of elements that have been removed from a page.
+
+    A few elements are freed in each pass of the event loop.
+    """
     left = list(elements)
     while left:
         for element in left[-AT_A_TIME:]:
@@ -52,7 +58,10 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Remove all references from an element, so that no reference cycle keeps the element in memory."""
+    """Remove all references from an element of a page.
+
+    No reference cycle then keeps the element in memory.
+    """
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()
     if isinstance(element, ValueElement):

@@ -23,7 +23,7 @@ def execute(client: Client, code: str) -> None:
 
 
 class Outbound:
-    """Holds back all messages to the browser while a `with` block builds elements of the page.
+    """Delays all messages to the browser while a `with` block builds elements of the page.
 
     `send` sends the messages afterwards.
     """
@@ -42,7 +42,10 @@ class Outbound:
         del self._outbox.enqueue_update, self._outbox.enqueue_message
 
     async def send(self) -> None:
-        """Send the new elements first, then the elements that contain them, and then all other messages."""
+        """Send the new elements of the page, then all other messages.
+
+        The elements that contain new elements are sent after the new elements.
+        """
         there = list(self._client.elements.values())
         inside = [each for each in there if each.id not in self._before]
         for at in range(0, len(inside), AT_A_TIME):

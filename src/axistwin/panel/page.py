@@ -65,7 +65,7 @@ async def page(enter: Callable[[], Context]) -> None:
     ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # `connected` also returns if the browser does not connect
+    await client.connected()  # this call also returns if the browser does not connect
     if client.is_deleted:
         return
     execute(client, LOAD)
@@ -101,7 +101,10 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the task that updates a page, or cancel the task if the page has been removed."""
+        """Store the task that updates a page.
+
+        The task is cancelled if the page has been removed.
+        """
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -137,7 +140,10 @@ def _released(elements: list[ui.element]) -> None:
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build a page without a browser, so that all files and modules are loaded before a host connects."""
+    """Build a page once without a browser.
+
+    All files and modules are then loaded before a host connects.
+    """
     client = Client(ui.page(""), request=request)
     made = _built(client, context)
     with client:
@@ -163,7 +169,7 @@ def _text(*place: str) -> str:
 
 
 def views(context: Context) -> Iterator[Refresh]:
-    """Build the views of the page one by one, and yield the update function of each view."""
+    """Build the views of the page, and yield an update function for each view."""
     yield from _header(context)
     yield from _body(context)
 
@@ -221,7 +227,10 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """Updates one page again and again; each update waits until the browser has drawn the previous update."""
+    """Updates one page repeatedly.
+
+    Each update waits until the browser has drawn the previous update.
+    """
 
     def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
         self._client, self._context, self._made = client, context, made
@@ -234,12 +243,12 @@ class _Frames:
             ui.on("sent", self._on_sent)
 
     async def show(self) -> None:
-        """Update the page again and again until the page is closed."""
+        """Update the page repeatedly until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
-                # the browser computes the sizes of terminals when it first draws the page
+                # the browser must draw the page once to compute the sizes of terminals
                 await self._drawn(State.BUSY)
             while not client.is_deleted:
                 began_s = loop.time()
@@ -286,7 +295,10 @@ class _Frames:
                 context.common(Memory).keep()
 
     async def _drawn(self, state: State) -> None:
-        """Wait until the browser has drawn the page, and store the session's state in the page."""
+        """Wait until the browser has drawn the page.
+
+        The page then contains the session's state `state`.
+        """
         try:
             code = DRAWN.format(state=json.dumps(state), handled=self._handled)
             await self._client.run_javascript(code, timeout=PATIENCE_S)
@@ -294,7 +306,10 @@ class _Frames:
             return
 
     async def _rest(self, seconds: float) -> None:
-        """Wait before the next update; while the bench is paused, a message from the browser ends the wait."""
+        """Wait for at most `seconds` before the next update.
+
+        While virtual time is stopped, a message from the browser ends the wait.
+        """
         if self._context.session.running:
             await asyncio.sleep(max(0.0, seconds))
             return
@@ -310,7 +325,10 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update views at the same virtual time for `TURN_S` seconds, and remove the updated views from `left`."""
+    """Update the views in the queue `left` for about `TURN_S` seconds.
+
+    Updated views are removed from the queue.  Virtual time does not advance in this function.
+    """
     until_s = perf_counter() + TURN_S
     while left and perf_counter() < until_s:
         left.popleft()()

@@ -45,8 +45,9 @@ class Person:
 
 
 class People:
-    """All users of a panel, and the driver, who is the only user that may control the session.
+    """All users of a panel.
 
+    Only one user, the driver, may control the session.
     The first user is the driver until another user becomes the driver.
     """
 

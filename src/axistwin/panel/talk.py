@@ -26,7 +26,7 @@ DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m"
 
 
 class Talk:
-    """Messages of hosts and controllers on the present bench of a session.
+    """Recorded messages of the hosts and controllers of a session.
 
     `generation`: number of benches that the session has used.
     """
@@ -39,7 +39,7 @@ class Talk:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Delete all stored messages, and record the messages on a new bench."""
+        """Delete all stored messages, and record the messages of a new simulation."""
         self._listening.close()
         self.generation += 1
         self._said = {name: deque(maxlen=KEPT) for name in endpoints.names(bench)}
@@ -47,7 +47,10 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the number of events at an endpoint so far, and the events after the first `count` events."""
+        """Return the number of all events at an endpoint, and the newest events.
+
+        `count`: the number of events to skip.
+        """
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)
         return total, list(islice(said, len(said) - new, None))

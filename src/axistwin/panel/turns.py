@@ -37,7 +37,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """Let other tasks run if the present piece of a computation has lasted for `TURN_S` seconds."""
+    """Let other tasks run if the last pause was at least `TURN_S` seconds ago."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -54,7 +54,7 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Execute one piece of the computation; return True after the last piece."""
+        """Continue the computation until its next pause; return True if the computation has ended."""
         self._go.release()
         self._stop.acquire()
         return self._over
@@ -72,7 +72,7 @@ class _Work(Generic[T]):
         return self._found[0]
 
     def breathe(self) -> None:
-        """Pause the computation if its present piece has lasted for `TURN_S` seconds.
+        """Pause the computation if the last pause was at least `TURN_S` seconds ago.
 
         Called in the thread of the computation.
         """
@@ -86,7 +86,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # both threads may use the event loop, because the loop waits while this thread runs
+        # the loop's own thread waits while this thread uses the event loop
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

@@ -69,7 +69,7 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # `Talk` records messages even before the first page is opened
+        self.common(Talk)  # messages are recorded even before the first page is opened
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None
@@ -79,14 +79,14 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        sock = _listening(self.address)  # the address may be in use, so the socket is opened before NiceGUI is set up
+        sock = _listening(self.address)  # the socket is opened first, because the address may be in use
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # the compression of a message would take longer than its construction
+                ws_per_message_deflate=False,  # compressing a message takes longer than building the message
             )
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))
@@ -114,7 +114,7 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # an earlier panel in the same process has left its middleware
+    app.user_middleware.clear()  # remove the middleware of an earlier panel in the same process
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 
@@ -134,7 +134,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_S,
         tailwind=False,
-        # a browser on the same computer needs no compression, which would delay the bench
+        # data for a browser on the same computer are not compressed, to save time
         gzip_middleware_factory=None if is_loopback(panel.address.host) else GZipMiddleware,
     )
     return application

@@ -40,7 +40,7 @@ class Encoder:
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        self._counted: tuple[int, int] | None = None  # `_counted` is the load position and count when miscounting began
+        self._counted: tuple[int, int] | None = None  # `_counted` stores load position and count at the latest fault
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
@@ -55,13 +55,17 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the count at an earlier shaft position in the present motion without a reversal."""
+        """Return the encoder count at an earlier shaft position of the present motion.
+
+        The motion has no reversal.
+        """
         return self._count(self._dragged(self._began, position))
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Three numbers: encoder counts, the motor pulses that produce these counts, and the maximum deviation in
-        counts.
+        """Ratio of encoder counts to motor pulses, and the maximum deviation in counts.
+
+        Three numbers: encoder counts, motor pulses, maximum deviation.
 
         The deviation: 1 count of the shaft's position, the backlash, and 1 count at each end if the encoder miscounts.
         """
@@ -75,7 +79,7 @@ class Encoder:
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return the edges of the index mark that are next to the motor position, above and below.
+        """Return the two edges of the index mark that are nearest to the motor position.
 
         Edge n lies between the positions n-1 and n.
         """
@@ -87,7 +91,10 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the motor position n in pulses: the encoder reaches the given count between n-1 and n."""
+        """Convert an encoder count to the edge at which the encoder reaches the count.
+
+        Edge n lies between the motor positions n-1 and n.
+        """
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
             return -(-counts * pulses // per_rev)
@@ -106,9 +113,9 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Make the encoder miscount: from now on, `out_of` true counts give `of` reported counts.
+        """Report a wrong number of counts from now on.
 
-        Examples: 9 of 10, -1 of 1 (reversed), 0 of 1 (dead).
+        The encoder reports `of` counts for every `out_of` true counts: 9 of 10, -1 of 1 (reversed), 0 of 1 (dead).
 
         After 1 of 1 the encoder counts correctly again, from its present count.
         """

@@ -31,7 +31,10 @@ class JoystickInputs(NamedTuple):
 
 
 class Joystick:
-    """One axis of a joystick, which is connected to the controller's inputs at its first use."""
+    """One axis of a joystick at the inputs of a controller.
+
+    The joystick is connected to the inputs at its first use.
+    """
 
     def __init__(self, clock: Clock, pins: Mapping[str, Pin], inputs: JoystickInputs) -> None:
         self.clock, self.inputs = clock, inputs
@@ -45,7 +48,7 @@ class Joystick:
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
-        """Deflect the joystick so that it outputs `rate` pulses per second; 0 releases the joystick.
+        """Deflect the joystick to output `rate` pulses per second; 0 releases the joystick.
 
         Raises UsageError for an invalid rate.
         """
@@ -79,7 +82,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction of the pulses; wait `settle_ns` before and after a change."""
+        """Set the direction output, with a pause before and after each change."""
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

@@ -37,7 +37,7 @@ class MachineUnits:
     def given(cls, table: Any) -> Self:
         """Create units from a table with the keys `per` and `of`, e.g. 80 pulses per mm.  Raises UsageError."""
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
-            raise UsageError(f"invalid units {table!r}: expected a table with the keys per and of, e.g. {EXAMPLE}")
+            raise UsageError(f"invalid units {table!r}: expected a table with the keys `per` and `of`, e.g. {EXAMPLE}")
         return cls(check_per(table["per"]), check_of(table["of"]))
 
     @classmethod
@@ -62,7 +62,7 @@ class MachineUnits:
 
     @property
     def decimals(self) -> int:
-        """Number of decimals that are needed to distinguish two neighbouring counts in this unit."""
+        """Number of decimals that a position in this unit needs to be exact to one count."""
         return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
 
 

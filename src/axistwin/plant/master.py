@@ -34,14 +34,17 @@ class Followed(Protocol):
 
     @property
     def predictable(self) -> bool:
-        """True if `positions_at` can predict positions up to the next `on_motion`."""
+        """True if `positions_at` can predict the positions of the axis.
+
+        The prediction is valid until the next `on_motion`.
+        """
 
     @property
     def follows(self) -> "Followed | None":
-        """Axis on which the master encoder of this axis is mounted; None without a master encoder."""
+        """Another axis, whose shaft turns the master encoder; None without a master encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the axis crosses one of the edges.
+        """Call `callback()` each time the axis crosses a position in `edges`.
 
         Edge n lies between the positions n-1 and n.
         """
@@ -53,9 +56,9 @@ class Followed(Protocol):
         """
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then predicted positions at `times_ns`, as far as they are certain.
+        """Return the present position, then all predicted positions that are certain.
 
-        The returned positions are valid until `on_replan`.
+        The predictions are for `times_ns`, and are valid until `on_replan`.
         """
 
 
@@ -114,12 +117,12 @@ class Master:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature (or step count) in the positive direction; 0 when the bench is created."""
+        """Encoder count after quadrature decoding, or step count; initially 0."""
         return self.at(self.clock.now)
 
     @property
     def ratio(self) -> Fraction:
-        """Number of encoder edges per count or pulse of the axis on which the encoder is mounted."""
+        """Gear ratio: encoder edges per count or pulse of the axis that turns the encoder."""
         return self._ratio
 
     @property
@@ -129,11 +132,13 @@ class Master:
 
     @property
     def predictable(self) -> bool:
-        """True if the counts can be predicted, because the encoder is mounted on an axis that is `predictable`."""
+        """True if the encoder is mounted on an axis whose positions can be predicted."""
         return self.followed is not None and self.followed.predictable
 
     def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
-        """Predict `number` encoder counts: the first at `first_ns`, then one every `period_ns`.
+        """Predict encoder counts at equal intervals.
+
+        Returns `number` counts: the first at `first_ns`, then one every `period_ns`.
 
         The encoder must be mounted on an axis that is `predictable`.
         """
@@ -143,9 +148,9 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return the present count, then predicted counts at `times_ns` as far as they are certain.
+        """Return the present count, then all predicted counts that are certain.
 
-        Each count is increased by `offset`.
+        The predictions are for `times_ns`.  Each count is increased by `offset`.
         """
         if self.followed is None:
             return [self.count + offset]
@@ -159,7 +164,7 @@ class Master:
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
-        """Output `counts` edges at constant speed within `seconds`, from now on.
+        """Start a motion of the encoder at constant speed: `counts` edges in `seconds`.
 
         With 0 seconds, all edges occur at once.
 
@@ -176,7 +181,9 @@ class Master:
         self._change(Run(self.clock.now, count, counts, duration_ns), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
-        """Mount the encoder on the shaft of `axis`; the encoder outputs `ratio` edges per count or pulse of the axis.
+        """Mount the encoder on the shaft of an axis, so that the axis turns the encoder.
+
+        The encoder outputs `ratio` edges per count or pulse of the axis.
 
         Raises UsageError for a ratio beyond a million, and for an axis that is the motor's own or follows the motor,
         because the two would depend on each other.
@@ -209,7 +216,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Notify the subscribers, because the axis of the encoder begins a motion or changes its profile."""
+        """Notify the subscribers of a change in the motion of the followed axis."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

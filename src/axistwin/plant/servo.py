@@ -91,17 +91,17 @@ class ServoLoad:
             _check(f"load {name}", value, -MOST if name == "gravity_torque_nm" else 0.0, MOST)
 
 
-def _check(figure: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """Raise UsageError unless a figure is a finite number in its permitted range.
+def _check(parameter: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
+    """Raise UsageError unless a parameter of a data sheet is in its permitted range.
 
     The range is from `low` (None: above 0) to `high`.
     """
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
-        raise UsageError(f"invalid {figure}={value!r}: expected a {'whole number' if whole else 'number'}")
+        raise UsageError(f"invalid {parameter}={value!r}: expected a {'whole number' if whole else 'number'}")
     if value > high or (value <= 0 if low is None else value < low):
-        lowest = "above 0" if low is None else f"from {low:g}"
-        raise UsageError(f"invalid {figure}={value!r}: expected a number {lowest} to {high:g}")
+        lowest = "above 0" if low is None else f"{low:g}"
+        raise UsageError(f"invalid {parameter}={value!r}: expected a number from {lowest} to {high:g}")
 
 
 FRAME17 = ServoMotor(
@@ -157,26 +157,28 @@ SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 
 def servo_motor(given: object) -> ServoMotor:
-    """Return the data sheet of a servo motor, given by name or by its figures.
+    """Return the data sheet of a servo motor, from a model name or a table of parameters.
 
-    Figures that are not given are those of `model` (default frame23).
+    Parameters that are not given are those of `model` (default frame23).
     """
     if isinstance(given, ServoMotor):
         return given
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
     model = values.pop("model", "frame23")
     if not isinstance(model, str) or model not in SERVO_MOTORS:
-        raise UsageError(f"unknown motor {model!r}: expected one of {', '.join(SERVO_MOTORS)}, or a table of figures")
+        raise UsageError(
+            f"unknown motor {model!r}: expected one of {', '.join(SERVO_MOTORS)}, or a table of parameters"
+        )
     _check_names("motor", values, ("model", *(field.name for field in fields(ServoMotor))))
     return replace(SERVO_MOTORS[model], **values) if values else SERVO_MOTORS[model]
 
 
 def servo_load(given: object = None) -> ServoLoad:
-    """Return the load on a servo motor's shaft from a table of figures; None means no load."""
+    """Return the load on a servo motor's shaft, from a table of parameters; None means no load."""
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):
-        raise UsageError(f"invalid load {given!r}: expected a table of figures, e.g. {{'inertia_kg_m2': 1e-5}}")
+        raise UsageError(f"invalid load {given!r}: expected a table of parameters, e.g. {{'inertia_kg_m2': 1e-5}}")
     values = dict(given or {})
     _check_names("load", values, tuple(field.name for field in fields(ServoLoad)))
     return ServoLoad(**values)
@@ -185,4 +187,4 @@ def servo_load(given: object = None) -> ServoLoad:
 def _check_names(part: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
     for name in given:
         if name not in known:
-            raise UsageError(f"unknown figure {name!r} of the {part}: expected one of {', '.join(known)}")
+            raise UsageError(f"unknown parameter {name!r} of the {part}: expected one of {', '.join(known)}")

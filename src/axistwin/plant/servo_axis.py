@@ -50,7 +50,7 @@ class Source(Protocol):
         """Discard predicted positions after a change of load, blocking or ambient temperature."""
 
     def position(self) -> int:
-        """Position of the shaft in encoder counts; 0 when the bench is created.
+        """Position of the shaft in encoder counts, initially 0.
 
         The positive direction is that of the machine.
         """
@@ -59,8 +59,9 @@ class Source(Protocol):
         """Position of the controller's trajectory in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then positions at `times_ns`, up to the first time at which an input could
-        change the motion.
+        """Return the present position, then all predicted positions that are certain.
+
+        The predictions are for `times_ns`, up to the first time at which an input could change the motion.
         """
 
     def setpoint(self) -> int:
@@ -112,7 +113,7 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return only the present position, because a shaft at rest can be turned at any time."""
+        """Return only the present position, because a person can turn the shaft at any time."""
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -157,7 +158,7 @@ class EncoderView:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature; 0 when the bench is created."""
+        """Encoder count after quadrature decoding, initially 0."""
         return self._axis.position
 
     def displace(self, counts: int) -> None:
@@ -169,9 +170,9 @@ class EncoderView:
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Make the encoder miscount: `out_of` true counts give `of` reported counts.
+        """Simulate an encoder that reports a wrong number of counts.
 
-        1 for 1 is correct.
+        The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
         self._axis.miscount(of, out_of)
 
@@ -276,7 +277,7 @@ class ServoAxis:
 
     @property
     def position(self) -> int:
-        """Position of the shaft in encoder counts; 0 when the bench is created.
+        """Position of the shaft in encoder counts, initially 0.
 
         The positive direction is that of the machine.
         """
@@ -325,7 +326,7 @@ class ServoAxis:
 
     @property
     def follows(self) -> Followed | None:
-        """Axis on which the external encoder of this motor is mounted; None if it is not mounted."""
+        """The axis that turns the motor's external encoder; None if no axis turns the encoder."""
         return self.master.followed
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
@@ -333,9 +334,9 @@ class ServoAxis:
         raise AssertionError(f"cannot predict positions of the servo axis {self.name} at {times_ns}")
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then predicted positions at `times_ns`, as far as they are certain.
+        """Return the present position, then all predicted positions that are certain.
 
-        The returned positions are valid until `on_replan`.
+        The predictions are for `times_ns`, and are valid until `on_replan`.
         """
         return self._source.positions_ahead(times_ns)
 
@@ -412,8 +413,9 @@ class ServoAxis:
         return min(self._torque.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """Simulate a defect that reduces the motor torque to the fraction `left`, 0 to 1.  Return a function that ends
-        the defect.
+        """Simulate a defect that leaves only a fraction of the motor torque.
+
+        `left`: the remaining fraction, 0 to 1.  Return a function that ends the defect.
         """
         return self._torque.add(left)
 
@@ -423,8 +425,9 @@ class ServoAxis:
         return min(self._supply.values)
 
     def sag(self, left: float) -> Callable[[], None]:
-        """Simulate a defect that reduces the supply voltage to the fraction `left`, 0 to 1.  Return a function that
-        ends the defect.
+        """Simulate a defect that reduces the supply voltage.
+
+        `left`: the remaining fraction, 0 to 1.  Return a function that ends the defect.
         """
         return self._supply.add(left)
 
@@ -444,9 +447,9 @@ class ServoAxis:
         self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Make the encoder miscount: from now on, `out_of` true counts give `of` reported counts.
+        """Simulate an encoder that reports a wrong number of counts from now on.
 
-        The motor uses the reported count.
+        The encoder reports `of` counts for every `out_of` true counts.  The motor uses the reported count.
         """
         self._source.catch_up()
         self.counts_of, self.counts_out_of = of, out_of
@@ -495,7 +498,7 @@ class ServoAxis:
     # Switches
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the shaft has crossed one of the edges.
+        """Call `callback()` each time the shaft has crossed a position in `edges`.
 
         Edge n lies between the positions n-1 and n.
 

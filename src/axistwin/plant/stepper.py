@@ -38,7 +38,7 @@ class EncoderView:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature; 0 when the bench is created."""
+        """Encoder count after quadrature decoding, initially 0."""
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
@@ -50,8 +50,9 @@ class EncoderView:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Three numbers: encoder counts, the motor pulses that produce these counts, and the maximum deviation in
-        counts.
+        """Ratio of encoder counts to motor pulses, and the maximum deviation in counts.
+
+        Three numbers: encoder counts, motor pulses, maximum deviation.
         """
         return self._encoder.counts_per_pulses
 
@@ -90,9 +91,9 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Make the encoder miscount: `out_of` true counts give `of` reported counts.
+        """Simulate an encoder that reports a wrong number of counts.
 
-        1 for 1 is correct.
+        The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
         _ = self.count  # reading `count` updates the encoder to the present position
         self._encoder.miscount(of, out_of)
@@ -145,8 +146,8 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # `_lost` is the net number of steps lost in finished moves
-        self._unmade = 0  # `_unmade` is the net number of pulses that earlier holds have suppressed
-        self._made: int | None = None  # `_made` is the net number of pulses of a held output, or None
+        self._unmade = 0  # `_unmade` is the net number of pulses suppressed by finished holds
+        self._made: int | None = None  # `_made` is the pulse count of a held output, otherwise None
         self._was_held = False
 
     # Interface for the controller
@@ -183,10 +184,10 @@ class StepperAxis:
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
-        """Return three numbers: encoder counts, the motor pulses that produce these counts, and the maximum deviation
-        in counts.
+        """Return the ratio of encoder counts to motor pulses, and the maximum deviation in counts.
 
-        None while the motor loses steps, or its output is held.
+        Three numbers: encoder counts, motor pulses, maximum deviation.  None while the motor loses steps, or its output
+        is held.
         """
         if not self.predictable:
             return None
@@ -218,17 +219,23 @@ class StepperAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the axis rests until its next move."""
+        """True while no move is in progress."""
         return not self.moving
 
     @property
     def predictable(self) -> bool:
-        """True if the positions up to the next move can be predicted: no steps are lost, and the output is not held."""
+        """True if the positions up to the next move can be predicted.
+
+        No steps are lost, and the output is not held.
+        """
         return not self._slips and self._made is None
 
     @property
     def free(self) -> bool:
-        """True if a new profile affects only the pulses: the motor is ideal, and nothing follows the axis."""
+        """True for an ideal motor whose motion has no subscribers.
+
+        A new velocity profile then affects only the pulses.
+        """
         return self._loses_no_steps and not self.on_motion
 
     @property
@@ -264,7 +271,7 @@ class StepperAxis:
 
     @property
     def position(self) -> int:
-        """Position of the motor in pulses; 0 when the bench is created."""
+        """Position of the motor in pulses, initially 0."""
         lost = 0 if self._made is not None else self.train.move.direction * self._lost_in_move()
         return self.pulses - self._lost - lost
 
@@ -274,7 +281,10 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function that converts a number of pulses of this move to lost steps; None if no step is lost."""
+        """Return a function that calculates the lost steps from the number of pulses of the present move.
+
+        None if no steps are lost.
+        """
         if not self._slips:
             return None
         before, direction, found, per_tooth = self._lost, self.train.move.direction, self._slips, self._per_tooth
@@ -304,21 +314,23 @@ class StepperAxis:
 
     @property
     def pulses(self) -> int:
-        """Net number of pulses that the output has made in the positive direction."""
+        """Number of pulses that the step output has made, positive minus negative."""
         return self._issued - self._unmade if self._made is None else self._made
 
     @property
     def _issued(self) -> int:
-        """Net number of pulses that the controller has issued."""
+        """Number of pulses that the controller has issued, positive minus negative."""
         return self.train.move.position_at(self.clock.now)
 
     @property
     def unmade(self) -> int:
-        """Net number of issued pulses that a held step output has not made."""
+        """Number of pulses that a held step output has suppressed, positive minus negative."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
-        """Stop the step output at the net number of `made` pulses, until `let_go`.
+        """Hold the step output: suppress all further pulses.
+
+        `made`: the number of pulses at which the output stops, positive minus negative.  `let_go` ends the hold.
 
         The stand-in, which replaces a real controller, calls this when a motion board has stopped the real motor.
         """
@@ -368,9 +380,9 @@ class StepperAxis:
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """Simulate a defect that reduces the motor torque to the fraction `left`, 0 to 1.
+        """Simulate a defect that leaves only a fraction of the motor torque.
 
-        With 0 the rotor stops.
+        `left`: the remaining fraction, 0 to 1.  With 0 the rotor stops.
 
         An ideal motor distinguishes only 0 from other values.  Return a function that ends the defect.
         """
@@ -413,7 +425,7 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` on the exact pulse that crosses one of the edges.
+        """Call `callback()` at the pulse with which the axis crosses a position in `edges`.
 
         Edge n lies between the positions n-1 and n.
 
@@ -446,16 +458,16 @@ class StepperAxis:
 
     @property
     def _loses_no_steps(self) -> bool:
-        """True for an ideal motor that is not blocked, because such a motor loses no steps."""
+        """True if the motor cannot lose steps, because the motor is ideal and not blocked."""
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Move a free rotor to the next tooth, so that the lost pulses are whole teeth."""
+        """Round the number of lost steps to whole teeth, because a free rotor rests at a tooth."""
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
 
     def _update_held(self) -> None:
-        """Update the lost steps when the rotor is blocked or released."""
+        """Update the number of lost steps after the rotor is blocked or released."""
         if self._held and not self._was_held and not self.moving:
             self._lost, self._slips = self._lost + self.train.move.direction * self._behind(settled=True), []
         self._was_held = self._held
@@ -501,7 +513,7 @@ class StepperAxis:
 
 
 class _EdgeSubscription:
-    """Subscription that calls `callback` each time the axis crosses one of the given edges.
+    """Subscription that calls `callback` each time the axis crosses one of several positions.
 
     The calls are predicted from the present profile of the axis.
     """
@@ -513,7 +525,7 @@ class _EdgeSubscription:
         self._wait()
 
     def end(self) -> None:
-        """End this subscription to the edges of an axis."""
+        """Cancel this subscription."""
         self._forget()
         self._unsubscribe()
 
@@ -526,7 +538,7 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        """Schedule a call of `callback` at the time when the axis next reaches an edge."""
+        """Schedule the call of `callback` for the next crossing of a position."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]

@@ -32,7 +32,10 @@ class PositionSwitch:
 
 
 def in_series(switches: Sequence[PositionSwitch], pin: Pin, *, closed: bool = True) -> None:
-    """Connect switches in series: `pin` has the level `closed` while all switches are on, otherwise the opposite."""
+    """Connect several switches in series to a pin.
+
+    The pin has the level `closed` while all switches are on, otherwise the opposite level.
+    """
 
     def update() -> None:
         pin.set(all(switch.on for switch in switches) is closed)

@@ -79,7 +79,10 @@ class StepperMotor:
 
 @dataclass
 class Slip:
-    """A loss of steps, from pulse `first` until the rotor is in step again at pulse `last` (None: never)."""
+    """A range of pulses in which the rotor loses steps.
+
+    The rotor falls out of step at pulse `first`, and is in step again at pulse `last` (None: never).
+    """
 
     first: int
     last: int | None = None
@@ -88,7 +91,9 @@ class Slip:
 def slips(
     motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
 ) -> list[Slip]:
-    """Predict where a rotor that follows `profile` loses steps, from `elapsed_ns` on.
+    """Predict where the rotor loses steps in a velocity profile.
+
+    Steps lost before `elapsed_ns` are not included.
 
     `needed(acceleration)`: torque in N·m at an acceleration in pulses/s².
     """
@@ -116,7 +121,10 @@ def slips(
 
 
 def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> int:
-    """Return by how many pulses the rotor lags after `pulses` pulses of the move."""
+    """Return the number of pulses by which the rotor lags behind the move.
+
+    `pulses`: number of pulses since the start of the move.
+    """
     lost = 0
     for slip in found:
         if pulses <= slip.first:

@@ -59,7 +59,7 @@ class Curves:
             curve.velocities.append(float(found.velocity))
 
     def advance(self, until_ns: int) -> Iterator[int]:
-        """Advance the bench to the time `until_ns`, and yield the time of each sample.
+        """Advance virtual time to `until_ns`, and yield the time of each sample.
 
         Samples that are due before the present time, for example during a load, have the present values.
         """
@@ -81,8 +81,9 @@ class Curves:
         self.interval_ns *= 2
 
     def window(self, from_ns: int, points: int) -> dict[str, dict[str, list[list[float]]]]:
-        """Return the samples since `from_ns` as `[seconds, value]` pairs, by axis and quantity.
+        """Return the position and velocity samples of all axes since `from_ns`.
 
+        A sample is a pair `[seconds, value]`.
         Each curve has at most `2 * points` pairs.
 
         A group of neighbouring samples is represented by its least and its greatest value, in the order of their times.

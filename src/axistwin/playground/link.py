@@ -17,7 +17,10 @@ LONGEST_CONTENTS = 4_000_000
 
 @dataclass(frozen=True)
 class Shared:
-    """Contents of a link: the files of a scene by name, the virtual time in nanoseconds, and axistwin's version."""
+    """Contents of a share link: a scene's files, a virtual time and a version.
+
+    The keys of the files are file names.
+    """
 
     files: dict[str, str]
     at_ns: int
@@ -33,7 +36,7 @@ def encode(shared: Shared) -> str:
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
     if len(data) > LONGEST_CONTENTS or len(fragment) > LONGEST_LINK:
         raise UsageError(
-            f"the link would have {len(fragment)} characters: expected at most {LONGEST_LINK}, so download the files"
+            f"the scene is too large for a link of {LONGEST_LINK} characters: download the files of the scene"
         )
     return fragment
 
@@ -50,10 +53,10 @@ def decode(fragment: str) -> Shared:
         packed = urlsafe_b64decode(fragment + "=" * (-len(fragment) % 4))
         data = inflater.decompress(packed, LONGEST_CONTENTS)
         if not inflater.eof:
-            raise UsageError("the link is incomplete or too large: ask for the link again, or open the files")
+            raise UsageError("the link is incomplete or too long: copy the whole link again, or open the scene's files")
         return _shared(json.loads(data))
     except (Error, zlib.error, ValueError, RecursionError):
-        raise UsageError("the link is damaged: ask for the link again, or open the files") from None
+        raise UsageError("the link is damaged: copy the whole link again, or open the scene's files") from None
 
 
 def _shared(found: object) -> Shared:

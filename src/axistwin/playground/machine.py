@@ -54,7 +54,10 @@ class Playground:
     # Open
 
     def choices(self) -> dict[str, Any]:
-        """Return axistwin's version, the models, the examples, and the largest size of the files of a scene."""
+        """Return the models and the examples that the user can open.
+
+        The version of axistwin and the largest size of a scene's files are also returned.
+        """
         found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
         return {
             "version": VERSION,
@@ -64,7 +67,10 @@ class Playground:
         }
 
     def open_model(self, model: str) -> dict[str, Any]:
-        """Open a scene with one controller of a model, which has its default options."""
+        """Open a scene with one controller of a model.
+
+        The controller has default options.
+        """
         return self.open_files({SCENE: f'[[controller]]\nmodel = "{model}"\nname = "{model}"\n'})
 
     def open_example(self, name: str) -> dict[str, Any]:
@@ -86,8 +92,9 @@ class Playground:
         return opened | {"target_ns": shared.at_ns}
 
     def open_files(self, texts: Mapping[str, str], scene: str = SCENE) -> dict[str, Any]:
-        """Open a scene, given the texts of the scene's files by file name.
+        """Open a scene that consists of several files.
 
+        The keys are file names, the values are the texts of the files.
         The present session is replaced only if the scene is valid.
         """
         for name in texts:
@@ -196,8 +203,9 @@ class Playground:
         }
 
     def advance(self, until_ns: int, budget_s: float, from_ns: int = 0) -> dict[str, Any]:
-        """Advance to a virtual time, for at most `budget_s` seconds of the wall clock, and return the state.
+        """Advance virtual time to `until_ns`, and return the state.
 
+        The computation takes at most `budget_s` seconds of real time.
         The curves in the state begin at `from_ns`.
         """
         session = self._now
@@ -210,7 +218,7 @@ class Playground:
         return self.state(from_ns)
 
     def step(self, from_ns: int = 0) -> dict[str, Any]:
-        """Advance to the next event, and return the state."""
+        """Advance virtual time to the next event, and return the state."""
         due_ns = self._now.bench.clock.next_event_ns()
         return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns)
 
@@ -273,7 +281,7 @@ class Playground:
         self._now.do(name, target, value)
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action of the part of a drawing that the user has clicked, e.g. press a switch."""
+        """Perform the action that belongs to a clicked part of a drawing."""
         self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:
@@ -291,11 +299,17 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        """Return the fragment of a share link to the present state."""
+        """Return the fragment of a share link.
+
+        The link contains the present state.
+        """
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
-        """Return a ZIP archive of a scene that repeats this session with `axistwin run`."""
+        """Return a ZIP archive of a scene that repeats this session.
+
+        The command `axistwin run` runs the scene.
+        """
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, text in self._now.save().items():

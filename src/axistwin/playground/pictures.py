@@ -16,7 +16,10 @@ class Pictures:
         self._of = {name: _Machine(session, controller) for name, controller in session.bench.controllers.items()}
 
     def overview(self, name: str) -> list[dict[str, Any]]:
-        """Return the name, the CSS classes, the contents and the axis of each drawing of a controller."""
+        """Return a description of each drawing of a controller.
+
+        A description has the name, the CSS classes, the contents and the axis.
+        """
         return [
             {"name": drawing.name, "kind": drawing.kind, "art": drawing.art, "axis": axis}
             for axis, drawing in self._of[name].drawings()
@@ -28,7 +31,10 @@ class Pictures:
         return acts | {*self._of[name].switches.outputs}
 
     def changes(self) -> dict[str, list[Change]]:
-        """Return the changes of all drawings since the last call, by the name of the drawing."""
+        """Return the changes of all drawings since the last call.
+
+        The keys are the names of the drawings.
+        """
         smooth = self._flow.is_smooth(self._session.bench)
         for name, machine in self._of.items():
             machine.show(self._session.bench.controllers[name], self._trails, smooth=smooth)
@@ -36,7 +42,7 @@ class Pictures:
         return {name: changes for name, changes in taken.items() if changes}
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action of the part of a drawing that the user has clicked."""
+        """Perform the action that belongs to a clicked part of a drawing."""
         for machine in self._of.values():
             for _, each in machine.drawings():
                 if each.name == drawing:

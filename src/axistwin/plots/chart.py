@@ -22,17 +22,23 @@ MOST = 10_000
 
 @dataclass
 class Curve:
-    """A curve of a chart: values, and the time in seconds at which each value starts."""
+    """A curve of a chart, with its values and times.
+
+    `times`: time in seconds at which each value starts.
+    """
 
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
     def divided(self, by: float) -> "Curve":
-        """Return a copy of the curve whose values are divided by a number."""
+        """Return a copy of the curve with all values divided by a number."""
         return Curve(self.times, [value / by for value in self.values])
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """Return a curve with fewer points that looks the same in a picture; `most`: largest number of points."""
+        """Return a curve with fewer points that looks the same in a picture.
+
+        `most`: largest number of points.
+        """
         if len(self.times) <= most:
             return self
         thin = Curve([self.times[0]], [self.values[0]])
@@ -48,7 +54,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault in a chart, with its name, start time and end time; `end_ns` is None while the fault is active."""
+    """A fault in a chart, with its name, start time and end time.
+
+    `end_ns` is None while the fault is active.
+    """
 
     name: str
     begin_ns: int
@@ -91,7 +100,10 @@ class Word:
 
 @dataclass
 class Chart:
-    """Contents of a picture with a time axis from `from_ns` to `edge_ns`; the data end at `to_ns`."""
+    """Contents of a picture with a time axis.
+
+    The time axis is from `from_ns` to `edge_ns`; the data end at `to_ns`.
+    """
 
     title: str
     from_ns: int
@@ -106,13 +118,13 @@ class Chart:
     faults: list[Fault] = field(default_factory=list)
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
-        """Add the faults that are active at any time in the time range of the chart."""
+        """Add the faults that are active within the time range of the chart."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
         self.faults += sorted(seen, key=lambda fault: (fault.begin_ns, fault.name))
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
-    """Return the time range of a chart: the start, the end of the data, and the end of the time axis.
+    """Return three times of a chart: its start, the end of the data, and the end of the time axis.
 
     The drawn time contains all events with a margin; without events, the whole time from `begin_ns` to `end_ns`.
     """
@@ -124,7 +136,7 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """Return the part of a signal from `from_ns` to `to_ns` as a curve with a point at each end."""
+    """Convert a part of a signal to a curve that begins at `from_ns` and ends at `to_ns`."""
     import numpy as np
 
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)

@@ -79,7 +79,7 @@ def _rendered(figure: "Figure", form: str) -> bytes:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Write a file, and delete the file if it is incomplete.  Raises UsageError."""
+    """Write a picture file.  If writing fails, delete the file and raise UsageError."""
     try:
         path.write_bytes(data)
     except OSError as error:
@@ -159,7 +159,10 @@ class _Picture:
             )  # fmt: skip
 
     def _draw_faults(self, rows: Sequence["Axes"]) -> None:
-        """Draw each fault as a bar with its name above the plot, and as thin lines at its start and its end."""
+        """Draw each fault as a bar above the plot, with the name of the fault.
+
+        Thin lines mark the start and the end of the fault.
+        """
         for begin_ns, end_ns, level, name in self._packed():
             for row in rows:
                 for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
@@ -181,9 +184,11 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield the start, end, level and name of each fault; the level is the row of the name above the plot.
+        """Yield each fault with the row above the plot in which its name is drawn.
 
-        The level is None if there is no space for the name.
+        The row is None if there is no space for the name.
+
+        The elements are the start, the end, the row and the name.
         """
         chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
         for fault in chart.faults:
@@ -230,7 +235,7 @@ class _Picture:
         right.spines["right"].set_visible(True)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """Draw one lane for each signal: a line for levels, or boxes for texts."""
+        """Draw each signal in its own row: levels as a line, texts as boxes."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():
@@ -288,7 +293,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield each text for which there is space, with the time and the row at which the text is drawn."""
+        """Yield the time, the row and the text of each message for which there is space."""
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

@@ -26,7 +26,7 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """Return a chart of the signals in a trace whose names match the patterns.
+    """Return a chart of all signals in a trace whose names match a pattern.
 
     If a limit is None, the chart begins or ends with the events.  Raises UsageError for a pattern without a match.
     """
@@ -49,7 +49,10 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """Return the times of the first and the last change of each signal, without messages."""
+        """Return the times at which each signal changes first and last.
+
+        Signals that contain messages or other texts are left out.
+        """
         found = []
         for name, track in self.tracks.items():
             last = name.rpartition(".")[2]
@@ -109,7 +112,10 @@ class _Drawn:
             self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
-        """Add a signal to the chart, if the signal changes or contains messages or faults."""
+        """Add a signal to the chart unless the signal is constant.
+
+        Messages and faults are always added.
+        """
         last = name.rpartition(".")[2]
         if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
@@ -139,7 +145,10 @@ class _Drawn:
 
 
 def in_units(panel: Panel, units: MachineUnits) -> Panel:
-    """Convert the values of a panel to a machine unit, e.g. mm, and add a second scale in pulses or counts."""
+    """Convert the values of a panel to a machine unit, e.g. mm.
+
+    A second scale of the panel shows pulses or counts.
+    """
     label, _, counts = panel.label.replace("error, counts", "error\ncounts").rpartition("\n")
     per_second = "/s" if counts.endswith("/s") else ""
     joint = ", " if label.endswith("error") else "\n"
@@ -149,14 +158,20 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the texts of a signal that are valid at any time from `from_ns` to `to_ns`."""
+    """Return the texts that a signal has between two times.
+
+    The text that is already valid at `from_ns` is included.
+    """
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield the faults in a signal, each of whose values lists the active faults, e.g. `jam, lose`."""
+    """Yield the faults in a recorded signal whose values name the active faults.
+
+    A value is e.g. `jam, lose`.
+    """
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):
         names = [name for name in str(text).split(", ") if name]
@@ -167,7 +182,7 @@ def faults(track: Track) -> Iterator[Fault]:
 
 
 def messages(track: Track) -> list[Word]:
-    """Return the complete messages in a signal that contains messages character by character.
+    """Join the recorded characters of a serial line into messages.
 
     Each value of the signal has one character more than the value before, e.g. `X`, `X3`, `X3@`.
     """

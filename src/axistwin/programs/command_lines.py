@@ -32,7 +32,9 @@ _PARITIES = {"N": 1, "O": 3, "E": 4}
 
 
 def command_lines(text: str, file: str = "") -> Iterator[Act]:
-    """Yield one action for each command line, pause (`+` line) and operator's action (`!` line) of an `.if1` file.
+    """Yield the actions of all lines of an `.if1` file.
+
+    A line is a command, a pause (`+` line) or an operator's action (`!` line).
 
     A command line becomes a `Say` without the CR.  Comments and blank lines are left out.  The characters of a line
     keep their columns.
@@ -46,7 +48,9 @@ def command_lines(text: str, file: str = "") -> Iterator[Act]:
 
 
 def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -> Act | None:
-    """Parse one line of an `.if1` file.  Returns None for a blank line or a comment.  Raises ProgramError.
+    """Parse one line of an `.if1` file.
+
+    Returns None for a blank line or a comment.  Raises ProgramError.
 
     `keyboard`: the national keyboard on which the line was typed.
     """
@@ -57,7 +61,10 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the national keyboard in a comment such as `; keyboard: germany`; the default is "us"."""
+    """Return the national keyboard that a comment of the program names.
+
+    An example is `; keyboard: germany`.  The default is `us`.
+    """
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -76,7 +83,10 @@ def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], 
 
 
 def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
-    """Run the bench until no more events are due.  Returns False if `deadline_ns` is reached first."""
+    """Run the simulation until no more events are due.
+
+    Returns False if `deadline_ns` is reached first.
+    """
     while not bench.clock.quiet:
         due_ns = bench.clock.next_event_ns()
         if due_ns is None or due_ns > deadline_ns:
@@ -103,7 +113,10 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """Return True for a line that needs no pause before it: a `!` line or a status request."""
+    """True if a line of the program is sent without a pause before the line.
+
+    Such a line is a `!` line or a status request.
+    """
     return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 
 
@@ -125,13 +138,16 @@ class _LineSender:
         interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
         if len(interfaces) != 1:
             raise ProgramError(
-                f"an .if1 file needs one IF1 or IF2, but the bench has {len(interfaces)}: use a .talk file instead",
+                f"an .if1 file needs exactly one IF1 or IF2, not {len(interfaces)}: use a .talk file instead",
                 file=self.file,
             )
         return interfaces[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return a function that performs one line.  The function returns False if the deadline comes first."""
+        """Return a function that performs one line of the program.
+
+        The function returns False if the deadline comes first.
+        """
         match act:
             case Wait():
                 return partial(self._wait, act.ns)
@@ -139,10 +155,13 @@ class _LineSender:
                 return partial(self._type, act.data + b"\r")
             case Do():
                 return partial(self._do, prepared_action(self.controller, act, self.file))
-        raise AssertionError(f"unknown kind of line {act!r}: expected Wait, Say or Do")
+        raise AssertionError(f"invalid action {act!r}: expected an object of the class Wait, Say or Do")
 
     def initialise(self) -> None:
-        """Send `(` until the interface answers with `U`, then send the message that sets the data format."""
+        """Establish contact with the interface, and set its data format.
+
+        Sends `(` until the interface answers with `U`.  The next message sets the data format.
+        """
         wanted = self.port.host.format
         self.port.host.format, message = greeting(wanted)
         self.bench.run(SELF_TEST_S)
@@ -180,7 +199,10 @@ class _LineSender:
         return True
 
     def _free(self) -> bool:
-        """Run the bench until the interface can receive a character.  Returns False if the deadline comes first."""
+        """Run the simulation until the interface can receive a character.
+
+        Returns False if the deadline comes first.
+        """
         left_s = to_seconds(max(0, self.deadline_ns - self.bench.now))
         return self.bench.run_until(lambda: self.port.dtr and not self.port.pending, left_s)
 
@@ -198,7 +220,10 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the line format for sending `(`, and the message that then selects the line format `wanted`."""
+    """Return the line format and the message for the first contact with an interface.
+
+    The character `(` is sent in this line format.  The message then selects the line format `wanted`.
+    """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 

@@ -22,7 +22,10 @@ DEFAULT_MODEL = "1811"
 
 
 def language_of(target: str) -> Language:
-    """Return the command language of the model `target`, or of an 1811 if `target` is not a model."""
+    """Return the command language of a model.
+
+    If `target` is not a model, the language of an 1811 is returned.
+    """
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
         raise ProgramError(f"{made.model} has no hex commands: expected an 1810 or 1811 for a .181x file")
@@ -30,13 +33,18 @@ def language_of(target: str) -> Language:
 
 
 def command_strings(text: str, language: Language, file: str = "") -> Iterator[Act]:
-    """Return one action for each command, pause (`+` line) and operator's action (`!` line) of a `.181x` file."""
+    """Return the actions of all lines of a `.181x` file.
+
+    A line is a command, a pause (`+` line) or an operator's action (`!` line).
+    """
     acts = (command_string(line, number, file, language.read) for number, line in enumerate(text.splitlines(), start=1))
     return (act for act in acts if act is not None)
 
 
 def command_string(line: str, number: int, file: str, read: Callable[[str], bytes]) -> Act | None:
-    """Parse one line of a `.181x` file.  Returns None for a blank line or a comment.  Raises ProgramError.
+    """Parse one line of a `.181x` file.
+
+    Returns None for a blank line or a comment.  Raises ProgramError.
 
     `read` converts a command, in hex or by name, to bytes.
     """
@@ -82,7 +90,7 @@ def _only_board(bench: Bench, file: str) -> Controller:
     boards = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
     if len(boards) != 1:
         raise ProgramError(
-            f"a .181x file needs one 1810 or 1811, but the bench has {len(boards)}: use a .talk file instead",
+            f"a .181x file needs exactly one 1810 or 1811, not {len(boards)}: use a .talk file instead",
             file=file,
         )
     return boards[0]

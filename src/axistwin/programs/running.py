@@ -30,7 +30,10 @@ STORED_BOUND_NS = 60 * S
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a run: the first difference from the conversation in the program file, and a note for the user."""
+    """The result of running a program file.
+
+    `difference`: the first difference from the conversation in the file.  `note`: a note for the user.
+    """
 
     difference: Difference | None = None
     note: str = ""
@@ -38,9 +41,9 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Program:
-    """A program that has been loaded from a file.  `perform(bench, until_ns)` runs the program up to a time.
+    """A program that has been loaded from a file.
 
-    With `until_ns=None` the program runs to its end.
+    The function `perform(bench, until_ns)` runs the program up to a time, or to its end with `until_ns=None`.
     """
 
     perform: Callable[[Bench, int | None], Outcome]
@@ -89,23 +92,28 @@ def unknown_kind(path: Path) -> UsageError:
 
 
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
-    """Return the options of a conversation, as `NAME=VALUE` texts, from its headers `; options:` and `; line:`.
+    """Return the options that the headers of a conversation set, as `NAME=VALUE`.
+
+    The headers are `; options:` and `; line:`.
 
     Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
     """
     headers = conversation.headers
     model = headers.get("model", "")
     if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
+        bus_or_line = "a serial line" if _on_a_line(model) else "a bus"
         raise UsageError(
-            f"{conversation.file} is for a controller {_connection(model)}, but {target} is a controller "
-            f"{_connection(target)}: expected a model such as {model}"
+            f"{conversation.file} does not suit {target}: expected a controller on {bus_or_line}, e.g. {model}"
         )
     check_headers(conversation, target)
     return (*conversation.option_words, *_line_of(conversation))
 
 
 def check_headers(conversation: Conversation, model: str) -> None:
-    """Raise ProgramError if a header of a conversation is invalid, or if the model does not accept its options."""
+    """Raise ProgramError if a header of a conversation is invalid.
+
+    A header is also invalid if the model does not accept the options in the header.
+    """
     for key in ("patience", "on-for"):
         conversation.seconds_in(key, 0.0)
     for key, words in (("options", tuple(conversation.option_words)), ("line", _line_of(conversation))):
@@ -123,10 +131,6 @@ def _on_a_line(model: str) -> bool:
     return product(model).line is not None
 
 
-def _connection(model: str) -> str:
-    return "with a serial line" if _on_a_line(model) else "on a bus"
-
-
 def _play(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:
     difference = play(conversation, bench)
     if until_ns is not None and difference is None:
@@ -140,7 +144,9 @@ def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: 
 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
-    """Start the motor's stored program with the command RUN, and run the bench.
+    """Start the motor's stored program with the command RUN.
+
+    The simulation then runs.
 
     The program does not start by itself, because characters in the first 200 ms after power-up prevent this.
     """

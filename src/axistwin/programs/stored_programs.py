@@ -46,7 +46,10 @@ def read_source(path: Path) -> str:
 
 
 def as_sent(text: str) -> bytes:
-    """Convert the source of a program to bytes: each line ends in LF, and each non-ASCII character becomes `?`."""
+    """Convert the source of a program to bytes for the motor.
+
+    Each line ends in LF, and each non-ASCII character becomes `?`.
+    """
     return _foreign.sub("?", _lines(text)).encode()
 
 
@@ -58,7 +61,7 @@ def _lines(text: str) -> str:
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
-    """Load a program into the only motor on the bench, and cycle the motor's power.
+    """Load a program into the only SmartMotor, and cycle the motor's power.
 
     Raises ProgramError if the motor refuses the program.
     """
@@ -68,13 +71,13 @@ def store_program(source: bytes, file: str, bench: Bench) -> None:
 def check_motor(controller: Controller) -> None:
     """Raise UsageError if the controller is not a SmartMotor."""
     if motor_of(controller) is None:
-        raise UsageError(
-            f"{controller.name} is {controller.product.indefinite}, but a stored program is for a SmartMotor"
-        )
+        raise UsageError(f"{controller.name} cannot store a program: expected a SmartMotor")
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raise UsageError or ProgramError if a motor, with its options and wiring, would refuse a program.
+    """Raise UsageError or ProgramError if a motor would refuse a program.
+
+    The options and the wiring of the motor are included.
 
     The check loads the program into an equal motor on a separate bench.
     """
@@ -115,11 +118,14 @@ def run(source: bytes, file: str, motor: Controller) -> None:
 
 
 def only_motor(bench: Bench, file: str) -> Controller:
-    """Return the only SmartMotor on the bench.  Raises ProgramError if the bench has none or several."""
+    """Return the only SmartMotor of a simulation.
+
+    Raises ProgramError if the simulation has no motor or several motors.
+    """
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
         raise ProgramError(
-            f"a stored program needs one SmartMotor, but the bench has {len(motors)}: use a .talk file instead",
+            f"a stored program needs exactly one SmartMotor, not {len(motors)}: use a .talk file instead",
             file=file,
         )
     motor = motors[0]

@@ -33,9 +33,9 @@ class Refusal:
 
 
 def models_at(bench: Bench) -> dict[str, Product]:
-    """Return a dictionary from the name of each endpoint of the bench to the product at this endpoint.
+    """Return the controller model at each serial port or bus, by name.
 
-    If the bench has only one endpoint, "" is a name of it, too.
+    If the simulation has only one port or bus, "" is also a valid name.
     """
     found = {name: controller.product for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
@@ -61,7 +61,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Finds the lines of one program in the messages of a run."""
+    """Finds the errors of one program in the messages of a run."""
 
     def __init__(self, program: HostProgram) -> None:
         self.program = program
@@ -76,7 +76,10 @@ class _Sender:
         """True until the host has sent the data format, which is not part of the program."""
 
     def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the errors in the next message of the program; an empty list for any other message."""
+        """Return the errors of the program in the next message of the run.
+
+        If the message is not part of the program, the list is empty.
+        """
         if self._in_greeting:
             self._in_greeting = not data.endswith(b"\r")
             return []
@@ -87,5 +90,8 @@ class _Sender:
 
 
 def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
-    """Return the index of the character at which an error begins, at most that of the line's last character."""
+    """Return the index of the character at which an error begins.
+
+    At most, return the index of the line's last character.
+    """
     return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

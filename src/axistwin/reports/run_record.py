@@ -29,7 +29,10 @@ PAUSE_NS = 500 * MS
 
 @dataclass
 class Message:
-    """A message between host and controller: a terminator, an answer of the receiver or a pause ends the message."""
+    """A message from the host to a controller, or from a controller to the host.
+
+    A terminator, an answer of the receiver or a pause ends the message.
+    """
 
     time_ns: int
     controller: str
@@ -104,7 +107,7 @@ class RunRecord:
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
     def record(self, event: Event) -> None:
-        """Add an event of the bench, such as a message or a level change, to the record."""
+        """Add an event to the record, e.g. a message or a level change."""
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, FaultChanged):
@@ -124,7 +127,7 @@ class RunRecord:
 
     @property
     def complete(self) -> bool:
-        """True if no event and no move of the run has been deleted from the record."""
+        """True if the record contains all events and all moves of the run."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
         return max(len(self.said), len(self.changes), len(self.turned), len(self.faults)) < LENGTH and not lost
 
@@ -174,7 +177,7 @@ class RunRecord:
 
 @contextmanager
 def recording_run(bench: Bench) -> Iterator[RunRecord]:
-    """Record the events and the servo moves of a bench during a `with` block."""
+    """Record the events and the servo moves of a simulation within a `with` block."""
     run = RunRecord(bench, bench.now)
     with ExitStack() as stack:
         run.observe_servos(stack)

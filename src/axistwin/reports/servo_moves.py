@@ -60,7 +60,10 @@ class ServoMove:
 
 @dataclass
 class ServoMoves:
-    """The moves of one servo axis.  `forgotten` is True after the oldest moves have been deleted."""
+    """The moves of one servo axis.
+
+    `forgotten`: True after the oldest moves have been deleted.
+    """
 
     controller: str
     name: str
@@ -96,7 +99,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the last `WINDOW` positions before a block of samples, followed by the positions of the block.
+        """Put the last `WINDOW` earlier positions in front of the positions of a block.
 
         If the samples before the block are unknown, the axis is assumed to have been at rest.
         """
@@ -186,7 +189,10 @@ class ServoMoves:
         return found
 
     def _begin_move(self, start_ns: int, before: int) -> None:
-        """End the present move at the position `before`, and begin a new move there."""
+        """Begin a new move at the position `before`.
+
+        The present move ends at the same position.
+        """
         if self.moves:
             self.moves[-1].target = before
         self._close()

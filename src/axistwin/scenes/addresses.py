@@ -22,13 +22,16 @@ def check_ports(contents: SceneFile, source: Source) -> None:
             raise source.error(f"{port} is only for an 1810 or 1811: expected e.g. {EXAMPLES['tcp']}", path)
         place = _place(url)
         if place in taken:
-            raise source.error(f"{port} is already in use as {taken[place]}: expected another port", path)
+            raise source.error(f"{port} is the same port as {taken[place]}: expected a different port", path)
         if place:
             taken[place] = port
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each port of the scene: its place in the file, its URL, and True for an 1810 or 1811."""
+    """Yield the place and the URL of each port of the scene.
+
+    The third element is True for an 1810 or 1811.
+    """
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
@@ -41,7 +44,10 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the network address or file path that a port occupies; () if the system chooses the address."""
+    """Return the network address or the file path that a port uses.
+
+    Return () if the operating system chooses the address.
+    """
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()
@@ -54,6 +60,6 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             key = "ports" if kind == "chain" else "rs485_ports"
             if table.called in line.motors and getattr(table, key):
                 raise source.error(
-                    f"`{key}` is not allowed for {table.called}: expected only the `ports` of [[{kind}]] {name!r}",
+                    f"{table.called} shares a line, so `{key}` is not allowed: use the `ports` of [[{kind}]] {name!r}",
                     ("controller", number, key),
                 )

@@ -35,7 +35,10 @@ FAULTS_A_SCENE = 1_000
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if a path in the graph `leads_to` leads from `name` back to `name`."""
+    """True if the chain of references that begins at `name` returns to `name`.
+
+    `leads_to` has the next name for each name.
+    """
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)
@@ -58,7 +61,7 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
 
 
 class Builder:
-    """Builds a bench from the contents of a scene.
+    """Builds the controllers, machines, wires and lines that a scene describes.
 
     `served`: True if hosts outside this process use the controllers that have ports.  `texts`: texts of programs that
     have been read, by path; all benches of a scene use the same texts.  `errors`: a list for the errors in masters,
@@ -80,7 +83,7 @@ class Builder:
         self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
-        """Build and return the bench, whose controllers have just been switched on."""
+        """Build all controllers and machines of the scene; the controllers are switched on."""
         self._note_origin()
         self._add_controllers()
         self._connect_masters()
@@ -95,7 +98,10 @@ class Builder:
 
     @contextmanager
     def _separately(self) -> Iterator[None]:
-        """Within a `with` block, append a SceneError to the list `errors`; without this list, raise the error."""
+        """Collect the SceneError of a `with` block in a list, so that further errors are found.
+
+        Without the list `errors`, the error is raised.
+        """
         try:
             yield
         except SceneError as error:
@@ -180,7 +186,7 @@ class Builder:
             connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _check_direction(self, number: int, wire: WireTable) -> None:
-        """Raise SceneError for a wire that begins at a step output or does not end at an input."""
+        """Check that a wire does not begin at a step output, and that the wire ends at an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
@@ -246,7 +252,7 @@ class Builder:
                 self._plan_fault(table, number, ("fault", number))
 
     def _scripted(self) -> list[str]:
-        """Return the names of the faults that the script adds."""
+        """Return the names of all faults that script entries add."""
         named = (name_in(act) for table in self.contents.script for act in table.do)
         return [name for name in named if name is not None]
 
@@ -270,13 +276,16 @@ class Builder:
             faults.trigger(table.when, self._only())
         with self.source.placing_errors_at_key(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
             seed, whole = table.seed, self.contents.seed
-            if seed is None and whole is not None:  # the scene's seed and the fault's number give the fault's seed
+            if seed is None and whole is not None:  # derive a different seed for each fault
                 seed = FAULTS_A_SCENE * whole + number
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
 
     def _check_operator(self) -> None:
-        """Raise SceneError if the operator panel uses a terminal that does not exist, or drives an output."""
+        """Check the terminals of the operator panel.
+
+        Raises SceneError for a terminal that does not exist, and for a button or selector at an output.
+        """
         panel = self.contents.operator
         for number, button in enumerate(panel.button):
             self._check_operated(button.pin, ("operator", "button", number, "pin"))
@@ -309,7 +318,9 @@ class Builder:
         self.bench.planned.append((at_ns, f"script: {who}{', '.join(table.do)}"))
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
-        """Schedule the actions of a script entry, after all other events of the same time.
+        """Schedule the actions of a script entry.
+
+        The actions are performed after all other events of the same time.
 
         Errors have their place in the scene file.  Hosts that wait until no event is due ignore these actions.
         """
@@ -342,7 +353,7 @@ class Builder:
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:
-        """Return the name of the only controller; "" if the scene has several controllers."""
+        """Return the name of a scene's only controller, or "" if there are several controllers."""
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:
@@ -351,7 +362,7 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield each simulated host of the scene: its place in the file, its endpoint and its program file."""
+        """Yield the place, the endpoint and the file of each simulated host of the scene."""
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):

@@ -27,13 +27,16 @@ Where = tuple[str, int]
 
 
 class Files:
-    """The texts of the files in one directory, by file name."""
+    """The texts of files in one directory, stored by file name."""
 
     def __init__(self) -> None:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Add a text and return its file name, which is changed if another text already has this name."""
+        """Add a text under a file name, and return the name.
+
+        The name is changed if another text already has it.
+        """
         path = Path(name)
         stem = path.with_suffix("")
         names = (name if n == 1 else f"{stem}-{n}{path.suffix}" for n in range(1, len(self.texts) + 2))
@@ -43,7 +46,10 @@ class Files:
 
 
 class Copy:
-    """Builds a copy of a scene, and collects the texts of the copied files in `files`."""
+    """Builds a copy of a scene with all files that the scene needs.
+
+    The texts of the copied files are collected in `files`.
+    """
 
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
@@ -59,7 +65,9 @@ class Copy:
     # Methods that copy a scene file
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Return the text of the copied scene, with the recorded hosts and script.
+        """Return the text of the copied scene file.
+
+        The copy contains the recorded hosts and the recorded script.
 
         `note`: the comment line before the recorded part.
         """
@@ -71,7 +79,10 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return the contents of the scene with the changes.  Used if the text of the scene cannot be edited."""
+        """Return the changed contents of the scene as a dict.
+
+        Used if the text of the scene file cannot be edited.
+        """
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -79,7 +90,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield the tables of the scene that must change, each with the new values of its keys."""
+        """Yield each table of the scene that the copy changes, with its new values."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -103,7 +114,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program to the folder of the copied scene; return the name of the copied file."""
+        """Copy a program to the folder of the copied scene, and return the new file name."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -116,26 +127,32 @@ class Copy:
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return an action of the script for the copied scene; copy the program that the action loads."""
+        """Return a script action for the copied scene, with the new name of a loaded program.
+
+        The program is copied if its name must change.
+        """
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the file name of a program in the copied scene; copy the file if its name must change."""
+        """Return the file name of a loaded program in the copied scene.
+
+        The file is copied if its name must change.
+        """
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the initial stored state of a controller; return the directory of the copied file."""
+        """Copy the initial stored state of a controller, and return the directory of the copy."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Methods that write a scene for a bench without a scene file
+    # Methods that write a scene for controllers without a scene file
 
     def of_bench(self, note: str) -> str:
-        """Return the text of a scene file that builds the same bench."""
+        """Return the text of a scene file that builds the same controllers."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
         script = {"script": self.script} if self.script else {}
         return f"# {note}\n\n{tables({**data, **script})}"
@@ -152,12 +169,15 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return a path inside the directory of the copied scene, for a file of the original scene."""
+    """Return the path of a scene's file relative to the folder of the copied scene."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
 def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None:
-    """Return the text of a scene file with changed values; None if its layout prevents such a change."""
+    """Change values in the text of a scene file, and return the new text.
+
+    Return None if the layout of the text prevents the change.
+    """
     spans, edits = toml_places.spans(text), []
     for where, values in changes.items():
         for key, value in values.items():
@@ -175,5 +195,5 @@ def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None
 
 
 def entry(at_s: float, on: str, do: Sequence[str]) -> dict[str, Any]:
-    """Return a script entry as a dict: its time, its controller and its actions."""
+    """Return a script entry as a dict with its time, its controller and its actions."""
     return {"at": at_s, **({"on": on} if on else {}), "do": list(do) if len(do) > 1 else do[0]}

@@ -42,7 +42,9 @@ Start = Callable[[], Process]
 def prepare_host(
     bench: Bench, name: str, file: str, read: Callable[[str], str], runner: ActionRunner | None = None
 ) -> Start:
-    """Prepare a host that sends a file to the endpoint `name`; return a function that starts the host.
+    """Prepare a simulated host that sends a file; return a function that starts the host.
+
+    `name`: endpoint to which the file is sent.
 
     `read` returns the text of a file.  `runner`: the action runner of the bench.  Raises ProgramError or UsageError if
     the file cannot be sent.
@@ -64,7 +66,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the rank of a host among actions at the same time; a host with a lower rank acts first.
+    """Return a number that orders the hosts' actions of the same time, lowest first.
 
     `outside 2` comes after `outside`.
     """
@@ -73,7 +75,10 @@ def rank_of(host: str) -> int:
 
 
 def _kind(bench: Bench, name: str, file: str) -> str:
-    """Return the suffix of a host's file.  Raises UsageError if a host cannot send this file to the endpoint."""
+    """Return the suffix of a file that a simulated host sends, e.g. `.talk`.
+
+    Raises UsageError if a host cannot send this file to the endpoint.
+    """
     suffix = Path(file).suffix.lower()
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected a file .if1, .181x or .talk")
@@ -83,7 +88,9 @@ def _kind(bench: Bench, name: str, file: str) -> str:
 
 
 def loader(bench: Bench, read: Callable[[str], str]) -> Load:
-    """Return a function that loads a program into a controller of this bench and switches it off and on.
+    """Return a function that loads a program into a controller.
+
+    Loading switches the controller off and on.
 
     A SmartMotor's source (.sms) is stored and run.  Command lines are sent by a new host, which replaces the
     controller's previous host. `read` returns the text of a file.
@@ -112,7 +119,10 @@ def _send(controller: Controller, start: Start, there: dict[str, Process]) -> No
 
 
 def program_text(path: Path) -> str:
-    """Read a program file for any controller.  Raises UsageError or ProgramError."""
+    """Return the text of a program file.
+
+    Raises UsageError or ProgramError if the file cannot be read.
+    """
     return stored_programs.load_source(path).decode() if path.suffix.lower() == STORED else load_text(path)
 
 
@@ -140,7 +150,10 @@ class _ConversationHost:
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return a function that performs an action of the conversation.  Raises ProgramError if it is impossible."""
+        """Return a function that performs an action of the conversation.
+
+        Raises ProgramError for an action that is impossible.
+        """
         with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
@@ -148,7 +161,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    if target in FAULT_ACTS:  # the action may name a fault that a later action adds
+                    if target in FAULT_ACTS:  # the action may name a fault that does not exist yet
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
                 case Hear():
@@ -184,7 +197,10 @@ class _ConversationHost:
             waiting.succeed()
 
     def converse(self) -> Procedure:
-        """Perform the actions of the conversation in order, each after all other events of the same time."""
+        """Perform the actions of the conversation in order.
+
+        Each action is performed after all other events of the same time.
+        """
         time_ns = self.bench.now
         for act, do in self._acts:
             match act:
@@ -204,7 +220,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait for the expected number of characters; give up if no character arrives for some time."""
+        """Wait for the expected number of characters, until no more characters arrive."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -225,10 +241,13 @@ class _ControllerHost:
             (act, prepared_action(controller, act, file) if isinstance(act, Do) else lambda: None) for act in acts
         ]
 
-    # Methods of a host with a serial line
+    # Methods of a simulated host on a serial line
 
     def send_lines(self) -> Procedure:
-        """Initialise the interface, then send the program lines; each character waits until the interface is ready."""
+        """Initialise the interface (IF1 or IF2), then send the program lines.
+
+        Each character is sent when the interface is ready.
+        """
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
         port.host.format = first
@@ -262,7 +281,10 @@ class _ControllerHost:
     # Bus
 
     def send_commands(self) -> Procedure:
-        """Send the commands one by one to a controller on a bus, and read all of its messages."""
+        """Send the commands one by one to a controller on a bus.
+
+        The messages of the controller are read, but not used.
+        """
         with host_of(self.controller) as host:
             host.subscribe_received(lambda message: None)
             while not self.controller.bus.status:
@@ -291,7 +313,10 @@ class _ControllerHost:
         yield from self._wait_until_idle(pending)
 
     def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
-        """Wait until two successive checks find that all data are sent and the controller is idle."""
+        """Wait until all data are sent and the controller is idle.
+
+        Two successive checks must find this state.
+        """
         checks = 0
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)

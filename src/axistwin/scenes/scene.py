@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 class Scene:
-    """A scene file that has been read and checked; `build` returns its bench."""
+    """A scene file that has been read and checked."""
 
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
@@ -66,7 +66,10 @@ class Scene:
 
     @classmethod
     def given(cls, table: Mapping[str, Any]) -> Self:
-        """Return a scene from a dict with the contents of a scene file.  Raises SceneError that names the wrong key."""
+        """Create a scene from a dict with the contents of a scene file.
+
+        Raises SceneError, which names the wrong key.
+        """
         source = Given(table)
         return cls(source.contents(), source)
 
@@ -82,14 +85,17 @@ class Scene:
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """Endpoint and URL of each port; an endpoint is a controller, its second channel or a shared line."""
+        """The ports of the scene, each with its endpoint and its URL.
+
+        An endpoint is a controller, the second channel of a controller, or a shared line.
+        """
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
         found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
         return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
 
     @property
     def stand_in(self) -> StandInTable | None:
-        """The table [stand-in] with the real motors of the scene; None without this table."""
+        """Table [stand-in] of the scene, which describes real motors; None without such a table."""
         return self._contents.stand_in
 
     @property
@@ -104,27 +110,33 @@ class Scene:
 
     @property
     def file(self) -> Path:
-        """The file of the scene; its programs are relative to the folder of this file."""
+        """The scene file.
+
+        Names of programs are relative to the folder of this file.
+        """
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Within a `with` block, convert a UsageError to a SceneError at the key `path` of the scene file."""
+        """Add the line and column of the given key to errors in a `with` block.
+
+        Converts a UsageError to a SceneError.
+        """
         return self._source.placing_errors(*path)
 
     @property
     def hosted(self) -> set[str]:
-        """Controllers that have a simulated host and no ports, so that external hosts cannot connect to them."""
+        """Controllers to which only a simulated host is connected, because they have no ports."""
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     @property
     def programs(self) -> dict[str, str]:
-        """Texts of the programs in the scene's folder and its subfolders, by path."""
+        """Texts of all programs in the folder of the scene, by path."""
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
 
     def named_programs(self) -> Iterator[tuple[str, Path]]:
-        """Yield the endpoint and the file of each program and conversation that the scene names."""
+        """Yield each program or conversation file in the scene, with its endpoint."""
         beside = self._source.file.parent
         for table in self._contents.controller:
             files = [*([table.program] if table.program else []), *table.host]
@@ -146,7 +158,7 @@ class Scene:
         return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}
 
     def build(self, *, served: bool = False) -> Bench:
-        """Return a new bench, whose controllers have just been switched on.
+        """Build all controllers and machines of the scene; the controllers are switched on.
 
         Every call returns an equal bench.  `served`: True if hosts outside this process use the controllers with ports;
         their `host` files are then not sent.
@@ -154,7 +166,7 @@ class Scene:
         return Builder(self._contents, self._source, served, self._texts).build()
 
     def build_errors(self) -> list[SceneError]:
-        """Build the scene once, and return all of its errors, e.g. in wires, faults, the script and hosts.
+        """Build the scene, and return all errors in its wires, faults, script and hosts.
 
         An error in a controller or a shared line is returned alone, because other parts refer to controllers.
         """
@@ -167,7 +179,7 @@ class Scene:
 
     @property
     def data(self) -> Mapping[str, Any]:
-        """Contents of the scene file as tables, lists and values."""
+        """Contents of the scene file as dicts, lists and values."""
         return self._source.data
 
     @property
@@ -176,11 +188,14 @@ class Scene:
         return self._source.text
 
     def text_of(self, program: str) -> str:
-        """Return the text of a program by its path.  The scene must have been built before."""
+        """Return the text of the program file at a path.
+
+        The scene must have been built before.
+        """
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a variant of the scene with the contents `data`.
+        """Return a copy of the scene with other contents, for the same file.
 
         `texts` replaces the texts of programs, by path.  Raises SceneError with the place of an invalid value in the
         file.
@@ -191,9 +206,11 @@ class Scene:
         return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Return the scene as text, with the hosts and the script of `copy`.
+        """Return the text of the scene file with added hosts and script entries.
 
-        Adds the files that the text needs to `copy`.
+        `copy` has the added hosts and script entries.
+
+        The files that the text needs are added to `copy`.
         """
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
@@ -207,7 +224,7 @@ class Scene:
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
                 raise self._source.error(
-                    f"there is a controller {table.called!r} already: expected a different name for the second one",
+                    f"two controllers have the name {table.called!r}: expected different names",
                     ("controller", number, key),
                 )
 

@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # pydantic reports `missing` for a pair with only one number
+    "missing": "expected two numbers",  # pydantic's error for a pair with only one number
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -59,20 +59,23 @@ class Source:
         self.places = toml_places.places(self.text)
 
     def with_data(self, data: dict[str, Any]) -> Self:
-        """Return a source with the contents `data`, for the same file with the same places."""
+        """Return a copy of this source with other contents, for the same file."""
         other = copy(self)
         other.data = data
         return other
 
     def contents(self) -> SceneFile:
-        """Return the validated contents of the scene.  Raises SceneError for a wrong key or value."""
+        """Validate the contents of the scene, and return them.
+
+        Raises SceneError for a wrong key or value.
+        """
         try:
             return self._validated()
         except ValidationError as error:
             raise self._first_of(errors=error.errors()) from None
 
     def errors(self) -> list[SceneError]:
-        """Return all errors in the keys and values of the scene, in the order of the file."""
+        """Return the errors in all keys and values of the scene, sorted by line."""
         try:
             self._validated()
         except ValidationError as error:
@@ -99,16 +102,19 @@ class Source:
         )
 
     def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
-        """Return a SceneError with the line and column of the key `path`, or of the nearest table around it."""
+        """Return a SceneError with the line and column of the given key.
+
+        If the scene has no such key, the place is that of the nearest table around the key.
+        """
         file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """Return the file, line and column of the key `path` in the scene file."""
+        """Return the file, line and column of the given key."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Return the SceneError for a file that is not TOML, from a message of `tomllib`.
+        """Convert a message of `tomllib` to a SceneError with its line and column.
 
         A message without a place refers to the end of the file.
         """
@@ -121,7 +127,10 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Within a `with` block, convert a UsageError or ProgramError to a SceneError at the key `path`."""
+        """Add the line and column of the given key to errors in a `with` block.
+
+        Converts a UsageError or a ProgramError to a SceneError.
+        """
         try:
             yield
         except UsageError as error:
@@ -131,7 +140,9 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Within a `with` block, convert a UsageError to a SceneError at the key that the message names.
+        """Find the key that an error in a `with` block names, and add its line and column to the error.
+
+        Converts a UsageError to a SceneError at the key that the message names.
 
         If the message names several keys, the deepest key is used.
         `tables`: the tables to search, each with its key below `path`; empty key: `path` itself.
@@ -143,7 +154,10 @@ class Source:
             raise self.error(message=str(error), path=(*path, *max(named, key=len, default=()))) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
-        """Return the first of pydantic's errors as a SceneError, with the number of the other errors."""
+        """Convert the first of pydantic's errors to a SceneError.
+
+        The message contains the number of further errors.
+        """
 
         def order(error: ErrorDetails) -> tuple[toml_places.Place, bool, str]:
             return toml_places.place_of(error["loc"], self.places), error["type"] == "missing", _message_for(error)
@@ -154,7 +168,9 @@ class Source:
 
 
 class Given(Source):
-    """A scene that is given as a dict.  Its errors name a key instead of a line.
+    """A scene that is created from a dict instead of a file.
+
+    Its errors name a key instead of a line.
 
     Paths in the scene are relative to the working directory.
     """
@@ -178,7 +194,7 @@ def read_text(file: Path) -> str:
 
 
 def _message_for(error: ErrorDetails) -> str:
-    """Return a plain message for an error that pydantic has found."""
+    """Convert an error of pydantic to a message for the user."""
     path = error["loc"]
     if not path:
         return f"cannot be read: {error['msg'].partition(' at line')[0]}"
@@ -193,7 +209,10 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each key in an error message that also names all tables around the key."""
+    """Yield the path of each key in a table that an error message names.
+
+    The message must also name all tables around the key.
+    """
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):
             yield (key,)
@@ -214,13 +233,13 @@ def _unknown(error: ErrorDetails) -> bool:
 
 
 def instead(word: str, known: Collection[str]) -> str:
-    """Return a suggestion for a misspelt word: the most similar known word, or else all known words."""
+    """Return a suggestion for an unknown word: the most similar known word, or all known words."""
     close = get_close_matches(word, known, n=1)
     return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:
-    """Return the keys that the scene schema allows in the table `path`."""
+    """Return the keys that the scene schema allows in the given table."""
     schema = node = scene_schema()
     for part in path:
         node = _definition(schema, node)
@@ -232,6 +251,6 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition to which a node of the JSON Schema refers, or the node itself."""
+    """Resolve a reference in the JSON Schema; return a node without a reference unchanged."""
     node = node["anyOf"][0] if "anyOf" in node else node
     return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the pydantic type and field of the scene key for a parameter of a fault."""
+    """Return the pydantic type and field for a parameter of a fault."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -54,7 +54,7 @@ class Table(BaseModel):
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
-    """Return a pydantic validator that calls `check` and keeps the value unchanged."""
+    """Return a pydantic validator that calls `check` and does not change the value."""
 
     def checked(given: Any) -> Any:
         try:
@@ -144,7 +144,10 @@ Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 def _values(made: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the JSON Schema of a data sheet with its keys.  The axis checks the values later."""
+    """Return the JSON Schema for the table of a motor or a load.
+
+    The schema checks only the keys and types; the axis checks the values later.
+    """
     numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
     return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
 
@@ -214,18 +217,18 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate the axes as stepper axes or servo axes, depending on the model."""
+        """Validate the axes: stepper axes or servo axes, depending on the controller model."""
         adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
     def called(self) -> str:
-        """Name of the controller on the bench."""
+        """Name of the controller; the model's name if the table has no key `name`."""
         return self.name or self.model.lower()
 
 
 def has_servo(model: str | None) -> bool:
-    """True if a model has a servo axis instead of stepper axes."""
+    """True if a controller model has a servo axis instead of stepper axes."""
     return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
 
 
@@ -280,7 +283,7 @@ class FaultTerms(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Values of the parameters that only this kind of fault has, by name."""
+        """Parameters that are specific to this kind of fault, by name."""
         return self.model_dump(exclude_none=True, exclude=set(FaultTerms.model_fields))
 
 
@@ -291,7 +294,7 @@ Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):
-    """An entry of the script: actions at the machine, all of them at one time."""
+    """A script entry: actions at the machine that are performed at one time."""
 
     at: Annotated[float, Field(ge=0)]
     """Time, in seconds from the beginning."""
@@ -499,7 +502,10 @@ def scene_schema() -> dict[str, Any]:
 
 
 def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
-    """Yield the kind, the name, the table and the place of each line that motors share."""
+    """Yield each serial line that several motors share.
+
+    The elements are its kind, its name, its table and its place in the file.
+    """
     for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
         for number, table in enumerate(tables):
             yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)

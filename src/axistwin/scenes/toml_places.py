@@ -35,7 +35,7 @@ def places(text: str) -> dict[Path, Place]:
 
 
 def spans(text: str) -> dict[Path, tuple[int, int]]:
-    """Return the start and end index of each table header and each key's value in a TOML text."""
+    """Return the start and end index of all table headers and values in a TOML text."""
     scanner = _Scanner(text)
     for _ in scanner.scan():
         pass
@@ -43,7 +43,10 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the line and column of a key in a TOML text, or else of the table around the key."""
+    """Return the line and column of a key in a TOML text.
+
+    For an unknown key, return the place of the table around the key.
+    """
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -53,7 +56,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # `tables` counts the [[name]] headers that have been read, by name
+        self.tables: dict[Path, int] = {}  # number of [[name]] headers read so far, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""
@@ -106,7 +109,10 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas and comments.  Return True if the closing bracket or the end of the text follows."""
+        """Skip blanks, commas, comments and a closing bracket.
+
+        Return True at the closing bracket and at the end of the text.
+        """
         while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
             self.at = found.end()
         closed = self.text.startswith(bracket, self.at)
@@ -119,7 +125,7 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Convert keys to a path with list indexes, e.g. ("controller", 1, "axes").
+        """Add list indexes to the keys of a table, e.g. ("controller", 1, "axes").
 
         This path is that of `controller.axes` after the second [[controller]].
         """

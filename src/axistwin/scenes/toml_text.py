@@ -9,7 +9,10 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """Return a TOML document with one line per key, and one line for each table in a list."""
+    """Return a dict as a TOML document with one line per key.
+
+    A list of tables has one line per table.
+    """
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:
@@ -47,7 +50,7 @@ def table_text(key: str, table: Mapping[str, Any]) -> str:
 
 
 def tables(data: Mapping[str, Any]) -> str:
-    """Return a TOML document in which each list of tables is written as [[tables]]."""
+    """Return a dict as a TOML document, in which lists of tables are written as [[name]]."""
     parts = [f"{key} = {toml_value(value)}\n" for key, value in data.items() if not _lists_tables(value)]
     parts += [f"\n{table_text(key, each)}" for key, value in data.items() if _lists_tables(value) for each in value]
     return "".join(parts).lstrip()

@@ -12,7 +12,10 @@ log = getLogger("axistwin")
 
 
 class Break:
-    """A breakpoint that can be switched on and off.  `once`: True if the breakpoint stops the bench only once."""
+    """A breakpoint that can be switched on and off.
+
+    `once`: True if the breakpoint stops the bench only once.
+    """
 
     def __init__(self, sentence: str, bench: Bench, on_hit: Callable[["Break"], None], *, once: bool = False) -> None:
         self.sentence, self.once = sentence, once
@@ -42,13 +45,13 @@ class Break:
         self._on = bool(on)
 
     def suspend(self) -> None:
-        """Disable the breakpoint until `resume`."""
+        """Disable the breakpoint until `resume` is called."""
         unsubscribe, self._unsubscribe = self._unsubscribe, None
         if unsubscribe is not None:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Restore a suspended breakpoint on a bench.
+        """Enable a breakpoint that `suspend` has disabled.
 
         A breakpoint whose sentence does not fit the bench is switched off.
         """

@@ -29,7 +29,7 @@ REPEATING = "the run is being repeated"
 
 
 class ExternalInput:
-    """Performs external input (actions of users and hosts) on the present bench of a session, and records the input."""
+    """Performs and records the actions of users and hosts in a session."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.pacer, self.journal = pacer, Journal()
@@ -41,7 +41,7 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Connect the ports of the session to a new bench; clients stay connected.
+        """Connect the ports of the session to the rebuilt controllers; clients stay connected.
 
         The settings of the bench's ports are not changed.
 
@@ -61,14 +61,19 @@ class ExternalInput:
         self.pacer.pace(bench.clock)
 
     def serial(self, name: str) -> RecordedPort:
-        """Return the serial port of an endpoint; the port records each action of the host.  Raises UsageError."""
+        """Return the serial port of an endpoint; the port records each action of the host.
+
+        Raises UsageError for an endpoint that does not exist.
+        """
         if name not in self._ports:
             self._ports[name] = RecordedPort(self.bench.port(name), partial(self._record_line_act, name))
             self._ports[name].mute(self._muted)
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return a port to the registers of a board; the port records each action of the host.
+        """Return a port to the registers of a board.
+
+        The port records each action of the host.
 
         Raises UsageError for an unknown name, or for a controller without registers.
         """
@@ -78,20 +83,20 @@ class ExternalInput:
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Add a server of real ports.  During a replay, the clients of this server are blocked."""
+        """Add a server of real ports, whose clients are blocked during a replay."""
         self._server = server
         server.bench = self.bench
         if self._muted:
             server.gate.close(REPEATING)
 
     def mute(self) -> None:
-        """Block all hosts: stop the data between hosts and bench, and refuse new clients."""
+        """Block the data between hosts and controllers, and refuse new clients."""
         if self._server is not None:
             self._server.gate.close(REPEATING)
         self._mute(True)
 
     def unmute(self) -> None:
-        """Unblock all hosts, and report to them the line changes that occurred while they were blocked."""
+        """Unblock all hosts, and report the line changes that the hosts have missed."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:
@@ -111,7 +116,10 @@ class ExternalInput:
         return self.texts[file]
 
     def prepare(self, act: Act) -> Callable[[], None]:
-        """Check an action of a user, and return a function that performs and records it.  Raises AxistwinError."""
+        """Check an action of a user, and return a function that performs and records the action.
+
+        Raises AxistwinError for an invalid action.
+        """
         check(act)
         return partial(self._do, act, self.runner.prepare(act))
 
@@ -121,22 +129,24 @@ class ExternalInput:
             do()
         except AxistwinError:
             if isinstance(act, Do) and act.target == LOAD:
-                self._record(act)  # a failed load is recorded, so that a replay fails in the same way
+                self._record(act)  # record a failed load, so that a replay fails in the same way
             raise
         else:
             self._record(act)
         finally:
-            self.pacer.work()  # the pacer plans again, because even a failed action may schedule events
+            self.pacer.work()  # even a failed action may schedule events
 
     def replay(self, act: Act) -> None:
-        """Perform a recorded action again; if the action fails, log the error."""
+        """Repeat a recorded action.  If the action fails, log the error."""
         try:
             self.runner.prepare(act)()
         except AxistwinError as error:
             log.warning("%s", error)
 
     def _record_line_act(self, name: str, act: LineAct) -> None:
-        """Record a host's action at a serial line, before the action is performed.
+        """Record an action of a host at a serial line.
+
+        The action is recorded before it is performed.
 
         Actions that the bench itself performs are not recorded.
         """
@@ -166,7 +176,7 @@ class ExternalInput:
 
 
 class Replay:
-    """Replays the recorded actions of a journal on a bench.
+    """Repeats the recorded actions of a journal.
 
     Each action is performed after all other events of its time.
 
@@ -188,7 +198,10 @@ class Replay:
         return self._next_ns <= time_ns
 
     def abandon(self) -> Tail:
-        """End the replay early.  Delete the actions that remain in the journal, and return them."""
+        """End the replay early, and delete the actions that have not been replayed.
+
+        Return the deleted part of the journal.
+        """
         self._cancel()
         return self.journal.truncate(self._cursor)
 

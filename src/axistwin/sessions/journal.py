@@ -20,7 +20,10 @@ BYTES_PER_ACT = 400
 
 @dataclass(frozen=True)
 class Moment:
-    """The actions that occur at one time, between two advances of the clock."""
+    """The recorded actions of one time.
+
+    They occur between two advances of the clock.
+    """
 
     time_ns: int
     acts: tuple[Act, ...]
@@ -28,7 +31,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Cursor:
-    """A position in a journal, between two moments."""
+    """A position in the journal of recorded actions."""
 
     offset: int = 0
     time_ns: int = 0
@@ -87,7 +90,10 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return the next moment after `cursor`, and the cursor after that moment; None at the end of the journal."""
+        """Return the next recorded actions after the position `cursor`, and the position after them.
+
+        Return None at the end of the journal.
+        """
         if cursor.offset >= len(self._data):
             return None
         word, offset = self._get(cursor.offset)
@@ -109,12 +115,12 @@ class Journal:
             yield moment
 
     def truncate(self, cursor: Cursor) -> Tail:
-        """Delete all moments after `cursor`, and return the deleted part for `restore`."""
+        """Delete all actions after the position `cursor`, and return the deleted part for `restore`."""
         tail = Tail(
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # an action that only the deleted part contains loses its number
+        for act in self._acts[cursor.known :]:  # actions only in the deleted part lose their numbers
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -122,7 +128,7 @@ class Journal:
         return tail
 
     def restore(self, tail: Tail) -> None:
-        """Undo `truncate`: put the deleted moments back at the end of the journal.
+        """Restore the actions that `truncate` has deleted.
 
         All moments after the position of `tail` are replaced.
         """
@@ -140,7 +146,7 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Append a number in a variable number of bytes: seven bits per byte, low bits first.
+        """Append a number to the journal in groups of seven bits, low bits first.
 
         The highest bit is clear in the last byte.
         """
@@ -162,7 +168,10 @@ def _size(act: Act) -> int:
 
 
 def check(act: Act) -> None:
-    """Raise UsageError for a value that cannot be written in one line of a scene or a conversation."""
+    """Check that the value of an action fits into one line of a scene or a conversation.
+
+    Raises UsageError.
+    """
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
         raise UsageError(
             f"invalid value {act.value!r} of the action {act.target}: expected one line without a semicolon"

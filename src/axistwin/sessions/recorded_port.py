@@ -29,7 +29,7 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """A control line of a device that a session can mute during a replay.
+    """A control line whose changes are not reported during a replay.
 
     While the line is muted, its changes are not reported.
     """
@@ -40,7 +40,7 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect this line to the control line of a new bench."""
+        """Connect this line to the control line of a rebuilt controller."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -50,7 +50,7 @@ class MutableLine(Pin):
         return self._line.level
 
     def mute(self, on: bool) -> None:
-        """Stop or resume the reports of level changes.
+        """Suppress the reports of level changes if `on` is True; otherwise resume the reports.
 
         At the end of muting, report a level that has changed since the beginning.
         """
@@ -68,7 +68,9 @@ class MutableLine(Pin):
 
 
 def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
-    """Create a property that reads an attribute of `present`, and records each assignment as an action.
+    """Create a property of a recorded port; each assignment to the property is recorded.
+
+    The property has the value of the same attribute of `present`.
 
     `act`: class of the action; None for a property that cannot be set.
     """
@@ -81,7 +83,7 @@ def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
 
 
 class RecordedHost:
-    """The host's end of a serial line, which records each change of a setting as an action."""
+    """The host's end of a serial line; each change of its settings is recorded."""
 
     format: UartFormat = _forwarded("format", SetFormat)
     dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
@@ -92,7 +94,7 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end of the line on the present bench."""
+        """The host's end of the serial line to the present controller."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
@@ -101,7 +103,10 @@ class RecordedHost:
 
 
 class RecordedPort:
-    """A serial port that records each action of its host by a call of `record`, before the action is performed."""
+    """A serial port that records each action of its host.
+
+    The function `record` is called before the action is performed.
+    """
 
     flow: Flow = _forwarded("flow", SetFlow)
     held: bool = _forwarded("held", Hold)
@@ -119,7 +124,10 @@ class RecordedPort:
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
-        """Connect this port to the serial port of a new bench, without changing the settings of that port."""
+        """Connect this port to the serial port of a rebuilt controller.
+
+        The settings of the serial port are not changed.
+        """
         self._unsubscribe()
         self.present = port
         self._unsubscribe = port.subscribe_received(self._received)
@@ -127,15 +135,15 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Mute the port during a replay, or end the muting.
+        """Suppress all reports to the host if `on` is True; otherwise resume the reports.
 
-        At the end, repeat the host's settings that this bench, at an earlier virtual time, lacks.
+        At the end, repeat the settings that the host has made later than the present virtual time.
         """
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the new bench lacks a setting that the host made at a later time
+                if set_ns > now_ns:  # repeat a setting that the host made after the present time
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -157,7 +165,10 @@ class RecordedPort:
         return self.present.read()
 
     def send_break(self, seconds: float) -> None:
-        """Send a break: hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
+        """Send a break to the controller for the given number of seconds.
+
+        The host's transmit line is then at space.  Raises UsageError for less than 1 ns.
+        """
         check_break(seconds)
         self.do(SendBreak(seconds), lambda port: port.send_break(seconds))
 
@@ -166,20 +177,23 @@ class RecordedPort:
         self.do(DropPending(), lambda port: port.drop_pending())
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
+        """Call `callback(byte, errors)` for each character that the host receives.
+
+        Return an unsubscribe function.
+        """
         return self._receives.subscribe(callback)
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # the host has already received this character before the replay
+            self.present.read()  # discard a character that the host received before the replay
         else:
             self._receives.emit(byte, errors)
 
 
 class RecordedBus:
-    """The registers of a board; each host action that changes the board is recorded by a call of `record`.
+    """The registers of a board; each change that a host makes to the board is recorded.
 
-    `record` is called before the action is performed.
+    The function `record` is called before each such action is performed.
     """
 
     def __init__(self, bus: RegisterPort, record: Callable[[BusAct], object]) -> None:
@@ -187,12 +201,15 @@ class RecordedBus:
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Connect this port to the board of a new bench, without changing the registers."""
+        """Connect this port to a rebuilt board.
+
+        The registers are not changed.
+        """
         self.present = bus
         self.interrupt_line.attach(bus.interrupt_line)
 
     def mute(self, on: bool) -> None:
-        """Stop reports of the interrupt line to the host if `on` is True; otherwise resume the reports."""
+        """Suppress the reports of interrupts if `on` is True; otherwise resume the reports."""
         self.interrupt_line.mute(on)
 
     @property

@@ -37,11 +37,11 @@ def files(
         found.texts.update(scene.programs)  # programs keep their names, because the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # `before` is the number of saved sessions that the scene contains
+    before = max(map(rank_of, headers), default=0)  # `before`: number of earlier saved sessions in the scene
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # a script would perform actions too early if the scene contains an earlier session
+        # a scene with an earlier saved session needs conversations, because a script acts before them
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -65,7 +65,10 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if all actions of a moment are manual actions on one controller, as a script needs."""
+    """True if a script can perform the given actions, which occur at one time.
+
+    A script can perform manual actions on one controller.
+    """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
@@ -73,7 +76,7 @@ def _is_script(moment: Moment) -> bool:
 
 
 def _names_a_fault(act: Do) -> bool:
-    """True if the action refers to another fault by name.
+    """True if the action contains the name of another fault.
 
     A script would have to define that fault first.
     """
@@ -92,7 +95,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append actions that have the same time to a conversation.
+        """Append actions of one time to a conversation.
 
         A replay performs these actions after all other events of this time.
         """
@@ -105,18 +108,18 @@ class _Conversations:
             self._end_ns[name] = time_ns
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield the name and the text of each conversation."""
+        """Yield the endpoint and the text of each conversation."""
         for name, acts in self._acts.items():
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Choose the endpoint whose conversation stores the given actions, and return its name."""
+        """Return the name of the endpoint in whose conversation the given actions are saved."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return a copy of an action; omit its controller if the conversation belongs to that controller."""
+        """Return a copy of an action without a controller name that the conversation implies."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

@@ -40,7 +40,10 @@ DRAIN_EVERY = 1 << 12
 
 
 class State(Enum):
-    """State of a session; *moving* means that a `step` or a `go_to` is in progress."""
+    """State of a session: paused, running or moving to another virtual time.
+
+    A session is moving while a `step` or a `go_to` is in progress.
+    """
 
     IDLE = auto()
     """Paused at the beginning, or after a completed move."""
@@ -72,7 +75,7 @@ class Forgotten:
 
 
 class Session:
-    """An interactive session, which controls one bench at a time.
+    """An interactive session, which runs, pauses, records and replays emulated controllers.
 
     `build` creates a bench.
 
@@ -115,7 +118,7 @@ class Session:
 
     @property
     def operator(self) -> OperatorTable:
-        """Table of the scene that describes the operator panel; empty for a scene without this table."""
+        """Description of the operator panel; empty for a scene without an operator panel."""
         return OperatorTable() if self._scene is None else self._scene.operator
 
     @property
@@ -130,14 +133,14 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time up to which the bench has been advanced, in seconds.
+        """Present virtual time in seconds.
 
         While no event is due, the bench is not advanced, so this time can be in the past.
         """
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach` with the present bench, and later with each bench that replaces it.
+        """Call `attach` with the present bench (the emulated set-up), and later with each new bench.
 
         Each new bench is attached before its first event.
         """
@@ -145,7 +148,10 @@ class Session:
         attach(self.bench)
 
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False) -> Server:
-        """Create the server for hosts at real ports.  Its clients stay connected when the bench is replaced."""
+        """Create the server for hosts at real ports.
+
+        Its clients stay connected when the bench is replaced.
+        """
         self.pacer.sync()
         resets = self._power_cycle if reset else False
         self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=resets, access=self.input, share=share)
@@ -165,7 +171,11 @@ class Session:
     # Actions of users
 
     def do(self, who: str, target: str, value: str) -> None:
-        """Perform the action `! target value` of a conversation at the endpoint `who`.  Raises AxistwinError."""
+        """Perform an action of a user at an endpoint, e.g. set the input `input1` to `high`.
+
+        `who`: the endpoint; `target` and `value` are those of a line `! target value` of a conversation.  Raises
+        AxistwinError.
+        """
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
@@ -224,12 +234,15 @@ class Session:
 
     @property
     def running(self) -> bool:
-        """True while the session runs, so that virtual time passes."""
+        """True while virtual time passes."""
         return self._state is State.RUNNING
 
     @property
     def speed(self) -> float | None:
-        """Speed as a multiple of real time; None: as fast as possible.  Raises UsageError for an invalid speed."""
+        """Speed as a multiple of real time; None: as fast as possible.
+
+        Setting an invalid speed raises UsageError.
+        """
         return self.pacer.speed
 
     @speed.setter
@@ -241,7 +254,7 @@ class Session:
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start to run if the session waits for the first host or browser."""
+        """Start a session that waits for its first host or browser."""
         if self.waiting and not self.busy:
             self.run()
 
@@ -250,11 +263,11 @@ class Session:
         return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
-        """Run the bench until a pause, a breakpoint or an error."""
+        """Start virtual time, which passes until a pause, a breakpoint or an error."""
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        self.pacer.agenda_ns = self.bench.agenda_ns  # a run lasts at least until the end of the scene's script
+        self.pacer.agenda_ns = self.bench.agenda_ns  # virtual time passes at least until the end of the scene's script
         self.pacer.start()
 
     def pause(self) -> None:
@@ -265,8 +278,9 @@ class Session:
         self._halt("")
 
     async def step(self, kind: str) -> bool:
-        """Advance to the next event of the given kind, and pause.  Returns False if no such event occurs within 60
-        virtual seconds.
+        """Advance virtual time to the next event of the given kind, and pause.
+
+        Return False if no such event occurs within 60 virtual seconds.
 
         "event": a change of a pin, a message, a fault, or the start or end of a motion.  "character": the same, but
         each character of a message is an event.  "move": the start or end of a motion.  "statement": the start of a
@@ -283,7 +297,7 @@ class Session:
             return observer.seen
 
     def add_break(self, sentence: str) -> Break:
-        """Add a breakpoint that stops the bench at the event described by `sentence`, e.g. "table.X passes 1000".
+        """Add a breakpoint at a described event, e.g. "table.X passes 1000".
 
         Raises UsageError.
         """
@@ -292,12 +306,12 @@ class Session:
         return self.breaks[-1]
 
     def remove_break(self, which: Break) -> None:
-        """Remove a breakpoint; no effect if the breakpoint has been removed before."""
+        """Remove a breakpoint.  A breakpoint that has already been removed is ignored."""
         which.on = False
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until a breakpoint or until the event that `sentence` describes, e.g. "table.X passes 1000".
+        """Run until a described event, e.g. "table.X passes 1000", or until a breakpoint.
 
         Raises UsageError for an invalid sentence.
         """
@@ -306,7 +320,7 @@ class Session:
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Continue a step for one slice of real time; return False if no event is left."""
+        """Continue a step for a slice of real time; return False if no event is left."""
         return steps.advance(
             self.bench,
             lambda: min(end_ns, observer.end_ns),
@@ -314,17 +328,23 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Run until `time_ns` or for one slice of real time; return True if `time_ns` is reached."""
+        """Advance virtual time towards `time_ns` for one slice of real time.
+
+        Return True if `time_ns` is reached.
+        """
         return steps.run_to(self.bench.clock, time_ns, lambda: self._state is not State.MOVING or over())
 
     def _hit(self, which: Break) -> None:
-        """Pause the session at a breakpoint."""
+        """Pause the session, because a breakpoint has been reached."""
         self.pacer.stop()
         if self._state not in (State.HALTED, State.MOVE_HALTED):
             self._halt(which.sentence if which.once else f"break: {which.sentence}")
 
     def _on_failure(self, error: AxistwinError) -> None:
-        """Pause the session after a planned action has failed; during `go_to`, only log the error."""
+        """Pause the session, because a planned action has failed.
+
+        During `go_to`, only log the error.
+        """
         log.warning("%s", error)
         if self.progress is None:
             self.pacer.stop()
@@ -360,7 +380,10 @@ class Session:
             self._state = State.MOVE_ABORTED
 
     async def go_to(self, seconds: float) -> None:
-        """Go to a recorded time, back or forward, and pause.  Raises UsageError for a time that is not recorded."""
+        """Go back or forward to a recorded virtual time, and pause.
+
+        Raises UsageError for a time that is not recorded.
+        """
         time_ns = to_ns(seconds)
         if not 0 <= time_ns <= self._recorded:
             raise UsageError(f"time {seconds:g} s is not recorded: expected 0 to {self.recorded_seconds:.3f} s")
@@ -371,7 +394,10 @@ class Session:
             await self._advance_to(time_ns)
 
     def restart(self) -> None:
-        """Go to virtual time 0, delete the recording, and run.  `undo` restores the recording."""
+        """Start again at virtual time 0, and delete the recording.
+
+        `undo` restores the recording.
+        """
         self.pause()
         with self._moving():
             for each in self.breaks:
@@ -383,7 +409,9 @@ class Session:
         self.run()
 
     async def advance_to(self, seconds: float) -> None:
-        """Run at full speed to a later virtual time, and then continue as before.
+        """Run at full speed to a later virtual time.
+
+        If the session was running, then continue at the previous speed; otherwise pause.
 
         A breakpoint ends the move.
 
@@ -404,7 +432,10 @@ class Session:
             self.run()
 
     def forget_rest(self) -> None:
-        """Delete the recording after the present time, and accept new input; `undo` restores the deleted part."""
+        """Delete the recording after the present time, and accept new input.
+
+        `undo` restores the deleted part.
+        """
         self._check_free()
         self.pacer.sync()
         if self._replay is not None:
@@ -418,7 +449,10 @@ class Session:
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
-        """Restore the recording that was deleted last, and pause at the time of its deletion.  Raises UsageError."""
+        """Restore the recording that was deleted last.
+
+        The session pauses at the virtual time of the deletion.  Raises UsageError.
+        """
         self._check_free()
         found, self._forgotten = self._forgotten, None
         if found is None:
@@ -436,11 +470,14 @@ class Session:
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
     def _restart(self, recorded_ns: int) -> None:
-        """Build a new bench at time 0, and begin to replay the recording up to `recorded_ns`."""
+        """Rebuild the controllers at virtual time 0, and begin to replay the recording.
+
+        `recorded_ns`: end of the recording.
+        """
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # an exception of `_build` leaves the session unchanged
+        bench = self._build()  # build first, because an error must leave the session unchanged
         self.input.mute()
         self.bench = bench
         for attach in self._attached:
@@ -450,7 +487,10 @@ class Session:
         self._replay = Replay(self.bench.clock, self.journal, self.input.replay, recorded_ns, self._end_slice)
 
     def advance(self, time_ns: int) -> None:
-        """Advance a paused session to a virtual time in ns.  Raises UsageError for a running session."""
+        """Advance a paused session to a virtual time in nanoseconds.
+
+        Raises UsageError for a running session.
+        """
         self._check_free()
         if self.running:
             raise UsageError("cannot advance a running session: pause the session first")
@@ -484,11 +524,11 @@ class Session:
 
     @property
     def _replayed(self) -> bool:
-        """True if the replay has finished, but `_end_replay` has not been called yet."""
+        """True between the end of a replay and the call of `_end_replay`."""
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """End the present time slice of the pacer, so that `_after_advance` handles the end of the replay."""
+        """End the present slice of real time, so that `_after_advance` is called."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
@@ -501,13 +541,16 @@ class Session:
                     port.read()  # characters for a port without a client are lost, as on an open cable
 
     def _end_replay(self) -> None:
-        """End the replay: unmute the hosts at real ports and update them."""
+        """End the replay, and unblock the hosts at real ports."""
         self._replay, self._recorded_ns = None, self.bench.now
         self.input.unmute()
 
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return a scene and its files, by name; `axistwin run` repeats the recorded session from these files."""
+        """Return the files of a scene that repeats the recorded session, by file name.
+
+        The command `axistwin run` runs the scene.
+        """
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

@@ -20,7 +20,7 @@ MAX_S = 60
 
 
 class StepObserver:
-    """Context manager that detects the end of a step of the given kind."""
+    """Context manager that detects the event that ends a step."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
@@ -51,11 +51,14 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step if a message was in progress, because the message has ended."""
+        """End the step at the end of a message."""
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at an event; all characters of one message count as one event."""
+        """End the step at an event, or at the end of a message.
+
+        All characters of one message count as one event.
+        """
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return
@@ -67,7 +70,10 @@ class StepObserver:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Return for each axis True if it moves; for a stepper axis, also the start time of the move."""
+        """Return the state of motion of each axis.
+
+        True if the axis moves; for a stepper axis, also the start time of its move.
+        """
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
@@ -76,7 +82,9 @@ class StepObserver:
 
 
 def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object]) -> bool:
-    """Execute events in order of time until `done()` is true; return False if no event is due by `end_ns()`.
+    """Execute events in order of time until `done()` returns True.
+
+    Return False if no event is due by the time `end_ns()`.
 
     While a servo moves, each of its samples is an event.
     """
@@ -93,7 +101,10 @@ def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object])
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Run up to and including `end_ns` and return True; stop early and return False when `over()` becomes true."""
+    """Execute events up to the time `end_ns`, or until `over()` returns True.
+
+    Return True if the time `end_ns` is reached.
+    """
     while not over():
         due_ns = clock.next_event_ns()
         if due_ns is None or due_ns > end_ns:

@@ -6,7 +6,7 @@ from axistwin.sim.signal import Signal
 
 
 class Alarms:
-    """The fault flags of a device, with reports to subscribers when the device raises a flag.
+    """The fault flags of a device; subscribers are notified when the device raises a flag.
 
     `names`: the flags that are reported, named as in the device's manual.
     """

@@ -55,7 +55,7 @@ class Clock(Environment):
 
     @property
     def quiet(self) -> bool:
-        """True if no events are scheduled except background events, which never end."""
+        """True if only background events are scheduled, e.g. the flashing of a lamp."""
         return len(self._queue) <= self.background
 
     @property
@@ -75,7 +75,7 @@ class Clock(Environment):
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # after an exception, the end event is still scheduled
+            self._withdraw(end)  # an exception leaves the event `end` in the queue
 
     @property
     def free_ns(self) -> int:
@@ -86,9 +86,9 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` without an event.  Return False if another event is due in this time.
+        """Advance the clock by `duration_ns`, unless another event is due in this time.
 
-        Also return False while subscribers observe the clock.
+        Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 
         A procedure that waits for its own timeout may skip the time instead of waiting; the effect is the same.
         """
@@ -123,7 +123,7 @@ class Clock(Environment):
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """Schedule and return an event that happens after all other events up to `time_ns`."""
         event = Event(self)
-        event._ok, event._value = True, None  # an event with a value counts as scheduled, as in simpy.Timeout
+        event._ok, event._value = True, None  # SimPy treats an event with a value as scheduled
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 

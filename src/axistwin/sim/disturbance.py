@@ -43,7 +43,7 @@ class Disturbance:
 
     @property
     def over(self) -> bool:
-        """True if the disturbance has finished, because it has changed all its characters."""
+        """True if the disturbance affects no more characters."""
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:

@@ -104,7 +104,7 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the ranges of bits in which the frame of `byte` is at space.
+        """Return the ranges of low bits in the frame of a character.
 
         Each range: its first bit, and the first bit after the range.
         """
@@ -174,7 +174,7 @@ class Frame:
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """Return the frame of a character, with the data bits in `flipped` inverted."""
+        """Return the frame of a character; the bits of `flipped` select data bits to invert."""
         intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
         return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
 
@@ -185,7 +185,7 @@ class Frame:
 
     @property
     def end(self) -> int:
-        """End of the frame's last space, in units of 1/`per` ns."""
+        """Time at which the frame's last low level ends, in units of 1/`per` ns."""
         return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 

@@ -34,7 +34,7 @@ class Space:
 
 
 class Levels:
-    """The levels of a wire over time, from the present time on.
+    """The level of a wire as a function of time, from the present time on.
 
     The levels must be read in order of time.
     """
@@ -76,14 +76,16 @@ class Levels:
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
 
     def sample(self, at: int, step: int, per: int, count: int) -> int:
-        """Return `count` levels as bits: at `at/per` ns (bit 0), `(at + step)/per` ns, and so on.
+        """Sample the wire at equal intervals, and return the levels as the bits of a number.
+
+        Bit 0 is the level at `at/per` ns, bit 1 at `(at + step)/per` ns, and so on for `count` samples.
 
         Spaces before the last but one sample are discarded; a receiver may sample the newer spaces once more.
         """
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            # `first` is the index of the first sample within the space
+            # `first` is the index of the first sample at low level
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
@@ -97,7 +99,7 @@ class Levels:
         return levels
 
     def at(self, time_ns: Fraction) -> bool:
-        """Return the level of the wire at any time, calculated from the frames that have been put on the wire."""
+        """Return the level of the wire at the given time."""
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
@@ -107,13 +109,13 @@ class Levels:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if no frame on the wire has a space after `now_ns`."""
+        """True if the wire stays at mark from `now_ns` on."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the spaces that may begin with a start bit: unread spaces that begin at `since/per` ns or later.
+        """Yield the low periods of the wire that may begin with a start bit.
 
-        Each space is yielded once.
+        These are the unread spaces that begin at `since/per` ns or later.  Each space is yielded once.
         """
         for space in self._spaces:
             if space.unread:
@@ -122,7 +124,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the stored spaces of the wire that end after the beginning of `first`."""
+        """Remove and return all stored spaces that end after the start of the space `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

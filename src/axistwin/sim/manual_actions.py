@@ -37,7 +37,10 @@ def check_torque(newton_metres: float) -> None:
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """Mark all actions within a `with` block as actions of the bench itself, which are not reported."""
+    """Report no manual actions within a `with` block.
+
+    The bench itself performs the actions in the block, by a script or a fault.
+    """
     within, clock.by_itself = clock.by_itself, True
     try:
         yield
@@ -46,7 +49,7 @@ def by_itself(clock: Clock) -> Iterator[None]:
 
 
 class ManualAct(StrEnum):
-    """Kinds of manual actions; the values are the words in conversations and recordings."""
+    """Kinds of manual actions, named as in conversations and recordings."""
 
     POWER = "power"
     JOYSTICK = "joystick"
@@ -58,7 +61,7 @@ class ManualAct(StrEnum):
 
 
 class ManualActions:
-    """Reports the manual actions at one part of the machine to subscribers.
+    """Notifies subscribers of the manual actions at one part of the machine.
 
     A report contains the kind of the action and its values.
     """
@@ -72,6 +75,6 @@ class ManualActions:
         return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
-        """Report a manual action to the subscribers, unless the bench itself performs the action."""
+        """Report a manual action to the subscribers, except within a `by_itself` block."""
         if not self._clock.by_itself:
             self._begins.emit(act, *values)

@@ -91,7 +91,7 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level of the connected part, without test lead and defects."""
+        """Level that the terminal would have without test leads and defects."""
         return self._source
 
     @property
@@ -117,9 +117,9 @@ class Pin:
         self._update(before)
 
     def hold(self, level: bool) -> Callable[[], None]:
-        """Simulate a defect that holds the terminal at `level`, even against a test lead.
+        """Simulate a defect that holds the terminal at `level`.
 
-        The latest of several defects wins.  Return a function that ends the defect.
+        A defect overrides a test lead.  The latest of several defects wins.  Return a function that ends the defect.
         """
         held = _Held(level)
         before = self.level
@@ -159,9 +159,9 @@ class Pin:
         return unsubscribe
 
     def subscribe_edges(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level, also for a pin that is normally read on demand.
+        """Call `callback(pin)` at every change of level.  Return an unsubscribe function.
 
-        Return an unsubscribe function.
+        Also for a pin whose level is normally read on demand.
         """
         return self.subscribe(callback)
 
@@ -209,7 +209,10 @@ class Pin:
 
 
 class CalculatedPin(Pin):
-    """An output whose level `read` calculates from the motion, without an event for each pulse."""
+    """An output whose level is calculated from the motion on demand.
+
+    The output causes no event for each pulse.
+    """
 
     silent = True
 
@@ -219,12 +222,12 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """Present level, which follows from the motion unless a test lead or a defect sets the level."""
+        """Present level, calculated from the motion or set by a test lead or a defect."""
         return super().level if self._holds or self.driven else self._read()
 
 
 class SensedPin(Pin):
-    """An input that is connected to a sensor, which is read on demand.
+    """An input whose level is read from a sensor on demand.
 
     The sensor is observed only while the input has subscribers.
 
@@ -257,7 +260,7 @@ class SensedPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level of the connected sensor, switch or wire, without test lead and defects."""
+        """Level that the input would have without test leads and defects."""
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
@@ -331,7 +334,10 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level of the output stage, the external wiring or the pull-up resistor, without test lead and defects."""
+        """Level that the terminal would have without test leads and defects.
+
+        The output stage, the external wiring or the pull-up resistor sets this level.
+        """
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
 
@@ -418,7 +424,10 @@ class UserPin(Pin):
 
 
 def _volts(level: bool | float) -> float:
-    """Convert True or False to a voltage; return a valid voltage unchanged.  Raises UsageError."""
+    """Convert a level (True or False) to a voltage.  Raises UsageError for a voltage out of range.
+
+    A valid voltage is returned unchanged.
+    """
     if isinstance(level, bool) or not isinstance(level, int | float):
         return PULLED_UP_VOLTS if level else 0.0
     if not LEAST_VOLTS <= level <= MOST_VOLTS:

@@ -11,7 +11,7 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Subscriptions to the lines of stored programs.
+    """Notifies subscribers when a line of a stored program begins.
 
     `attend()` is called whenever `wanted`, the set of subscribed lines, changes.
     """
@@ -27,7 +27,10 @@ class Progress:
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Notify the subscribers that a line of a program begins; `index` counts the lines from 0."""
+        """Notify the subscribers that a line of a program begins.
+
+        `index`: number of the line, from 0.
+        """
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:

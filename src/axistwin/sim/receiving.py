@@ -6,7 +6,7 @@ from axistwin.units import S
 
 
 class Whole:
-    """An undisturbed character, which is received without sampling.
+    """A character that is received as a whole, without sampling of its bits.
 
     If another signal appears on the wire, sampling begins.
     """

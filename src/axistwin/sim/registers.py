@@ -87,7 +87,10 @@ class RegisterPort:
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
-        """Read a register without advancing virtual time: 0 is the output data buffer, 1 the status byte."""
+        """Read a register: 0 is the output data buffer, 1 is the status byte.
+
+        Virtual time does not advance.
+        """
         if not (type(offset) is int and 0 <= offset <= CONTROL):
             check_byte("offset", offset, CONTROL)
         if not self.powered:
@@ -97,7 +100,10 @@ class RegisterPort:
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
-        """Write a register without advancing virtual time: 0 is the input data buffer, 1 the control byte."""
+        """Write a register: 0 is the input data buffer, 1 is the control byte.
+
+        Virtual time does not advance.
+        """
         if not (type(offset) is type(value) is int and 0 <= offset <= CONTROL and 0 <= value <= 0xFF):
             check_byte("offset", offset, CONTROL)
             check_byte("value", value)

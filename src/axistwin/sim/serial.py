@@ -68,7 +68,7 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        self._idle = 0, 1  # a falling edge after `_idle` (number, units per ns) is a start bit
+        self._idle = 0, 1  # from the time `_idle` on, a falling edge is a start bit
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # delayed characters occupy the line until `_free_ns`
@@ -100,7 +100,7 @@ class Line:
         self._cut_by(self)
 
     def sever(self) -> Callable[[], None]:
-        """Cut the wire as `cut` does.  Return a function that repairs this cut, but no other cut."""
+        """Cut the wire.  Return a function that repairs only this cut."""
         token = object()
         self._cut_by(token)
         return lambda: self._cuts.remove(token)
@@ -129,9 +129,9 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put a signal of this end's own transmitter on the shared wire.
+        """Put the device's own transmission on the wire that several devices share.
 
-        The receiver ignores the signal, but the signal garbles characters of other transmitters.
+        The device's receiver ignores the signal, but the signal garbles characters of other transmitters.
         """
         if self.instant:
             return
@@ -167,7 +167,7 @@ class Line:
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """Deliver all copies of a disturbed character.
+        """Deliver a disturbed character once, several times or not at all.
 
         Later characters do not overtake delayed characters.
         """
@@ -218,10 +218,10 @@ class Line:
             reading.left <= (1 if self.receiver.resynchronises else 0)
             or frame.end * reading.per > reading.next * frame.per
         ):
-            self._levels.put(frame)  # the receiver needs no frame that ends before its next sample
+            self._levels.put(frame)  # a frame that ends before the next sample has no effect
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
-        """Begin to receive a character without sampling; return False if the character must be sampled.
+        """Try to receive a character without sampling; return True on success.
 
         A character can be received without sampling if the wire is otherwise free.
 
@@ -244,7 +244,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # `take` may change the format of later characters
+        self.receiver.take(whole.byte, SOUND)  # the receiving device may now set another format
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -280,7 +280,10 @@ class Line:
                 return
 
     def _format(self, levels: Levels, space: Space) -> UartFormat | None:
-        """Return the format in which the receiver samples a character whose start bit begins with `space`."""
+        """Return the format in which the receiver samples the next character; None if the format is not known.
+
+        The character's start bit begins with `space`.
+        """
         receiver = self.receiver
         if receiver.format is not None and receiver.second_look is None:
             return receiver.format
@@ -310,12 +313,12 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # `take` may change the format of later characters
+        self.receiver.take(byte, errors)  # the receiving device may now set another format
         self._reading = None
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """Deliver a character on a line on which characters take no time.
+        """Deliver a character on a line without transmission time.
 
         The receiver samples each character separately.
         """
@@ -373,11 +376,11 @@ class Uart:
         self.received.emit(byte, errors)
 
     def understands(self, sent: UartFormat) -> bool:
-        """Return True if this receiver reads characters sent in this format correctly."""
+        """True if the receiver can decode characters of the given format."""
         return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the format of a character whose first low level lasts `low_ns`."""
+        """Detect the format of a character from the duration of its first low level."""
         if self.format is None:
             return self.on_measure(low_ns)
         other = None if self.second_look is None else self.second_look(low_ns, level_at)
@@ -392,7 +395,7 @@ class Uart:
         self.pump()
 
     def send_break(self, seconds: float) -> None:
-        """Send a break of `seconds` after the queued characters."""
+        """Send a break that lasts `seconds`, after the queued characters."""
         self.queue.append(Break(to_ns(seconds)))
         self.pump()
 
@@ -411,7 +414,10 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """Resume the other transmitters on an instant line, because this receiver can accept characters again."""
+        """Let the other transmitters send again, because this receiver can accept characters.
+
+        Only the transmitters on an instant line wait for the receiver.
+        """
         for peer in self.peers:
             if peer.queue:
                 peer.pump()

@@ -71,7 +71,10 @@ class DropPending:
 
 
 class SetInstant(NamedTuple):
-    """Action of a user: let characters take no time (True) or their real time (False)."""
+    """Action of a user: select whether characters take transmission time.
+
+    `on`: True if characters take no time.
+    """
 
     on: bool
 

@@ -84,7 +84,10 @@ class Board:
                 self._triggered(values["oid"], values["trigger_reason"])
 
     def due(self, now_s: float) -> bytes:
-        """Return the bytes that must be sent to the board now; must be called at least every 5 ms."""
+        """Return the bytes that must be sent to the board now.
+
+        Must be called at least every 5 ms.
+        """
         self.connection.now_s = now_s
         if self.state is State.FAILED:
             return b""
@@ -101,7 +104,10 @@ class Board:
         return self.connection.channel.due(now_s)
 
     def fail(self, reason: str) -> None:
-        """Mark the board as failed, with a reason; the board is not used until `restart` is called."""
+        """Mark the board as failed for the given reason.
+
+        The board is not used until `restart` is called.
+        """
         if self.state is not State.FAILED:
             self.state = State.FAILED
             self.connection.drop()
@@ -271,7 +277,10 @@ class Board:
             self.connection.begin(self._changed(given))
 
     def _trigger_s(self, given: InputPin) -> Generator[Any, dict[str, Any], float]:
-        """Ask the board when an input changed, and return the time in seconds of the host's clock."""
+        """Return the time at which an input changed, in seconds of the host's clock.
+
+        The board is asked for this time.
+        """
         connection, oid = self.connection, self._objects.endstops[given.to]
         state = yield from connection.ask("endstop_query_state", "endstop_state", oid=oid)
         next_sample = connection.clock.unwrapped(state["next_clock"])
@@ -295,10 +304,13 @@ class Board:
         elif given.controller not in self.stopped:
             self._stop_at_change(given)
 
-    # Stops at the request of the host
+    # Methods that stop and resume the axes of controllers
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         stopping = tuple(group for group in groups or self.wiring.groups if group not in self._stopping)
         if self.state is State.READY and stopping:
             self._stopping |= set(stopping)
@@ -317,7 +329,7 @@ class Board:
         return {motor.pins.axis: motor.position for motor in self._stream.of(groups)}
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again, and configure the stop inputs of this controller."""
+        """Resume a stopped controller: configure its stop inputs, and accept pulses for its axes."""
         if self.state is State.READY and group in self.stopped:
             self.stopped.discard(group)
             self._stopping.discard(group)
@@ -328,7 +340,9 @@ class Board:
     def queue(
         self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float = TOLERANCE_S
     ) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay).
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
 
         `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
         """
@@ -354,7 +368,10 @@ class Board:
             motor.waiting.clear()
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         if self.state is State.READY:
             connection = self.connection
             output = next(each for each in self.wiring.outputs if each.source == source)
@@ -371,6 +388,6 @@ class Board:
                 self.connection.send("update_digital_out", oid=oid, value=int(not pin.inverted))
 
     def shut_down(self) -> None:
-        """Stop all axes and switch all drives off at the end of a run."""
+        """Stop all axes and switch all drives off."""
         if self.connection.dictionary.constants:
             self.connection.send("emergency_stop")

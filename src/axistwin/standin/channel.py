@@ -48,7 +48,10 @@ class Channel:
 
     @property
     def damaged(self) -> int:
-        """Number of times that damaged bytes from the board have been dropped."""
+        """Number of transmission errors in the bytes from the board.
+
+        Each group of damaged bytes counts as one error.
+        """
         return self._reader.damaged
 
     @property

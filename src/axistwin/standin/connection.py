@@ -26,7 +26,10 @@ Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
 
 @dataclass
 class _Request:
-    """A request to a board that has not been answered; its response resumes `procedure`."""
+    """An unanswered request to a board.
+
+    The response to the request resumes `procedure`.
+    """
 
     procedure: Procedure
     name: str
@@ -52,7 +55,7 @@ class Connection:
         self._clock_from_s = self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
-        """Discard all knowledge of the board's firmware, because the board may have been reset."""
+        """Discard the data dictionary of the board, which may have been reset."""
         self.now_s = now_s
         self.channel, self.dictionary = Channel(), Dictionary()
 
@@ -63,7 +66,7 @@ class Connection:
 
     @property
     def silent(self) -> bool:
-        """True if the board has acknowledged nothing for so long that the board counts as failed."""
+        """True if the board has not acknowledged any message block for too long."""
         most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
         return self.channel.silent_s(self.now_s) > most_s
 
@@ -148,7 +151,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the latest time, in ticks of the board's clock, at which a command sent now arrives."""
+        """Return the latest possible arrival time of a command sent now, in ticks of the board's clock."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

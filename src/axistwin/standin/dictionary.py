@@ -93,7 +93,10 @@ class Dictionary:
         return b"".join(encoded)
 
     def decode(self, content: bytes) -> tuple[str, dict[str, Any]]:
-        """Decode a response into its name and values; the name is "" for an unknown response."""
+        """Decode a response of the board to its name and its values.
+
+        The name is "" for an unknown response.
+        """
         try:
             number, at = frames.read_integer(content, 0)
             if number in self._outputs:

@@ -46,23 +46,34 @@ class Output(Protocol):
         """Axes that the board drives, and outputs that the board switches."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
+        """
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
 
     def restart(self, now_s: float) -> None:
         """Connect to the board again after a failure."""
 
 
 class Driver:
-    """Sends the pulses and outputs of a bench to motion boards, and the boards' inputs to the bench.
+    """Connects the emulated controllers to motion boards, which drive real motors.
+
+    Pulses and outputs are sent to the boards; inputs of the boards are sent to the controllers.
 
     `tell` is called with each line of text for the user.
     """
@@ -135,7 +146,9 @@ class Driver:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the boards all pulses that the axes of the bench have made since the last call.
+        """Send the new pulses of the emulated axes to the boards.
+
+        New are the pulses since the last call.
 
         Must be called at least five times per horizon, when no event of the bench is due.
         """
@@ -148,14 +161,14 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the axes of each stopped controller whose interrupted motion has ended."""
+        """Release the emulated axes of each stopped controller after the end of its motion."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # the axes were at rest at an earlier call, so all pulses of the motion have been dropped
+                # an earlier call has dropped the last pulses of the motion
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:
@@ -198,7 +211,7 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop the axes on other boards that belong to a controller stopped on this board."""
+        """Stop the other axes of a controller after one board has stopped some of the axes."""
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):
@@ -210,7 +223,7 @@ class Driver:
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Stop simulated axes at the positions that the real motors have reached."""
+        """Stop the emulated axes at the positions where their real motors have stopped."""
         if self.live:
             for whole, position in positions.items():
                 self._motors[whole].hold(position - self._origin[whole])
@@ -223,7 +236,10 @@ class Driver:
             board.stop(reason)
 
     def go_on(self, now_s: float) -> None:
-        """Continue after a stop at the user's command, and connect to failed boards again."""
+        """Continue after a stop, and reconnect the failed boards.
+
+        Called at the user's command.
+        """
         self._offset_s = max(self._offset_s, now_s - self.bench.now / S)
         for board in self.boards:
             if board.wiring.name in self._failed:

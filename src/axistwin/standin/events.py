@@ -17,7 +17,10 @@ class Ready:
 
 @dataclass(frozen=True)
 class InputChanged:
-    """Event: an input of the board has changed at the time `at_s`, in seconds of the host's clock."""
+    """Event: an input of the board has changed.
+
+    `at_s`: time of the change in seconds of the host's clock.
+    """
 
     to: str
     level: bool

@@ -26,7 +26,7 @@ def crc16(data: bytes) -> int:
 
 
 def block(sequence: int, content: bytes) -> bytes:
-    """Return a message block with a sequence number and a content."""
+    """Return a message block with the given sequence number and content."""
     assert len(content) <= MOST_CONTENT, "the content fits into a block"
     head = bytes([len(content) + LEAST, _DESTINATION | sequence & _SEQUENCE]) + content
     return head + crc16(head).to_bytes(2, "big") + bytes([SYNC])
@@ -74,7 +74,9 @@ def integer(value: int) -> bytes:
 
 
 def read_integer(data: bytes, at: int) -> tuple[int, int]:
-    """Decode the integer that begins at index `at`, and return the value and the index after the integer.
+    """Decode an integer of Klipper's protocol.
+
+    `at`: index of the first byte.  Return the value and the index after the integer.
 
     Raises IndexError if `data` is too short.
     """

@@ -28,11 +28,11 @@ class Journal:
         self._file.flush()
 
     def begin(self, title: str) -> None:
-        """Write the first line of a stand-in's run, with the time and a title."""
+        """Append the line that records a start of the stand-in, with the time and a title."""
         self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
 
     def end(self, positions: Mapping[str, int]) -> None:
-        """Write the last line of a stand-in's run, with the final positions."""
+        """Append the line that records the end of the stand-in, with the final positions."""
         self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
 
     def close(self) -> None:
@@ -48,7 +48,7 @@ def _open(path: Path) -> TextIO:
 
 
 def last_positions(path: Path) -> dict[str, int] | None:
-    """Return the positions at the end of the last run, or None if the positions are unknown.
+    """Return the final positions in a journal file, or None if the positions are unknown.
 
     The result is {} if there was no run.
     """

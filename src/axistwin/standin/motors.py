@@ -24,18 +24,18 @@ Run = tuple[int, "NDArray[np.int64]"]
 
 
 class Motor(Protocol):
-    """An axis of a bench whose pulses drive a real motor."""
+    """An emulated axis whose pulses drive a real motor."""
 
     @property
     def pulses(self) -> int:
-        """Number of net pulses that the axis has made."""
+        """Net number of pulses that the axis has made."""
 
     @property
     def moving(self) -> bool:
         """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses of the axis since the last call, in order of time."""
+        """Yield the pulses that the axis has made since the last call, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
         """Return the largest permitted time error of these pulses, in seconds."""
@@ -44,16 +44,16 @@ class Motor(Protocol):
         """Hold the axis at the position where the real motor has stopped, until `let_go` is called."""
 
     def let_go(self) -> None:
-        """Release the axis that `hold` holds."""
+        """Release an axis that `hold` has stopped."""
 
 
 def motor(axis: StepperAxis | ServoAxis) -> Motor:
-    """Return an object that yields the pulses of an axis of a bench."""
+    """Return an object that yields the pulses of an emulated axis."""
     return Steps(axis) if isinstance(axis, StepperAxis) else Counts(axis)
 
 
 class Steps:
-    """Pulses of a stepper axis, from its step output."""
+    """Source of the pulses of a stepper axis: its step output."""
 
     def __init__(self, axis: StepperAxis) -> None:
         self._axis = axis
@@ -62,7 +62,7 @@ class Steps:
 
     @property
     def pulses(self) -> int:
-        """Number of net pulses that the axis has made."""
+        """Net number of pulses that the axis has made."""
         return self._axis.pulses
 
     @property
@@ -75,13 +75,13 @@ class Steps:
         return TOLERANCE_S
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses of the axis since the last call, in order of time."""
+        """Yield the pulses that the axis has made since the last call, in order of time."""
         begin_ns, self._collected_ns = self._collected_ns, self._axis.clock.now
         return self._axis.train.pulse_runs(begin_ns, self._collected_ns)
 
 
 class Counts:
-    """Pulses of a servo axis, from its encoder counts.
+    """Source of the pulses of a servo axis: its encoder counts.
 
     The encoder has whole counts and a sample every 246 µs, so the times of its counts are uneven.  A smooth position is
     the mean over `MARK_NS`, at each mark, and a line between two marks; a pulse follows when this position has passed
@@ -91,7 +91,7 @@ class Counts:
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
         self.pulses = axis.position
-        """Number of net pulses that the axis has made."""
+        """Net number of pulses that the axis has made."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
         self._smooth = float(self.pulses)
         """Smooth position at the latest mark."""
@@ -116,7 +116,7 @@ class Counts:
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses of the axis since the last call, in order of time."""
+        """Yield the pulses that the axis has made since the last call, in order of time."""
         import numpy as np
 
         self._axis.catch_up()
@@ -136,7 +136,10 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return the mean encoder position around each time in `marks`, and discard old samples."""
+        """Return the mean encoder position around each of the times `marks`.
+
+        Samples before the last of these times are then discarded.
+        """
         import numpy as np
 
         samples, half = self._samples, MARK_NS // 2
@@ -153,7 +156,7 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the pulses up to the time `mark`.
+        """Return the pulses up to the time `mark`: their direction and their times.
 
         `smooth` is the smooth position at this time.
         """

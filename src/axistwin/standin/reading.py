@@ -202,7 +202,10 @@ def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
 
 
 def lines(plan: Plan) -> list[str]:
-    """Describe the settings of a stand-in as lines of text, with each pin and each axis."""
+    """Describe the settings of a stand-in as lines of text for the user.
+
+    The lines contain each pin and each axis.
+    """
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:
         if isinstance(wiring, HalWiring):

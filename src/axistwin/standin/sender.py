@@ -93,17 +93,26 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
+        """
         with self._lock:
             self._board.queue(axis, direction, times_s, tolerance_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         with self._lock:
             self._board.set_output(source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         with self._lock:
             self._board.stop(reason, groups)
 
@@ -113,7 +122,7 @@ class Sender(Thread):
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
         with self._lock:
             self._board.resume(group)
 

@@ -22,7 +22,7 @@ LEAD_S = 0.01
 
 @dataclass
 class Motor:
-    """An axis that a motion board drives, with the step commands that have not been sent."""
+    """An axis of a motion board, with its unsent step commands."""
 
     pins: AxisPins
     oid: int
@@ -42,7 +42,10 @@ class Motor:
         return self.waiting[0][1]
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
-        """Return an error message if pulses at these ticks exceed a limit of the axis, or "" if not."""
+        """Return an error message if pulses at the given ticks exceed a limit of the axis.
+
+        Return "" if the pulses are permitted.
+        """
         import numpy as np
 
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
@@ -64,15 +67,18 @@ class StepStream:
         self._in_queue: list[float] = []
 
     def of(self, controllers: Sequence[str]) -> Iterator[Motor]:
-        """Return an iterator over the motors that belong to these controllers."""
+        """Return the motors that belong to the given controllers."""
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Forget the sent step commands; the board's queue then counts as empty."""
+        """Treat the board's queue of step commands as empty."""
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses at given ticks of the board's clock.  Raises ValueError if an interval is out of range."""
+        """Plan pulses at the given ticks of the board's clock.
+
+        Raises ValueError if an interval is out of range.
+        """
         connection = self._connection
         base, now = motor.last, connection.clock.ticks(connection.now_s)
         if base is None or (not motor.waiting and base < now - connection.ticks(2 * LEAD_S)):

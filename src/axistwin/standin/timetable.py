@@ -60,28 +60,35 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a time in seconds to ticks, rounded to an even number of periods."""
+        """Convert a duration in seconds to ticks, rounded to an even number of periods."""
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
-        """Return the time, in ticks, between two readings of an input by the board."""
+        """Return the interval in ticks at which the board reads an input."""
         return self.period if given.stops is not None else self._even_periods(self.wiring.sample_s)
 
     def reading(self, given: InputPin, soon: float) -> int:
-        """Return the tick of the board's next reading of an input, at `soon` or later."""
+        """Return the tick at which the board next reads an input.
+
+        The tick is at `soon` or later.
+        """
         if given.stops is not None:
             return self._at(self._stops.index(given.to), 0, soon)
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the tick of the next report of a trigger, at `soon` or later.
+        """Return the tick at which the board next reports a trigger.
+
+        The tick is at `soon` or later.
 
         `trigger` is the number of the trigger on the board.
         """
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the middle of a time slot, in ticks, at `soon` or later.
+        """Return the tick in the middle of the next occurrence of a time slot.
+
+        The tick is at `soon` or later.
 
         `periods` counts from the first pair of periods that begins at `soon` or later.
         """

@@ -52,7 +52,10 @@ class DrivenAxis:
         return self.axis.rpartition(".")[0]
 
     def refusal(self, rate: float, end: int) -> str:
-        """Return an error message if pulses up to the position `end` exceed a limit of the axis, or "" if not."""
+        """Return an error message if a move to the position `end` exceeds a limit of the axis.
+
+        Return "" if the move is permitted.
+        """
         if self.max_rate is not None and rate > self.max_rate * 1.001:
             return f"{self.axis}: {rate:.0f} pulses/s is above max_rate {self.max_rate:g}"
         if self.travel is not None and not self.travel[0] <= end <= self.travel[1]:
@@ -114,7 +117,10 @@ class OutputPin(Switched):
 
 
 def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
-    """Return an error message if an open stop input forbids motion in a direction, or "" if not."""
+    """Return an error message if an open stop input forbids motion in the given direction.
+
+    Return "" if the motion is permitted.
+    """
     for given in inputs:
         blocks = given.controller == axis.controller and given.stops in (0, direction)
         if blocks and levels[given.to] is given.stops_at:
@@ -123,12 +129,12 @@ def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: Drive
 
 
 def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
-    """Return the name of each controller to which one of the axes belongs."""
+    """Return the names of the controllers to which the given axes belong."""
     return tuple(dict.fromkeys(axis.controller for axis in axes))
 
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Raise UsageError for an input that stops a controller without axes on this board."""
+    """Raise UsageError if a stop input belongs to a controller that has no axis on this board."""
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
@@ -174,7 +180,10 @@ class Wiring:
             yield output.pin, f"{output.source} output"
 
     def check(self) -> None:
-        """Raise UsageError for a pin with two uses, an axis without an enable pin, or an input of another board."""
+        """Check that each pin has one use, and that each axis has an enable pin.
+
+        Raises UsageError, also for an input of another board.
+        """
         uses: dict[str, str] = {}
         for pin, use in self.used():
             if pin.name in uses:
@@ -186,7 +195,10 @@ class Wiring:
         check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
-        """Raise UsageError for a pin that the board lacks or that the board's firmware reserves."""
+        """Check that the board has each used pin, and that no used pin is reserved.
+
+        Raises UsageError.
+        """
         reserved = {
             pin: key.removeprefix("RESERVE_PINS_")
             for key, pins in dictionary.constants.items()
@@ -204,7 +216,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Objects:
-    """Numbers of the objects in a board's firmware, and the commands that create these objects."""
+    """The objects in a board's firmware: their numbers, and the commands that create the objects."""
 
     steppers: dict[str, int] = field(default_factory=dict)
     enables: dict[BoardPin, int] = field(default_factory=dict)

@@ -69,13 +69,16 @@ class CompumotorGuide(Guide):
         return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning of a number as the status byte, and as the answer to request 88h."""
+        """Yield the meanings of a number: as status byte, and as answer to request 88h."""
         if 0 <= value <= 0xFF:
             yield f"status byte: {self.bits('status', value)}"
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of a command or message in hex, or of the name of a command."""
+        """Yield the meaning of a command, which is given by its name or in hex.
+
+        Hex digits can also be a message of the board.
+        """
         commands, language = self.controller.product.commands, self.controller.product.language
         assert language is not None, "a board has a language"
         if not _HEX.fullmatch(text):
@@ -108,7 +111,7 @@ class CompumotorGuide(Guide):
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the only action of a board's initialisation, a wait for the end of the self-test."""
+        """Yield the action that initialises a board: wait for the end of the self-test."""
         if not self.ready:
             yield Wait(S)
 

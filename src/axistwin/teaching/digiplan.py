@@ -126,7 +126,10 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reason why no move begins if the command [ has locked the interface."""
+        """Yield the reason why a locked interface begins no move.
+
+        The command [ locks the interface.
+        """
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:
@@ -175,7 +178,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning of a number as an answer to each of the requests K, F and I."""
+        """Yield the meanings of a number: as answer to request K, F or I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
@@ -201,7 +204,7 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield the meaning of the answer to a command, or of the number in a command."""
+        """Yield an explanation of the number in a command, or of the answer to the command."""
         match piece[0]:
             case "K" | "Q":
                 yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"

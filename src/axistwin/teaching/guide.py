@@ -18,7 +18,7 @@ Refused = Callable[[bytes], Sequence[Diagnostic]]
 
 @dataclass(frozen=True)
 class Reason:
-    """A reason why no move begins, and a line for the user to type that removes the reason."""
+    """A reason why no move begins, and the line with which the user removes the reason."""
 
     text: str
     remedy: str = ""
@@ -125,7 +125,7 @@ class Guide(ABC):
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
 
     def shown(self, source: str, text: str) -> str:
-        """Return a reply in the words of the front panel, e.g. as a quantity with its unit."""
+        """Return a reply as the front panel displays it, e.g. with a unit."""
         for group in self.controller.product.front:
             for item in group.items:
                 if isinstance(item, Word) and item.source == source:

@@ -16,7 +16,7 @@ STARTED_S = 1.5
 
 @dataclass(frozen=True)
 class Evidence:
-    """Data for the check of a lesson's step: the controller, and the texts that were sent and received."""
+    """Data for the check of a lesson step, e.g. the texts that were sent and received."""
 
     controller: Controller
     said: str
@@ -49,9 +49,9 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a check that is true if the controller has answered the request `to`.
+    """Return a check that is true if the controller has answered a request.
 
-    The answer must match the regular expression `pattern`.
+    `to`: the request.  The answer must match the regular expression `pattern`.
     """
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 

@@ -57,7 +57,7 @@ class Pupil:
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
-        """Go to the next step and return True if the user has done the current step."""
+        """Return True if the user has done the current step; in this case, go to the next step."""
         if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
@@ -68,7 +68,7 @@ class Pupil:
         return done
 
     def remark(self) -> str:
-        """Return a sentence about a finished move that does not solve the task, or "" without such a move."""
+        """Return a sentence about a finished move that does not solve the task, otherwise ""."""
         if self.finished or any(axis.moving for axis in self._controller.axes.values()):
             return ""
         before, self._rest = self._rest, self._positions()
@@ -77,11 +77,14 @@ class Pupil:
         return f"{', '.join(moves)}: the task is not done yet" if moves else ""
 
     def _show(self, data: list[bytes]) -> str:
-        """Return transferred data as text; commands and messages of a board become hex, one on each line."""
+        """Return sent or received data as text.
+
+        Each command or message of a board becomes one line in hex.
+        """
         if self._controller.product.language is None:
             return b"".join(data).decode("latin-1")
         return "\n".join(self._codec.show(each) for each in data)
 
     def close(self) -> None:
-        """Stop observing the events of the bench."""
+        """Stop observing the events of the simulation."""
         self._stack.close()

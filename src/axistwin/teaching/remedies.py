@@ -22,7 +22,10 @@ class Remedies:
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:
-        """Return a sentence that tells the user how to end the injected fault that holds a terminal."""
+        """Return a sentence that tells the user how to end an injected fault.
+
+        `pin`: the terminal at which the fault is injected.
+        """
         return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
 
     def power(self, *words: str) -> str:
@@ -31,7 +34,7 @@ class Remedies:
 
 
 def at_limit(controller: Controller, plus: bool) -> tuple[str, Axis, int] | None:
-    """Return the axis that is on a limit switch, and the distance of a move away from the switch.
+    """Return the axis that is on a limit switch, and a distance that moves the axis off the switch.
 
     The move ends at a distance of `MARGIN` from the switch.  The result is None if no axis is on the switch.
     """

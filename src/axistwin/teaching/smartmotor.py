@@ -59,7 +59,7 @@ class SmartMotorGuide(Guide):
             yield Reason("no velocity has been given", "type  V=100000")
 
     def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
-        """Return an active limit as a reason, with a sentence about how to make the limit inactive."""
+        """Return why no move begins at an active limit, and how to make the limit inactive."""
         pin, found = self.controller.pins[name], at_limit(self.controller, side == "plus")
         if not (pin.held or pin.driven or pin.wired):
             wire = f"wire pin {name} to ground, or make it an input, and clear the fault"

@@ -135,7 +135,7 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """Return True at the first call with a diagnostic code, and False at later calls with this code."""
+        """Return True only at the first call with a given diagnostic code."""
         first = code not in self._told
         self._told.add(code)
         return first

@@ -88,7 +88,7 @@ class LineEditor:
             complete_while_typing=True,
             bottom_toolbar=None if end is None else self.status,
             refresh_interval=0 if end is None else EVERY_S,
-            erase_when_done=True,  # `Screen` shows each typed line again, in the order of events
+            erase_when_done=True,  # the class `Screen` prints the typed line again
             input=source,
             output=target,
         )

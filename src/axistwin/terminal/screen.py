@@ -54,7 +54,10 @@ class Screen:
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """Show a line of input, unless the line is already visible because the user has typed it."""
+        """Show a line of input.
+
+        A line is not shown again if the user's typing is still visible.
+        """
         if self._editor:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
@@ -65,7 +68,7 @@ class Screen:
             self._write(f"{PROMPT}{line}\n")
 
     def show_sent(self, data: bytes) -> None:
-        """Show data that the terminal sends by itself, e.g. during an initialisation."""
+        """Show data that the terminal sends automatically, e.g. during an initialisation."""
         self._fresh()
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 

@@ -72,7 +72,7 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Bring virtual time up to date, and return the result of `read`.
+        """Return the result of `read()` at the present virtual time.
 
         `read` reads the controller's state.
         """
@@ -86,11 +86,14 @@ class VirtualEnd(ABC):
         return f"{self.session.seconds:.3f} s   {'  '.join(axes)}   {state}"
 
     def set_speed(self, speed: float | None) -> None:
-        """Set the speed of virtual time as a multiple of real time, or None for as fast as possible."""
+        """Set the speed of virtual time: 1 is real time, None is full speed."""
         self.session.speed = speed
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle, but for at most `PATIENCE_NS` of virtual time."""
+        """Wait until the controller is idle.
+
+        The wait ends after `PATIENCE_NS` of virtual time at the latest.
+        """
         until_ns = self.bench.now + PATIENCE_NS
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
@@ -113,7 +116,7 @@ class VirtualEnd(ABC):
         unsubscribe()
 
     def close(self) -> None:
-        """Switch the controller's power off, and unsubscribe from its data."""
+        """Switch off the controller, and unsubscribe from the controller's data."""
         self.session.pause()
         self._unsubscribe()
         self.controller.power(False)
@@ -141,7 +144,10 @@ class SerialEnd(VirtualEnd):
             self._aside(*self.tutor.received(data))
 
     def send(self, data: bytes) -> None:
-        """Send a typed line, as fast as the serial line and the controller's DTR allow."""
+        """Send a typed line to the controller over its serial line.
+
+        The baud rate and the controller's DTR limit the speed.
+        """
         self.session.say(self.controller.name, data)
 
 

@@ -50,7 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Serve the model or scene that the marker `axistwin` of the test names.  Yields the `Twin`."""
+    """Serve the model or scene in the marker `axistwin` of a test.  Yields the `Twin`."""
     from axistwin.testing.twin import serve  # lazy import, because most tests do not use this fixture
 
     what, keywords = _marker_arguments(request)
@@ -78,7 +78,10 @@ def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Name the recorded files in the report of a failed test; delete these files if the test has passed."""
+    """List the recorded files in the report of a failed test.
+
+    The files of a test that has passed are deleted.
+    """
     report = yield
     files = [path for path in item.stash.get(RECORDED_FILES, ()) if path.exists()]
     if report.when == "call" or report.failed:
@@ -108,7 +111,7 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
     marker = request.node.get_closest_marker("axistwin")
     if marker is None or len(marker.args) + ("scene" in marker.kwargs) != 1:
         raise pytest.UsageError(
-            f'{request.node.nodeid}: invalid marker: expected one model or scene, e.g. @pytest.mark.axistwin("if1") '
+            f'invalid marker of {request.node.nodeid}: expected one model or scene, e.g. @pytest.mark.axistwin("if1") '
             'or @pytest.mark.axistwin(scene="cell.toml")'
         )
     keywords = dict(marker.kwargs)
@@ -119,6 +122,6 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
 
 
 def _shown(path: Path) -> str:
-    """Return a path as text: relative to the current directory if the file is inside this directory."""
+    """Return a path as text, relative to the current directory if possible."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)

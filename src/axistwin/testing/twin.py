@@ -70,7 +70,7 @@ class Url(str):
 
 
 class HostCall:
-    """A call of a function of the host program, which runs in a separate thread."""
+    """A call of a host function in a separate thread."""
 
     def __init__(self, clock: ServedClock, thread: HostThread) -> None:
         self._clock, self._thread = clock, thread
@@ -98,7 +98,10 @@ class _Service(NamedTuple):
 
 
 class Twin:
-    """A bench whose controllers are served on real ports during a `with` block.  `serve` returns a Twin."""
+    """Emulated controllers that are served on real ports within a `with` block.
+
+    `serve` returns a Twin.
+    """
 
     def __init__(
         self, bench: Bench, wanted: list[tuple[str, PortUrl]], speed: Speed, writers: Iterable[Writer] = ()
@@ -113,7 +116,7 @@ class Twin:
 
     @property
     def clock(self) -> ServedClock:
-        """Clock of the virtual time of the bench."""
+        """Clock that gives the virtual time of the served controllers."""
         return self._service.clock
 
     @property
@@ -158,7 +161,10 @@ class Twin:
         self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
-        """Receive all data that hosts have sent, then advance virtual time.  Only for `speed="manual"`."""
+        """Advance the virtual time, after all data from hosts have been received.
+
+        Only for `speed="manual"`.
+        """
         self.clock.advance(seconds)
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
@@ -187,7 +193,7 @@ class Twin:
         return result
 
     def do(self, action: Callable[[], T]) -> T:
-        """Call a function in the thread that runs the bench, at the present time of the bench.
+        """Call a function in the thread of the simulation, at the present virtual time.
 
         If `speed` is a number, the present time is that of the wall clock.  All events due by then are executed
         before the call, and all events that the call makes due are executed after it.
@@ -227,7 +233,7 @@ def serve(
     if not fixed_ports:
         wanted = _free(bench, wanted, scheme)
     elif not wanted:
-        raise UsageError("invalid option fixed_ports=True: expected a scene that names ports")
+        raise UsageError("invalid option fixed_ports=True: expected a scene that defines ports")
     return Twin(bench, wanted, speed, tuple(_writers(record, trace, _headers(what, options))))
 
 
@@ -243,13 +249,13 @@ def _check_speed(speed: Speed) -> None:
 def _bench(
     what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    """Build a bench from a model or a scene; return the bench, and the ports that the scene names."""
+    """Return the bench (the simulated set-up) of a model or a scene, and the ports of the scene."""
     if isinstance(what, str) and not what.endswith(".toml"):
         bench = Bench()
         bench.add(what, **options)
         return bench, []
     if options:
-        raise UsageError(f"unexpected options {', '.join(options)}: only a model takes options, not a scene")
+        raise UsageError(f"unexpected options {', '.join(options)}: expected options only for a model, not for a scene")
     if isinstance(what, Bench):
         return what, []
     from axistwin.scenes.scene import Scene  # lazy import, because pydantic is slow to import
@@ -259,7 +265,10 @@ def _bench(
 
 
 def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -> list[tuple[str, PortUrl]]:
-    """Return the URL of a free port for each endpoint of the bench.  Raises UsageError for an unknown scheme."""
+    """Return the URL of a free port for each serial port or bus of the simulation.
+
+    Raises UsageError for an unknown kind of port.
+    """
     if scheme is not None and scheme not in SCHEMES:
         raise UsageError(f"invalid kind of port {scheme!r}: expected one of {', '.join(SCHEMES)}")
     kinds = {name: url.scheme for name, url in reversed(wanted) if url.scheme in FREE_PORTS}
@@ -283,7 +292,10 @@ def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[
 
 
 def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
-    """Return the headers for a recorded conversation with a model (model, options, line format); None for a scene."""
+    """Return the headers for the recorded conversation with a single controller.
+
+    The headers are model, options and line format.  The result is None for a scene.
+    """
     if not isinstance(what, str) or what.endswith(".toml"):
         return None
     kept = {name: value for name, value in options.items() if name not in ("name", "state", "line", "history")}

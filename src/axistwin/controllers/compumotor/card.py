@@ -120,7 +120,10 @@ class Card:
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the contents of the sequence buffers, which are lost without power."""
+        """Return the text of each stored sequence.
+
+        The dictionary is empty while the power is off.
+        """
         return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
@@ -188,13 +191,13 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Check the commands that a host sends, and return the diagnostics."""
-    from axistwin.controllers.compumotor.checker.program import check  # lazy import: a run does not need this module
+    from axistwin.controllers.compumotor.checker.program import check  # lazy import: simulations do not check programs
 
     return check(commands, sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: a run does not need this module
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: a simulation does not need the rules
 
     return RULES
 

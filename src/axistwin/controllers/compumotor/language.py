@@ -26,7 +26,7 @@ class Accept(Flag):
     STREAMING = auto()  # the command is valid in the streaming modes
     SEQUENCE = auto()  # the command may be placed in a sequence buffer
     DURING_SEQUENCE = auto()  # the host may send this command while the board performs a sequence
-    DURING_STREAMING = auto()  # the host may send this command while the board performs the streaming buffer
+    DURING_STREAMING = auto()  # the host may send this command while the board outputs the streaming buffer
     DEFINING = auto()  # the command is performed even while a sequence is being defined
     ENCODER = auto()  # 1811 only
 
@@ -108,7 +108,7 @@ i16, i32 = (partial(_number, size, True) for size in (2, 4))
 
 @dataclass(frozen=True)
 class Opcode(Command):
-    """A command of the command table, whose code is a number from 00h to FFh."""
+    """A command of the board, which is identified by a code from 00h to FFh."""
 
     @property
     def opcode(self) -> int:
@@ -127,7 +127,7 @@ class Opcode(Command):
 
     @cached_property
     def _places(self) -> tuple[tuple[Number, int, int], ...]:
-        """Parameters of the command, each with the index of its first byte and the index after its last byte."""
+        """Parameters of the command, each with the start and end index of its bytes."""
         ends = tuple(accumulate(field.size for field in self.fields))
         return tuple(zip(self.fields, (0, *ends), ends, strict=False))
 

@@ -43,7 +43,10 @@ JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Sta
 
 
 class Handshake:
-    """The board's side of the handshake through the bus registers, while the power is on."""
+    """Handshake of a board with the host, by registers on the bus.
+
+    The object exists while the power is on.
+    """
 
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
@@ -100,7 +103,10 @@ class Handshake:
             self._show()
 
     def _show(self) -> None:
-        """Update the status byte, the common interrupt line, and the separate interrupt lines of the jumpers."""
+        """Update the status byte and the interrupt lines.
+
+        One interrupt line is common; the others belong to jumpers.
+        """
         status = self._status
         active = bool(status & self._jumpers) and not status & Status.MASKED
         self.port.status = status | Status.INTERRUPT if active else status

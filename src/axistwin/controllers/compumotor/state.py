@@ -112,16 +112,16 @@ class State(ABC):
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
-        """True for a SINGULAR command of indexer mode while another SINGULAR command of the host is in progress.
+        """True if the command must not begin during another SINGULAR command of the host.
 
-        Such commands are moves, searches and the joystick.
+        The result is True only for SINGULAR commands of indexer mode: moves, searches and the joystick.
         """
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
     def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
-        """Perform a command.  A command that takes time continues as a process of its own.
+        """Perform a command.
 
-        `owner`: the host or the sequence.
+        A command that takes time continues in a separate process.  `owner`: the host or the sequence.
         """
         assert command.handler is not None
         result = command.handler(self, *values)
@@ -147,7 +147,7 @@ class State(ABC):
 
     @property
     def mode(self) -> int:
-        """Code of the present mode, which is the opcode of the command that enters the mode."""
+        """Opcode of the command that selects the present mode."""
         return self.stream.setting.mode if self.stream.setting else INDEXER
 
     @property
@@ -167,9 +167,10 @@ class State(ABC):
 
     @property
     def step_level(self) -> bool:
-        """Level of the STEP output.  While the joystick is enabled, the output follows the input STEP IN.
+        """Level of the STEP output.
 
-        After a failure the output is in high impedance.
+        While the joystick is enabled, the output has the level of the input STEP IN.  After a failure the output is in
+        high impedance.
         """
         if self.handshake.failed:
             return self.options.high_impedance

@@ -137,7 +137,7 @@ class Card:
         return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the stored sequence, steps 1 to 63, with the step in progress."""
+        """Return the stored sequence with its steps (1 to 63) and the number of the present step."""
         interface = self._interface
         if interface is None:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
@@ -173,12 +173,16 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Return the control lines inside the interface.  The cable determines the sources of DSR and CTS."""
+    """Connect the control lines of the interface through the given cable.
+
+    DSR and CTS are inputs of the interface.  The result contains the pins inside the interface.
+    """
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return the pin of DSR or CTS, which the cable connects to the host or to an output of the interface.
+        """Return the pin inside the interface for DSR or CTS.
 
-        Without a connection the pin is off.
+        `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
+        the pin is off.
         """
         if source == "host":
             return pin
@@ -199,13 +203,13 @@ ORDERS = (
 
 def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
     """Check the characters that a host sends to an IF1 or IF2, and return the diagnostics."""
-    from axistwin.controllers.digiplan.checker.program import check  # lazy import: a run does not need this module
+    from axistwin.controllers.digiplan.checker.program import check  # lazy import: simulations do not check programs
 
     return check(sessions, battery=battery)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a run does not need this module
+    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a simulation does not need the rules
 
     return RULES
 

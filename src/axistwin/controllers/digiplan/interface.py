@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # maximum number of characters in a message; a sequence of the greatest length is shorter
+MOST_CHARACTERS = 2048  # maximum number of characters in a message; the longest possible sequence is shorter
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -52,8 +52,8 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # True after the user has received the hint `INITIALISED`
-        self._eighth: list[bool] = []  # bit 8 of each character of the present message
+        self._told = False  # True after the hint `INITIALISED` has been given to the user
+        self._eighth: list[bool] = []  # value of bit 8 of each character in the present message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
@@ -93,7 +93,7 @@ class Interface(State):
         self._begin_sequence()  # a stored sequence runs automatically after initialisation
 
     def _obey_until_broken_in(self) -> Procedure:
-        """Obey messages until a `(` begins the initialisation again."""
+        """Carry out messages until the character `(` begins a new initialisation."""
         while True:
             if self.muted:
                 yield from self.until_unmuted()
@@ -104,7 +104,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # the cancelled work ends before the next character is read
+                yield self.clock.timeout(0)  # the cancelled move or sequence ends before the next character is read
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -176,13 +176,19 @@ class Interface(State):
         return None
 
     def _report_full(self, full: bool) -> None:
-        """Stop the host by DTR or X-off when the buffer is 80 % full, and let the host continue at 20 %."""
+        """Stop or continue the host by DTR, and by X-off or X-on if the data format has them.
+
+        The host is stopped at 80 % of the buffer, and continued at 20 %.
+        """
         self.lines.dtr.set(not full)
         if self.stage is Stage.READY and self.frame.x_on_x_off:
             self.transmitter.send_flow_control(stop=full)
 
     def _cancel_at_once(self) -> None:
-        """Perform a received `# <CR>` at once, even while a message waits or an answer cannot be sent."""
+        """Perform the cancel command `# <CR>` at once.
+
+        Other messages may be waiting, and an answer may be unsent.
+        """
         if self.work.turn is not None:
             self.buffer.drop_before_cancel()
             self.work.drop_held()
@@ -224,9 +230,9 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Carry out a message that must wait for an earlier message to begin.  A `#` drops both messages.
+        """Carry out a message after an earlier, waiting message has begun.
 
-        Before that, answer the status requests that arrive after the message.
+        Before that, answer the status requests that arrive after the message.  The command `#` drops both messages.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()
@@ -275,7 +281,8 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.control is not None:  # a host in control of a sequence may send moves, but no other sequence
+        # while the host controls a sequence, the host may send moves, but no other sequence
+        if self.work.control is not None:
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
@@ -298,5 +305,8 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event that occurs when the move, run or sequence has begun and is reported as busy."""
+        """Return an event that occurs as soon as a move, run or sequence has begun.
+
+        From this event on, the interface reports that it is busy.
+        """
         return self.clock.timeout(0)

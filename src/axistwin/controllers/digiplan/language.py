@@ -27,11 +27,11 @@ class Accept(Flag):
 
     DIRECT = auto()  # the command is allowed in a message that is executed at once
     STEP = auto()  # the command is allowed in a step of a sequence
-    ALONE = auto()  # the command is allowed as a message of its own
+    ALONE = auto()  # the command is allowed as the only command of a message
     LOCKED = auto()  # the command is obeyed even while the interface is locked
     REQUEST = auto()  # the command is a status request, which is answered even while a message waits
     SETUP = auto()  # the command is allowed during initialisation only
-    WRITTEN = auto()  # the command character is part of another command, e.g. the sign of a distance
+    WRITTEN = auto()  # the character is only a part of another command, e.g. the sign of a distance
 
 
 class Order(IntEnum):
@@ -71,7 +71,7 @@ class Written(Field):
 
     @property
     def form(self) -> str:
-        """Syntax of the parameter in help texts, including a comma before the parameter."""
+        """Syntax of the parameter for help texts, with a comma in front if the command needs a comma."""
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
@@ -98,7 +98,10 @@ class Direction(Written):
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Return +1 or -1 for the sign, and True, because a sign is always in range."""
+        """Return +1 or -1 for the sign, and True.
+
+        The second value is always True, because every sign is within the range.
+        """
         return (-1 if text == "-" else +1), True
 
 
@@ -138,7 +141,7 @@ class _Reader:
         self.text = text.replace(" ", "")
         self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
-        self.begins: list[int] = []  # index of the first character of each step in `text`
+        self.begins: list[int] = []  # indices in `text` at which the steps begin
 
     def read(self) -> Message:
         self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0
@@ -157,9 +160,9 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Report a problem in the text from index `at` up to, but not including, index `end`.
+        """Report a problem between two indices of the text.
 
-        `at` None: the index of the next character.
+        The problem begins at index `at` and ends before index `end`.  `at` None: the index of the next character.
         """
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
@@ -177,7 +180,10 @@ class _Reader:
         return True
 
     def _read_sequence(self, end: int) -> None:
-        """Read a sequence `:step:step: … :$`; `:$` without a step runs the stored sequence again."""
+        """Parse a sequence of the form `:step:step: … :$`.
+
+        The message `:$` without a step runs the stored sequence again.
+        """
         if not self.message.start or not self.text[:end].endswith(":"):
             self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
         while self.at < end:
@@ -301,7 +307,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # a number that is too long or has another form causes an error at its first wrong character
+            return  # an invalid number causes an error at its first wrong character
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -319,4 +325,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing, because the character is parsed together with another command."""
+    """Do nothing: the character is a part of another command, and is parsed there."""

@@ -22,7 +22,10 @@ def listed(sequence: str) -> tuple[str, ...]:
 
 
 def typed(step: Step) -> str:
-    """Return the text of a step, with its commands in the manual's order; parsing the text gives the same step."""
+    """Return the text of a step, with the commands in the order of the manual.
+
+    Parsing the text gives the same step.
+    """
     pulse, length = step.pulse, step.settings.get("pulse_length")
     parts = (
         _lines("H", step.high),

@@ -95,7 +95,10 @@ class State(ABC):
         """Erase parameters, sequence and lock."""
 
     def drop(self, hint: str) -> None:
-        """Report why characters of the host are dropped, unless the last report gave the same reason."""
+        """Report the reason why characters of the host are dropped.
+
+        No report is made if the last report gave the same reason.
+        """
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
@@ -106,7 +109,7 @@ class State(ABC):
 
     @property
     def message_format(self) -> MessageFormat:
-        """Format in which the present message is received: baud rate, data bits, parity and bit 8."""
+        """Format of the message that is being received: baud rate, data bits, parity and bit 8."""
         bytesize, parity, _ = self.frame.uart
         return MessageFormat(self.baudrate, bytesize, parity, (any(self.eighth[:-1]), *self.eighth[-1:]))
 
@@ -129,7 +132,10 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters for a move that begins now.  New ramp data apply only after the ramp has been calculated."""
+        """Parameters for a move that begins now.
+
+        New ramp data apply only after the ramp has been calculated.
+        """
         before = self._ramp_before
         if before is None:
             return self.parameters

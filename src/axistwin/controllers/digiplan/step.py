@@ -8,7 +8,7 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # not a programming error
-    """Raised to end the work in progress after a refused move or a parameter out of range."""
+    """Raised to end a move, run or sequence after a refused move or an invalid parameter."""
 
 
 class Fault(Enum):
@@ -19,7 +19,7 @@ class Fault(Enum):
 
 
 class Problem(NamedTuple):
-    """A problem in a message: the index of the wrong text, a description, and the chapter of the manual."""
+    """A problem in a message, with its position in the text, a description, and the chapter of the manual."""
 
     rule: Rule
     fault: Fault
@@ -88,11 +88,14 @@ class Parameters:
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return these parameters with the new values that a step sets."""
+        """Return a copy of the parameters with the values that a step sets."""
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return these parameters with an index length of zero, because a run resets the length."""
+        """Return a copy of the parameters with an index length of zero.
+
+        A run sets the index length to zero.
+        """
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":

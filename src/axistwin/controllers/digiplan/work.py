@@ -60,22 +60,25 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # a step can cancel itself, by switching an output that is wired to a fault input
+            # a step cancels itself if it switches an output that is wired to a fault input
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End the move, run or sequence in progress and the waiting message at once, because the power is off."""
+        """End all work and delete the waiting message at once, because the power is off.
+
+        The work is a move, run or sequence.
+        """
         for process in (self.held, self.process):
             if process is not None:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give control of a sequence to the host.  Return an event whose value is the host's next step.
+        """Give control of a sequence to the host, and return the event of the next step.
 
-        The value None means that the sequence continues.
+        The value of the event is the step that the host sends; None means that the sequence continues.
         """
         self.control = self.clock.event()
         self._free()
@@ -90,9 +93,9 @@ class Work:
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Return `begin` if no work is in progress; otherwise start `begin` when the work ends.
+        """Begin a procedure as soon as no other work is in progress.
 
-        In the second case, return None.
+        If no work is in progress, return the procedure `begin`.  Otherwise begin the procedure later, and return None.
         """
         if not self.occupied:
             return begin
@@ -107,7 +110,10 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Drop the message that waits for the end of a move, run or sequence, and the message after it."""
+        """Delete the waiting message and the message after it.
+
+        The first message waits for the end of a move, run or sequence.
+        """
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)

@@ -45,7 +45,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # After power-off, the processor whose shaft may still turn
+        self._before: Motor | None = None  # This motor has been switched off; the shaft may still turn.
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -83,7 +83,10 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """Return the reason why the motor does not move, and the remedy; "" if a move is possible."""
+        """Return the reason why the motor does not move, and the remedy.
+
+        The text is empty if a move is possible.
+        """
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
@@ -110,7 +113,7 @@ class SmartMotor:
         self.power(True)
 
     def _let_go(self) -> None:
-        """Set the state without power: all outputs off, static brake engaged."""
+        """Release all user pins and engage the static brake, as without power."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)

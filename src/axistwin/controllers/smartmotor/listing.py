@@ -25,12 +25,18 @@ LINE = "line"
 
 
 def lines_of(text: str) -> tuple[str, ...]:
-    """Return the lines of a program's text as the motor stores it, each ended by LF."""
+    """Return the lines of a stored program.
+
+    In the memory of the motor, LF ends each line.
+    """
     return tuple(text.removesuffix("\n").split("\n")) if text else ()
 
 
 class Rows(NamedTuple):
-    """The lines of a program, the line of each statement, and the lines without an executable statement."""
+    """The lines of a program, and the line of each statement.
+
+    The lines in `silent` contain no executable statement.
+    """
 
     lines: tuple[str, ...]
     of: tuple[int, ...]
@@ -50,7 +56,9 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the statements that the program must report to Python so that the start of each given line is known.
+        """Return the statements whose start the program must report to Python.
+
+        The reports give the start of each given line; None means all lines.
 
         None means all lines.
         """
@@ -75,7 +83,10 @@ class Lines:
         self._rows = Rows((), (), frozenset())
 
     def connect(self, motor: Motor) -> None:
-        """Connect to a processor whose power has been switched on and whose program is not running yet."""
+        """Connect to a processor that has just been switched on.
+
+        The program of the processor is not running yet.
+        """
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
         if self.progress.wanted is None or self.progress.wanted:
@@ -96,7 +107,10 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a function that replaces statement numbers by line numbers, and then calls `follower`."""
+        """Return a function that reports line numbers to `follower`.
+
+        The returned function receives statement numbers, and replaces these by line numbers.
+        """
         if LINE not in names:
             return follower
         place = names.index(LINE)
@@ -128,7 +142,10 @@ class Lines:
         return None if stopped else self.rows().row(motor.i[s.STATEMENT])
 
     def _begins(self, number: int) -> None:
-        """Report the line of a statement that begins, unless the preceding statement was in the same line."""
+        """Report the line in which a statement begins.
+
+        Nothing is reported if the preceding statement was in the same line.
+        """
         motor = self._motor
         assert motor is not None
         before, motor.statement_before = motor.statement_before, number
@@ -141,7 +158,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return an equivalent program that reports the statements of the observed lines to Python."""
+        """Return an equivalent program that reports the observed lines to Python."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -150,7 +167,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the motor's program by an equivalent program that reports other statements to Python.
+    """Change the set of statements that the motor's program reports to Python.
+
+    The program is replaced by an equivalent program.
 
     A running program continues.
     """
@@ -166,7 +185,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a table that maps each place in the code of a program to its place in the new code.
+    """Return a dictionary that maps places in the old code to places in the new code.
 
     The codes differ only in the statements that are reported to Python.
     """

@@ -54,7 +54,10 @@ RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
 
 @dataclass(frozen=True)
 class Fittings:
-    """The parts that are connected to the processor, such as pins and serial ports, with or without power."""
+    """The parts of a motor outside its processor, such as pins and serial ports.
+
+    These parts exist with and without power.
+    """
 
     axis: ServoAxis
     index: IndexLine
@@ -98,7 +101,7 @@ class Motor(Processor):
             self.update_outputs()
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a point of host mode, or the buffered A, V or P."""
+        """Execute a binary record: a point of host mode, or a value for A, V or P."""
         self.catch_up()
         RECORD_HANDLERS[code](self, value)
         self.update_outputs()
@@ -114,7 +117,10 @@ class Motor(Processor):
 
     @property
     def program(self) -> Program:
-        """The program in the memory.  A compilation in progress is completed first."""
+        """The program in the memory.
+
+        A compilation in progress is completed first.
+        """
         if self._compilation is not None:
             self._compiled(self._compilation.result())
         return self._program
@@ -131,7 +137,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The compilation is already complete, or another compilation has replaced it.
+            return  # This compilation is complete, or a newer program is being compiled.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -142,7 +148,10 @@ class Motor(Processor):
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
-        """Replace the program and its code; the place in a running program does not change."""
+        """Replace the program and its code.
+
+        The place in a running program does not change.
+        """
         self._program = program
         self.core.code = array("q", program.code)
 
@@ -153,7 +162,10 @@ class Motor(Processor):
             limits.update_flags(self)
 
     def power_off(self) -> None:
-        """Switch the power off: commands, program and protection stop, and the shaft coasts to rest."""
+        """Switch the power off, and let the shaft coast to rest.
+
+        Commands, program and protection stop.
+        """
         self.catch_up()
         self._inputs.close()
         for channel in self.channels:
@@ -163,10 +175,10 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # A flag that is already set cannot report a fault.
+            i[slot] = slot in LATCHED  # All latched flags are set, so no new fault is reported.
 
     def leave(self) -> None:
-        """Store the state of shaft, load and windings for the next power-up."""
+        """Store the state of the motor's mechanics and windings for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -183,11 +195,14 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Use the motor and the load of the axis, and define the present position of the shaft as 0."""
+        """Set up the physical model for the motor and load of the axis.
+
+        The present position of the shaft becomes 0.
+        """
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # The machine keeps its state while the power is off.
+        if axis.f:  # Motor and load keep their state while the power is off.
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
@@ -224,7 +239,10 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the external values of a statement, or report the start of the statement if `number` is negative."""
+        """Fetch the values of a statement that the kernel cannot compute, such as GETCHR.
+
+        A negative `number` instead reports the start of the statement `~number`.
+        """
         if number >= 0:
             self.program.statements[number].fetch(self)
             return
@@ -232,7 +250,10 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call C1 or C2 at the end of a statement; if both calls are pending, C2 is not called (table 7.1)."""
+        """Call C1 or C2 at the end of a statement (table 7.1).
+
+        If both calls are pending, only C1 is called.
+        """
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
@@ -241,7 +262,10 @@ class Motor(Processor):
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
     def _go_edge(self) -> None:
-        """Handle a falling edge of pin G: perform G if the pin is the go input, and call C2 with F=64."""
+        """Handle a falling edge of pin G.
+
+        The edge performs G if the pin is the go input, and calls C2 with F=64.
+        """
         i = self.i
         if i[s.GO_PIN] and not self.pins["G"].is_output:
             modes.go(self)

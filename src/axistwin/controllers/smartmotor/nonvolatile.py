@@ -53,7 +53,7 @@ class Nonvolatile:
             return cls._from(json.loads(contents))
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             memory_file, reason = store, excerpt(error)
-            raise UsageError(f"{memory_file} is not the memory of a SmartMotor ({reason}): delete it") from None
+            raise UsageError(f"{memory_file} is not a SmartMotor's memory ({reason}): delete the file") from None
 
     @classmethod
     def _from(cls, kept: Any) -> "Nonvolatile":

@@ -49,7 +49,7 @@ class Reception:
 
 
 class StoredProgram(Protocol):
-    """The attributes of a stored program that program flow and fault handling use."""
+    """The interface through which commands access a stored program."""
 
     @property
     def labels(self) -> Mapping[int, int]:
@@ -131,7 +131,7 @@ class Processor(Dispatcher, ABC):
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Set the flag Bc because received data does not fit.
+        """Set the flag Bc after an overflow of received data.
 
         The error is also stored for the report RCHN of the host's channel.
         """
@@ -143,7 +143,9 @@ class Processor(Dispatcher, ABC):
             self.host.flag(error)
 
     def send(self, data: bytes, channel: int | None = None) -> None:
-        """Send output to the host whose command is executed, or to the channel of the program.
+        """Send the output of a host's command or of the program.
+
+        The output of a command goes to the host, unless `channel` is given.
 
         A program is blocked while too much output is waiting.
         """

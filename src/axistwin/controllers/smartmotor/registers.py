@@ -26,7 +26,9 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return the kind and the index of each register's value in the motor's processor.
+    """Return where the processor stores the value of each register.
+
+    Each place is a kind (an operation of the interpreter) and an index.
 
     A read of the register RI does not clear Bi.
     """
@@ -46,7 +48,9 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that passes on only the changes of this follower's registers.
+        """Return a function that filters the changes for this follower.
+
+        The function passes on only the changes of the follower's own registers.
 
         `names`: all followed registers, in the order in which changes are reported.
         """
@@ -107,7 +111,10 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all followed registers, and a function that passes each change to all followers."""
+        """Return the names of all followed registers, and a function that reports all changes.
+
+        The function passes each change to all followers of the register.
+        """
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))
@@ -120,7 +127,10 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return the value of a register at the last sample; 0 while the power is off."""
+        """Return the value of a register at the last sample.
+
+        The value is 0 while the power is off.
+        """
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)

@@ -14,7 +14,9 @@ from axistwin.sim.signal import Signal
 
 
 class EncoderPin(UserPin):
-    """Pin A or B, with the level of the external encoder unless a stronger source sets the level.
+    """Pin A or B, whose level the external encoder usually sets.
+
+    A stronger source overrides the encoder.
 
     The encoder's level is read on demand.  The edges cause events only while `subscribe_edges` has subscribers.
     """
@@ -55,7 +57,10 @@ class EncoderPin(UserPin):
         return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
 
     def unplug(self) -> None:
-        """Disconnect the processor, whose power is off; the encoder stays connected."""
+        """Disconnect the pin from a processor that is switched off.
+
+        The encoder stays connected.
+        """
         self.levels, self.on_wiring = quadrature, lambda: None
         self.refresh()
 
@@ -98,7 +103,10 @@ class EncoderPin(UserPin):
                 self._arm_axis()
 
     def _next_count(self, way: int) -> int | None:
-        """Return the next encoder count in the direction `way` at which the pin's level changes, or None."""
+        """Return the next encoder count at which the pin's level changes, or None.
+
+        `way`: direction of the encoder, 1 or -1.
+        """
         count = self._master.count
         level = self._level_at(count)
         return next((count + way * n for n in (1, 2) if self._level_at(count + way * n) is not level), None)
@@ -126,7 +134,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the nearest axis positions on both sides of the shaft at which the pin's level changes."""
+        """Subscribe to the nearest positions of the axis at which the pin's level changes."""
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)
@@ -138,8 +146,9 @@ class EncoderPin(UserPin):
 
 
 class IndexLine(Pin):
-    """The encoder's index line, high while the shaft is at the mark.  Without subscribers the level is read on
-    demand.
+    """The encoder's index line, which is high at the index mark.
+
+    Without subscribers, the level is read on demand.
     """
 
     restless = True
@@ -162,7 +171,10 @@ class IndexLine(Pin):
 
     @property
     def level(self) -> bool:
-        """True if the shaft is at the mark; a test lead has priority."""
+        """True if the shaft is at the index mark.
+
+        A forced level has priority.
+        """
         motor = self._motor
         if self.driven or self._holds or motor is None:
             return super().level
@@ -170,18 +182,24 @@ class IndexLine(Pin):
         return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
-        """Force the index line to a level; a rising edge captures the position as an index mark does."""
+        """Force the index line to a level.
+
+        A rising edge captures the position, as an index mark does.
+        """
         before = self.level
         super().drive(level)
         self._force(bool(level), rising=bool(level) and not before)
 
     def release(self) -> None:
-        """Remove the test lead."""
+        """Stop forcing the level of the index line."""
         super().release()
         self._force(False, rising=False)
 
     def _force(self, on: bool, *, rising: bool) -> None:
-        """Force the index line.  A rising edge captures the position and sets Bi, as the index mark does."""
+        """Force the level of the index line.
+
+        A rising edge captures the position and sets Bi, as the index mark does.
+        """
         if self._motor is None:
             return
         self._motor.catch_up()

@@ -13,14 +13,14 @@ T = TypeVar("T")
 
 
 class Port(Protocol):
-    """Interface of a port whose output is sent after each advance of the bench."""
+    """Interface of a port whose pending output is sent after each advance of virtual time."""
 
     def flush(self) -> None:
         """Send the pending output of the port."""
 
 
 class Advancer(ABC):
-    """Advances the clock of one bench, and then sends the output of the ports.
+    """Advances virtual time, then sends the output of the ports.
 
     `plan` counts events that start or stop virtual time, or change its speed.
     """
@@ -42,16 +42,17 @@ class Advancer(ABC):
         """At full speed virtual time reaches at least this value, even if no event is due."""
 
     def request_flush(self, port: Port) -> None:
-        """Send the output of a port after the bench has been advanced."""
+        """Send the output of a port after the next advance of virtual time."""
         self._to_flush.append(port)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` after each advance of the bench; return an unsubscribe function."""
+        """Call `callback()` after each advance of virtual time; return an unsubscribe function."""
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Advance the bench for one slice of real time, then send the output of the ports.
+        """Call `advance`, which advances virtual time, then send the output of the ports.
 
+        The advance lasts for one slice of real time.
         `advance(over)` advances the bench, outside the pacer's own advances.
 
         `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
@@ -59,13 +60,16 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # a failed action ends an advance early, so the advance is repeated
+        while not found:  # the advance is repeated if an action has failed during the advance
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Advance the bench, then apply a start, a stop or a new speed of virtual time that an event has requested."""
+        """Call `advance` to advance virtual time, then apply changes of the speed.
+
+        An event may have started or stopped virtual time, or changed its speed.
+        """
         plan, self.advancing = self.plan, True
         self.passes += 1
         try:
@@ -84,7 +88,7 @@ class Advancer(ABC):
             self.follow_plan()
 
     def _succeeds(self, advance: Callable[[], None]) -> bool:
-        """Call `advance` to advance the bench; return False if a planned action has failed."""
+        """Call `advance()`; return False if `advance()` has raised AxistwinError."""
         try:
             advance()
         except AxistwinError as error:
@@ -100,7 +104,7 @@ class Advancer(ABC):
 
     @abstractmethod
     def follow_plan(self) -> None:
-        """Apply a start, a stop or a new speed of virtual time that an event has requested."""
+        """Apply a requested start, stop or speed change of virtual time."""
 
     def flush(self) -> None:
         """Send the pending output of all ports, then notify the subscribers of the advance."""

@@ -5,7 +5,7 @@ LATE_S = 0.025
 
 
 class Delays:
-    """Counts how often, and by how much, the bench is late against the wall clock."""
+    """Statistics of the delays of virtual time against the wall clock."""
 
     def __init__(self) -> None:
         self.blocks = 0
@@ -14,14 +14,14 @@ class Delays:
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Count an advance of the bench whose first event is late by `late_s` seconds."""
+        """Count an advance of virtual time that began `late_s` seconds late."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1
             self.most_late_s = max(self.most_late_s, late_s)
 
     def report(self) -> str | None:
-        """Return a line of text about the delays; None if the bench was never late."""
+        """Return a report about delays in one line; None if no delay has occurred."""
         if not self.overruns:
             return None
         times = "once" if self.overruns == 1 else f"{self.overruns} times"

@@ -7,7 +7,7 @@ from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:
-    """Advances a bench as fast as possible while events are due.
+    """Advances virtual time as fast as possible while events are due.
 
     The bench runs in slices of real time.  After `cancel` the object cannot be used again.
     """
@@ -24,23 +24,26 @@ class FullSpeed:
         """Do nothing, because virtual time is always up to date at full speed."""
 
     def work(self) -> None:
-        """Advance the bench for a short time, unless the next advance is already planned."""
+        """Advance virtual time during one slice of real time.
+
+        Nothing is done if the next advance is already planned.
+        """
         if self._next is None:
             self._slice()
 
     def resume(self) -> None:
-        """Plan an advance of the bench for the next pass of the event loop."""
+        """Request an advance of virtual time in the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._slice)
 
     def cancel(self) -> None:
-        """Stop advancing the bench."""
+        """Stop advancing virtual time."""
         self._ended = True
         if self._next is not None:
             self._next.cancel()
 
     @property
     def _idle(self) -> bool:
-        """True if no events are left, except endless background events after the last planned action."""
+        """True if no event is left, apart from background events that repeat for ever."""
         clock = self._clock
         if clock.quiet and clock.now >= self._bench.agenda_ns:
             return True

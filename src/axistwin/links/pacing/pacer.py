@@ -22,7 +22,10 @@ T = TypeVar("T")
 
 
 class Pacer(Advancer):
-    """Advances the clock of one bench at `speed` times real time, or as fast as possible if `speed` is None."""
+    """Advances virtual time at `speed` times real time.
+
+    `speed` None: as fast as possible.
+    """
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
         super().__init__(clock)
@@ -33,7 +36,7 @@ class Pacer(Advancer):
 
     @property
     def speed(self) -> float | None:
-        """Speed of virtual time as a multiple of real time, or None for as fast as possible.
+        """Speed of virtual time: 1 is real time, None is full speed.
 
         Raises UsageError if invalid.
         """
@@ -55,7 +58,7 @@ class Pacer(Advancer):
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start virtual time, paced by the clock of an event loop.
+        """Start virtual time in an event loop.
 
         `loop`: the event loop; None: the running event loop.
         """
@@ -111,7 +114,7 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Bring virtual time up to date, call `read`, and plan the next advance.
+        """Call `read` at the present virtual time, then plan the next advance.
 
         Returns the result of `read`.
 
@@ -125,21 +128,24 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Continue pacing after an event has started virtual time or changed its speed."""
+        """Plan the next advance after an event has started virtual time or changed the speed."""
         if self._drive is not None:
             self._drive.resume()
 
     @property
     def behind_s(self) -> float:
-        """Delay of the bench against the wall clock at the last advance, in seconds; 0 at full speed."""
+        """Delay of virtual time against the wall clock, in seconds.
+
+        The delay is measured at the last advance; 0 at full speed.
+        """
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:
-        """Return a line of text about delays against the wall clock; None if the bench was never late."""
+        """Return a report about delays in one line; None if no delay has occurred."""
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Restart pacing from the present virtual time, with the present speed."""
+        """Restart the pacing of virtual time with the present speed."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

@@ -14,7 +14,7 @@ MAX_LAG_S = 1.0
 
 
 class RealTime:
-    """Advances a bench at `speed` times real time.
+    """Advances virtual time at `speed` times real time.
 
     The advance begins at the present time of the bench.  After `cancel` the object cannot be used again.
     """
@@ -30,11 +30,14 @@ class RealTime:
 
     @property
     def behind_s(self) -> float:
-        """Delay of the bench against the wall clock at the last advance, in seconds."""
+        """Delay of virtual time against the wall clock at the last advance, in seconds."""
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time to the wall clock's time, but compute for at most one slice of real time."""
+        """Advance virtual time to the time of the wall clock.
+
+        The computation takes at most one slice of real time.
+        """
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
@@ -49,11 +52,11 @@ class RealTime:
         self._plan_next()
 
     def resume(self) -> None:
-        """Plan an advance of the bench for the next pass of the event loop."""
+        """Request an advance of virtual time in the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._tick)
 
     def cancel(self) -> None:
-        """Stop advancing the bench."""
+        """Stop advancing virtual time."""
         self._ended = True
         if self._next is not None:
             self._next.cancel()
@@ -82,7 +85,10 @@ class RealTime:
             clock.run_to(target_ns)
 
     def _plan_next(self) -> None:
-        """Plan the next advance for the time of the next event, at least `BLOCK_S` after the last advance."""
+        """Plan the next advance at the time of the next event.
+
+        An event that is not yet due waits until `BLOCK_S` seconds after the last advance.
+        """
         due_ns = self._clock.next_event_ns()
         if self._ended or due_ns is None:
             return

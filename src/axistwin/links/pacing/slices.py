@@ -13,5 +13,8 @@ class Slice:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if the interval has ended, so that sockets must be served."""
+        """True if the interval has ended.
+
+        Sockets must then be served.
+        """
         return perf_counter() >= self._end_s

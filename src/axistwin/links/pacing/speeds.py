@@ -8,7 +8,10 @@ MAX_SPEED = 1e6
 
 
 def read_speed(text: str) -> float | None:
-    """Parse a speed: a number up to 1,000,000, or `"max"`, which becomes None.  Raises UsageError."""
+    """Parse a speed, e.g. `10` or `max`.  Raises UsageError.
+
+    `max` (full speed) becomes None; the largest number is 1,000,000.
+    """
     if text == "max":
         return None
     try:

@@ -28,7 +28,7 @@ class Lines(Element, component="listing.js"):
         self.on("ready", self._begin_again, [])
 
     def show(self, listing: Listing, *, follow: bool) -> None:
-        """Show the listing of a program, and mark the line that runs at present.
+        """Show the listing of a program, and mark the line that is being executed.
 
         `follow`: scroll to the running line.
         """
@@ -54,7 +54,7 @@ class Lines(Element, component="listing.js"):
             self._toggle(line)
 
     def _begin_again(self) -> None:
-        """Send all marks of lines again after the browser has built the listing."""
+        """Send the marks of all lines after the browser has built the listing."""
         self.run_method("run", self.running, self._follow)
         self.run_method("breaks", self.on_breaks, self.off_breaks)
 

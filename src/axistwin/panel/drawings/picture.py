@@ -35,7 +35,7 @@ class Picture(Element, component="picture.js"):
             self.drawing.click(event.args)
 
     def _begin_again(self) -> None:
-        """Send all values of the drawing, because the browser has just added the drawing to the page."""
+        """Send all values of the drawing after the browser has loaded the drawing."""
         self._show(self.drawing.everything())
 
     def _displayed_contents(self, *, only_visible: bool) -> list[Any]:

@@ -11,7 +11,7 @@ from axistwin.units import MS, US, S
 
 @dataclass(frozen=True)
 class Reading:
-    """Values of a signal at the cursors A and B, and its least, greatest and mean value between A and B.
+    """Values of a signal at the cursors A and B, and statistics between the cursors.
 
     NaN stands for an unknown value.
     """
@@ -29,8 +29,9 @@ class Reading:
 
 
 def value_at(track: Track, time_ns: int) -> float:
-    """Return the value of a signal at a time, after all changes at this time.
+    """Return the value of a signal at a given time.
 
+    Changes at this time are included.
     Returns NaN if the exact value is unknown, within a merged interval.
     """
     rows = track.rows(time_ns, time_ns + 1)
@@ -41,7 +42,7 @@ def value_at(track: Track, time_ns: int) -> float:
 
 
 def between(track: Track, a_ns: int, b_ns: int) -> Reading:
-    """Return a signal's values at two times, and its least, greatest and mean value between these times."""
+    """Measure a signal at two times and between these times."""
     from_ns, to_ns = sorted((a_ns, b_ns))
     rows = track.rows(from_ns, to_ns + 1)
     begun = int(np.searchsorted(rows.begin, to_ns, "right"))
@@ -86,8 +87,9 @@ def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int |
 
 
 def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None:
-    """Return the time of the first signal change after `time_ns` in the direction of `upto_ns`.
+    """Return the time of the first signal change between `time_ns` and `upto_ns`.
 
+    If `upto_ns` is earlier than `time_ns`, the search goes backwards.
     Returns None if no signal changes between the two times.
     """
     found: list[int] = []

@@ -21,7 +21,7 @@ FEW = 4
 
 @dataclass(frozen=True)
 class Window:
-    """Least and greatest value of a signal in each pixel of a plot, and the line through these values.
+    """Data to plot one signal, with the least and greatest value for each pixel.
 
     Pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN stands for an unknown value.
     """
@@ -37,7 +37,10 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a stepped line, whose value is constant from each point to the next."""
+    """Points of a stepped line.
+
+    The value is constant from each point to the next.
+    """
 
     times: Times
     values: Numbers
@@ -55,12 +58,12 @@ class _Pixels:
 
 
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
-    """Return the least and the greatest value of a signal in each pixel from `from_ns` to `to_ns`.
+    """Return the data to plot a signal from `from_ns` to `to_ns`.
 
     Values after `now_ns` are unknown.
     """
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    # one earlier row is read, because this row has the value at the start of the window
+    # the row before the window contains the value at the window's start
     rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
@@ -95,7 +98,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # pixels from the index `known` on have a known value at their start
+    known = begins.searchsorted(0, "right")  # index of the first pixel that has a value at its start
     held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1
@@ -108,7 +111,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Apply the least and the greatest value of each merged interval to all pixels of this interval."""
+    """Include the merged intervals in the least and greatest values of the pixels."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -124,13 +127,16 @@ def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np
 
 
 def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times, Numbers]:
-    """Return the points of a line: at most two points per pixel, and one point at the end."""
+    """Return the points of a line, with at most two points per pixel.
+
+    One more point is added at the end of the line.
+    """
     times, values = np.empty((len(seen.low), 2), np.int64), np.full((len(seen.low), 2), np.nan)
     used = np.zeros(times.shape, bool)
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # the line first goes to the extreme that is nearer to the previous value
+    # of the least and the greatest value, the value nearer to the previous value is drawn first
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
@@ -146,7 +152,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Divide a period into `most` equal parts, and return the first text in each part with its start time."""
+    """Divide a period into equal parts, and return the first text of each part.
+
+    `most`: the number of parts.  Each text is returned with its start time.
+    """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
     firsts = [first for first, upto in pairwise(places) if first < upto]

@@ -39,7 +39,10 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """Return the origin, the unit in ns and the unit's name for the labels of the time axis."""
+    """Return the zero point and the unit for the labels of the time axis.
+
+    The unit is returned in nanoseconds and by name.
+    """
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
     if abs(to_ns) < 1000 * span_ns or unit_ns == S:
@@ -49,7 +52,10 @@ def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
 
 
 def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
-    """Return the horizontal position of a time as a fraction of the screen's width; None outside the screen."""
+    """Return the horizontal position of a time on the screen, from 0 to 1.
+
+    Returns None outside the screen.
+    """
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 
 
@@ -92,7 +98,10 @@ def _range(meaning: Meaning, low: float, high: float) -> str:
 
 
 def _decoded(meaning: Meaning, text: str) -> str:
-    """Return a message and, on a second line, the meaning of the message in words, if known."""
+    """Return a message, with its meaning on a second line.
+
+    A message without a known meaning is returned alone.
+    """
     words = meaning.words(text)
     return f"{text}\n{words}" if words else text
 
@@ -114,7 +123,10 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the range of values in which a signal is drawn: 0 to 1 for levels, otherwise round numbers."""
+    """Return the vertical range in which a signal is drawn.
+
+    The range of a level is 0 to 1; other ranges end at round numbers.
+    """
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
     low = float(np.fmin.reduce(seen.values, initial=np.inf))
@@ -128,6 +140,9 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the largest number 1, 2 or 5 × 10ⁿ that is at most a tenth of `size`."""
+    """Return the greatest round number up to a tenth of `size`.
+
+    Round numbers are 1, 2 and 5 × 10ⁿ.
+    """
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Unit of a signal's values, and codec that explains the signal's messages."""
+    """The unit and the message codec of a signal."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -38,7 +38,7 @@ PLAIN = Meaning()
 
 
 def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return the units and the message codecs of signals, by the name of the signal.
+    """Return the unit and the message codec of each signal.
 
     Signals that have no unit and no codec are left out.
     """
@@ -65,7 +65,10 @@ def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the signals that a scene uses: axes with a machine, wired terminals and messages."""
+    """Return the names of the signals that are useful in a scene.
+
+    Useful are axes with a machine, wired terminals and messages.
+    """
     names = {signal.full for signal in signals}
     wired = [_terminal(end) for wire in bench.wires for end in wire]
     found = [*_motion(bench, signals), *dict.fromkeys(wired)]
@@ -74,7 +77,7 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
-    """Yield the names of the position and velocity signals of each axis that has a machine."""
+    """Yield the names of the position and velocity signals of all axes with a machine."""
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
         if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):
@@ -87,8 +90,9 @@ def _terminal(terminal: str) -> str:
 
 
 def presets(bench: Bench, signals: Sequence[Signal]) -> Mapping[str, list[str]]:
-    """Return useful selections of signals, by the title that the menu shows.
+    """Return predefined selections of signals, e.g. "Motion" or "Messages".
 
+    The keys are the titles in the menu.
     Empty selections are left out.
     """
     wired = {_terminal(end) for wire in bench.wires for end in wire}

@@ -54,7 +54,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Delete the present record, and begin a new record for `bench`."""
+        """Delete the present record, and begin to record a new simulation."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -64,8 +64,9 @@ class Recorder:
         self._follow_wishes()
 
     def want(self, who: object, names: Sequence[str]) -> None:
-        """Record the signals that the oscilloscope screen `who` shows.
+        """Record the signals of an oscilloscope screen.
 
+        `who`: the screen.
         Raises UsageError if there are too many signals.
         """
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
@@ -75,7 +76,10 @@ class Recorder:
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Stop recording the signals of the oscilloscope screen `who`, unless no other screen is open."""
+        """Stop recording for a closed oscilloscope screen.
+
+        If no other screen is open, the recording continues.
+        """
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()
@@ -88,7 +92,10 @@ class Recorder:
         return self.record
 
     def frozen(self, names: Sequence[str]) -> Record:
-        """Return a copy of the recorded values of some signals, which later changes do not affect."""
+        """Return a copy of the record that contains only the signals `names`.
+
+        Later changes do not affect the copy.
+        """
         tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
         return Record(self.record.now_ns, tracks, self.record.about, dict(self.record.begins))
 
@@ -108,7 +115,10 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """Delete the oldest signals that no screen shows, if more than `MOST_SIGNALS` signals are stored."""
+        """Delete the oldest signals that no screen shows.
+
+        Nothing is deleted while at most `MOST_SIGNALS` signals are stored.
+        """
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]
         for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
@@ -134,7 +144,7 @@ class Recorder:
                 watcher()
 
     def _add(self, part: Part, texts: list[bytes]) -> bool:
-        """Add the changes of one signal to the record; return False if the record has not changed."""
+        """Add the changes of one signal to the record; return True if the record has changed."""
         signal = self._recorded[part.signal]
         track = self.record.tracks[signal.full]
         self.record.now_ns = max(self.record.now_ns, int(part.times[-1]))

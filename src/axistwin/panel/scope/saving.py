@@ -33,7 +33,7 @@ PIXELS = 1500
 
 @dataclass(frozen=True)
 class Piece:
-    """The changes of one signal in a period, and the value before the first change."""
+    """Part of a signal's history: an initial value and the changes in a period."""
 
     signal: Signal
     first: Value
@@ -82,7 +82,10 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time after which a record contains every change of the signals `names`."""
+    """Return the time after which no changes are missing in the record.
+
+    `names`: the signals to check.
+    """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -132,7 +135,7 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """Return the changes of a signal that a picture shows.
+    """Return the part of a signal's history that a picture shows.
 
     Messages before the start of the picture are left out.
     """
@@ -155,7 +158,7 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Convert stored intervals of a signal to single changes.
+    """Convert intervals of a signal's history to single changes.
 
     A merged interval becomes its first, least, greatest and last value.
     """
@@ -170,7 +173,10 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
 
 
 def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int, about: dict[str, str]) -> Trace:
-    """Convert recorded signals to the trace that a trace file `path` would contain."""
+    """Convert recorded signals to a trace, as if a trace file had been read.
+
+    `path`: the path of the trace file.
+    """
     tracks = {}
     for piece in pieces:
         if piece.signal.kind == STEP:

@@ -48,7 +48,7 @@ class Cursors:
 
     @property
     def named(self) -> dict[str, int]:
-        """Times of all cursors that are set, by the cursor names A and B."""
+        """Times of the cursors that are set; the keys are A and B."""
         return {name: at for name, at in (("A", self.a_ns), ("B", self.b_ns)) if at is not None}
 
     @property
@@ -128,7 +128,7 @@ class Screen:
 
     @property
     def tracks(self) -> dict[str, Track]:
-        """History of each signal that the screen shows, by the name of the signal."""
+        """History of each signal that the screen shows; the keys are signal names."""
         return {name: self.record.tracks[name] for name in self.names if name in self.record.tracks}
 
     @property
@@ -149,7 +149,10 @@ class Screen:
         return from_ns + round((to_ns - from_ns) * place)
 
     def pause(self) -> None:
-        """Pause the screen, which then shows a copy of the recorded signals."""
+        """Pause the screen.
+
+        The screen then shows a copy of the recorded signals.
+        """
         if self.frozen is None:
             self._to_ns = self.edges[1]
             self.frozen = self.recorder.frozen(self.names)
@@ -160,7 +163,10 @@ class Screen:
         self.arm()
 
     def zoom(self, factor: float, place: float = 0.5) -> None:
-        """Multiply the time span of the screen by `factor`; the time at the position `place` does not move."""
+        """Multiply the time span of the screen by `factor`.
+
+        The time at the horizontal position `place` stays at this position.
+        """
         fixed_ns = self.time_at(place)
         self.span_ns = min(max(round(self.span_ns * factor), SHORTEST_NS), LONGEST_NS)
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
@@ -172,7 +178,7 @@ class Screen:
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
 
     def jump(self, forward: bool) -> None:
-        """Pause the screen, and show the next signal change after the visible time, or the last change before it."""
+        """Pause the screen at the next or the previous signal change."""
         from_ns, to_ns = self.edges
         last_ns = self.record.now_ns if forward else 0
         edge = next_edge(self.tracks.values(), to_ns if forward else from_ns, last_ns)
@@ -182,7 +188,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Time since which all signals on the screen have been recorded."""
+        """Time from which all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -207,19 +213,22 @@ class Screen:
 
     @property
     def _auto_has_timed_out(self) -> bool:
-        """True if the trigger mode is `AUTO` and no edge was found within three times the visible time."""
+        """True if the trigger mode is `AUTO` and no edge has been found for some time.
+
+        The limit is three times the visible time span.
+        """
         late_ns = self.recorder.record.now_ns - (self.hit_ns or 0)
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Find the newest edge of the trigger's signal after which enough data are recorded to fill the screen."""
+        """Find the newest edge at which the trigger can show a full screen."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
             self._searched_ns = upto_ns + 1
 
     def _find_first(self) -> None:
-        """Search new data for an edge in the trigger mode `SINGLE`, and pause the screen at the first edge.
+        """Pause the screen at the first edge in new data, in the trigger mode `SINGLE`.
 
         The search is made before the new data are merged into intervals.
         """
@@ -235,12 +244,12 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the trigger's signal, and the latest time at which an edge can be shown.
+        """Return the trigger's signal, and the latest time for an edge.
 
         The data after the edge must fill the screen.
         """
         record = self.recorder.record
-        if record is not self._known:  # the bench was replaced, so the recorder has begun a new record
+        if record is not self._known:  # the recorder has begun a new record for a new simulation
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None
@@ -279,7 +288,10 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the signals that a new user's screen shows: motion, messages and some levels."""
+    """Return the names of the signals that a new screen shows.
+
+    The list contains motion signals, messages and some levels.
+    """
     motion: dict[str, str] = {}
     for signal in signals:
         if "." in signal.scope and (signal.kind == REAL or (signal.kind == COUNT and signal.scope not in motion)):

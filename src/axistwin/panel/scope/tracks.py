@@ -42,8 +42,9 @@ ZEROS.flags.writeable = False
 
 
 class Rows(NamedTuple):
-    """Intervals of a signal's history in order of time, stored as columns.
+    """Table of the intervals in a signal's history.
 
+    Each field is a column; the intervals are in order of time.
     A single change is a row whose `begin` and `end` are equal.
     """
 
@@ -74,13 +75,16 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge all intervals that begin in the same period of `2 ** shift` ns into one interval."""
+    """Merge all intervals that begin in the same period.
+
+    A period has a length of `2 ** shift` ns.
+    """
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # only merged intervals have an integral
+    if rows.begin is not rows.end:  # a single change has no area under its curve
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -98,7 +102,10 @@ NOTHING = changes(np.empty(0, np.int64), np.empty(0))
 
 
 class Track:
-    """The history of one signal; NaN stands for values that were not recorded."""
+    """The history of one signal.
+
+    NaN stands for values that were not recorded.
+    """
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -115,11 +122,17 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time after which every change of the signal is stored separately."""
+        """Time from which each change of the signal is stored separately.
+
+        Earlier changes are merged into intervals.
+        """
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> bool:
-        """Append samples that differ from the sample before; return False if no sample differs."""
+        """Append samples to the history, without repeated values.
+
+        Return False if no sample has been appended.
+        """
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -131,7 +144,7 @@ class Track:
         return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
-        """Record that the values of the signal after a time are unknown."""
+        """Mark the signal's value as unknown from `time_ns`."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
@@ -144,7 +157,7 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """Return a copy of the history that later changes do not affect."""
+        """Return a copy of the history; later changes do not affect the copy."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -200,7 +213,7 @@ class Track:
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Double the length of the stored intervals until the memory for intervals is at most half full."""
+        """Merge intervals until at most `ROWS` / 2 intervals are left."""
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -212,13 +225,19 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the indices of the times from `from_ns` to `to_ns`, and of the last time before `from_ns`."""
+    """Return the index range of the times from `from_ns` to `to_ns`.
+
+    The range also contains the last time at or before `from_ns`.
+    """
     first = max(int(times.searchsorted(from_ns, "right")) - 1, 0)
     return slice(first, max(int(times.searchsorted(to_ns)), first + 1))
 
 
 class Words(Track):
-    """The history of a text signal; the value of the signal is 1 during a text, otherwise 0."""
+    """The history of a text signal.
+
+    The numeric value of the signal is 1 during a text, otherwise 0.
+    """
 
     def __init__(self, kind: str, growing: bool) -> None:
         super().__init__(kind)
@@ -233,11 +252,11 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time after which every text of the signal is stored."""
+        """Time from which all texts of the signal are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
-        """Append texts with their start times to the history; return False if there are no texts."""
+        """Append texts with their start times; return False if `texts` is empty."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
@@ -249,7 +268,7 @@ class Words(Track):
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """Return a copy of the history that later changes do not affect."""
+        """Return a copy of the history; later changes do not affect the copy."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy

@@ -29,15 +29,16 @@ class Trigger:
     place: float = 0.5
 
     def edges(self, track: Track, after_ns: int, upto_ns: int) -> list[int]:
-        """Return the times from `after_ns` to `upto_ns` at which the trigger finds an edge of a signal."""
+        """Return the times of all edges of a signal from `after_ns` to `upto_ns`."""
         times = edges(track.rows(after_ns - 1, upto_ns + 1), self.slope, self.value)
         found: list[int] = times[(times >= after_ns) & (times <= upto_ns)].tolist()
         return found
 
 
 def edges(rows: Rows, slope: str, value: float) -> Times:
-    """Return the times at which a signal reaches `value` from below (`UP`), or falls below `value` (`DOWN`).
+    """Return the times at which a signal crosses `value`.
 
+    `slope`: `UP` (the signal reaches `value` from below), `DOWN` (the signal falls below `value`) or `EITHER`.
     The time of an edge within a merged interval is the start of the interval.
     """
     before = np.concatenate(((np.nan,), rows.last[:-1]))

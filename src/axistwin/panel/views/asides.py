@@ -47,11 +47,17 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Queue comments of the tutor, which the terminal shows after the present messages."""
+        """Queue comments of the tutor for the terminal.
+
+        The terminal shows the comments after the present messages.
+        """
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the tutor's comments that the terminal shows after the messages `said`."""
+        """Return the tutor's new comments as text for the terminal.
+
+        `said`: the new messages at the terminal.
+        """
         if self.on:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
@@ -126,7 +132,7 @@ class Asides:
         await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Bring virtual time up to date, and return the result of `ask`.
+        """Return the result of `ask()` at the present virtual time.
 
         `ask` reads the state of the controller.
         """
@@ -134,7 +140,7 @@ class Asides:
 
     @property
     def _tutor(self) -> Tutor:
-        """The tutor for the controller on the present bench."""
+        """The tutor for this terminal's controller."""
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
             self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
@@ -148,7 +154,7 @@ class PanelRemedies(Remedies):
         self._context, self._name = context, name
 
     def drive(self, pin: str, level: str) -> str:
-        """Return a sentence about the button or switch that sets an input to a level."""
+        """Return an instruction to set an input to a level, e.g. `press START`."""
         button = self._button(pin)
         if button is not None:
             return f"press {button.name}" if button.pressed == level else f"release {button.name}"
@@ -159,21 +165,21 @@ class PanelRemedies(Remedies):
         return f"click the switch {pin}"
 
     def release(self, pin: str) -> str:
-        """Return a sentence about the button or switch that the user must operate to release an input."""
+        """Return an instruction to release an input, e.g. `release START`."""
         button = self._button(pin)
         if button is None:
             return f"click the switch {pin} again"
         return f"press {button.name} again" if button.latching else f"release {button.name}"
 
     def mend(self, pin: str) -> str:
-        """Return a sentence about how to end the fault that holds a terminal at a level."""
+        """Return an instruction to end the fault at a terminal."""
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return a sentence about how to switch the controller's power on, or off and on."""
+        """Return an instruction to switch the controller's power on, or off and on."""
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:
-        """Return the button of the operator panel that drives the input `pin`; None if there is no such button."""
+        """Return the operator button that drives the input `pin`; None without such a button."""
         buttons = self._context.session.operator.button
         return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

@@ -64,7 +64,10 @@ def driving(context: Context) -> Refresh:
 
 
 def _clock(context: Context) -> Refresh:
-    """Build the display of virtual time: three decimals while the bench runs, six decimals while it is paused."""
+    """Build the display of virtual time.
+
+    The display has three decimals while the session runs, six decimals while it is paused.
+    """
     label = ui.label().classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
@@ -118,8 +121,9 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the action that the button showed when the user clicked the button: run, pause or stop.
+    """Perform the action of the Run button: run, pause or stop.
 
+    The action is the one that the button showed when the user clicked.
     The state may have changed since the click.
     """
     session = context.session
@@ -170,7 +174,7 @@ def _speed(context: Context) -> Refresh:
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
-        show()  # the speed is shown now, because the user may type again before the next frame
+        show()  # without this call, the old speed would be visible until the next frame
 
     slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
@@ -225,7 +229,10 @@ def _status(context: Context) -> Refresh:
 
 
 def _planned(context: Context) -> Refresh:
-    """Build the label of the next planned action of the scene, and a button that advances to this action."""
+    """Build the display of the scene's next planned action.
+
+    A button advances virtual time to this action.
+    """
     text = ui.label().classes("quiet planned").mark("planned")
     at_s: float | None = None
 
@@ -250,7 +257,7 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons: one ends a replay, the other restores a discarded recording."""
+    """Build the buttons that discard and restore the rest of a recording."""
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
@@ -332,7 +339,7 @@ def _seconds(moment: float | str) -> float:
 
 
 def _stems(bench: Bench) -> list[str]:
-    """Return suggestions for sentences of breakpoints, e.g. `table.X passes 0`.
+    """Return suggestions for breakpoint conditions, e.g. `table.X passes 0`.
 
     See `fault_injection/triggers.py`.
     """

@@ -26,7 +26,10 @@ CELSIUS = (-40, 150)
 
 
 def power(context: Context, name: str) -> Refresh:
-    """Build the power switch of a controller, and a field for the ambient temperature if the controller has one."""
+    """Build the power switch of a controller, and a field for the ambient temperature.
+
+    The field is left out if the controller has no ambient temperature.
+    """
     controller = context.bench[name]
 
     def turn() -> None:
@@ -51,7 +54,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # an invalid input is replaced by the actual temperature in the next frame
+        known = None  # the next frame shows the actual temperature instead of an invalid input
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 
@@ -131,7 +134,7 @@ def _shown(value: Any) -> str:
 
 
 class _Form:
-    """Form for a new fault: its kind, the affected part of the bench, its parameters, its start and its end."""
+    """Form with which the user describes a new fault."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -185,7 +188,10 @@ class _Form:
 
 
 def _field(parameter: Parameter) -> ui.input | ui.select:
-    """Build the input field for a parameter of a fault, with its range and its default value."""
+    """Build the input field for a parameter of a fault.
+
+    The field shows the range and the default value.
+    """
     label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
     mark = f"fault-{parameter.name}"
     if parameter.sort in (Sort.LEVEL, Sort.WORD):

@@ -30,7 +30,10 @@ def front(context: Context, name: str) -> Refresh:
 
 
 def generic(controller: Controller) -> tuple[Group, ...]:
-    """Return a front panel with all terminals and registers, for a product that does not describe its front panel."""
+    """Return a front panel that shows all terminals and registers.
+
+    Used for a controller model without a description of its front panel.
+    """
     outputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if pin.is_output)
     inputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if not pin.is_output)
     registers = tuple(Word(name, name, name) for name in controller.registers)

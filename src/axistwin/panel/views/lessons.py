@@ -79,7 +79,7 @@ class _View:
         self._context.touch(lambda: self._all.end(self._name))
 
     def refresh(self) -> None:
-        """Check whether the present task is done, and show the present task."""
+        """Show the next task of the lesson if the present task is done."""
         found = self._all.of(self._name)
         now = None if found is None else (found[0], found[1].step)
         if now == self._shown:
@@ -105,5 +105,5 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Convert the text of a task for the page, where the user clicks a switch instead of typing `:drive`."""
+    """Replace `:drive` commands in a task by clicks on switches."""
     return _TYPED.sub(r"click the switch \2", task)

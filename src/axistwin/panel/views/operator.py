@@ -29,7 +29,7 @@ def _pin(context: Context, name: str) -> Pin:
 
 
 def _set(context: Context, name: str, level: str) -> None:
-    """Drive an input to a level as the operator of the machine, and record this action."""
+    """Set an input to a level, and record this action of the operator."""
     who, _, pin = name.rpartition(".")
     context.session.do(who, pin, level)
 

@@ -15,7 +15,10 @@ Thing = TypeVar("Thing", bound=ui.element)
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Give an element a name for tests, and let other tasks run while a page is being built."""
+    """Set the name with which tests find an element.
+
+    Other tasks run while a page is being built.
+    """
     breathe()
     element.props["data-test"] = name
     element.mark(name)
@@ -72,7 +75,7 @@ class Readout(TextElement):
                 ui.label(unit).classes("told-unit")
 
     def show(self, text: str, tone: Tone = Tone.PLAIN) -> None:
-        """Show a text in the colour that belongs to `tone`."""
+        """Change the text and the colour of the readout."""
         if text != self.text:
             self.text = text
         if tone is not self._tone:

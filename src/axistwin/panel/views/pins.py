@@ -37,8 +37,9 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return the names of each terminal that an operator can drive.
+    """Return the names of all terminals that an operator can drive.
 
+    Each item is the list of one terminal's names.
     A terminal can have several names.
     """
     found: dict[Pin, list[str]] = {}
@@ -49,7 +50,10 @@ def inputs(controller: Controller) -> list[list[str]]:
 
 
 def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
-    """Build the row of a terminal: its level, the source of the level, and keys that drive or release the terminal."""
+    """Build the controls of one terminal.
+
+    The row shows the level and its source; keys drive or release the terminal.
+    """
     pin_name = names[0]
     analog = isinstance(context.bench[name].pins[pin_name], UserPin)
     with ui.element("div").classes("switch analog" if analog else "switch") as row:
@@ -76,7 +80,7 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return which key of a terminal is shown as pressed: low, high or release.
+    """Return the name of the pressed key: low, high or release.
 
     Returns "" at a voltage between low and high.
     """
@@ -88,7 +92,10 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return what determines the level of a terminal, e.g. "driven" or "wired"; "" for an open terminal."""
+    """Return the source of a terminal's level, e.g. "driven" or "wired".
+
+    An empty text stands for an open terminal.
+    """
     if pin.held:
         return "stuck"
     if pin.driven:
@@ -106,7 +113,10 @@ def _key(context: Context, name: str, target: str, word: str) -> Key:
 
 
 def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], None]:
-    """Build a slider that drives an analog input to a voltage, and show the reading of the A/D converter."""
+    """Build a slider that sets the voltage of an analog input.
+
+    The row also shows the reading of the A/D converter.
+    """
     known: float | None = None
 
     def moved(event: events.GenericEventArguments) -> None:
@@ -169,7 +179,10 @@ def _encoder(context: Context, name: str) -> None:
 
 
 class _Joystick:
-    """A joystick with spring return, which the mouse, a finger or the arrow keys deflect."""
+    """A joystick with spring return.
+
+    The mouse, a finger or the arrow keys deflect the joystick.
+    """
 
     def __init__(self, context: Context, name: str, most: int) -> None:
         self._context, self._name, self._most, self._client = context, name, most, ui.context.client

@@ -59,7 +59,7 @@ class _View:
         return self.context.bench[self.name]
 
     def refresh(self) -> None:
-        """Update the listing of the program, the running line and the breakpoints."""
+        """Update the program's listing, present line and breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -82,7 +82,7 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """Return the name of the program to show.
+        """Return the name of the program that the view shows.
 
         If *follow* is on, this is the running program, otherwise the program that the user has selected.
         """

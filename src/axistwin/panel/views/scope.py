@@ -57,7 +57,10 @@ class Scopes:
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Record that a page has been closed, and stop recording signals after the last page."""
+        """Record that the user has closed a page.
+
+        After the user's last page, the signals of the screen are no longer recorded.
+        """
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
@@ -123,7 +126,7 @@ class _Scope:
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if the present frame updates the table of measurements."""
+        """True if the table of measurements is updated in this frame."""
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Messages from the browser
@@ -138,7 +141,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # without a pause, the time under the pointer would move with the live data
+                    screen.pause()  # a paused screen keeps the time under the mouse pointer
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
@@ -163,8 +166,9 @@ class _Scope:
         return names[int(_number(value["lane"], 0, len(names) - 1, 0))]
 
     def _click(self, place: float, other: bool, lane: str | None) -> None:
-        """Move the active cursor, or the other cursor, to the clicked position.
+        """Move a cursor to the position that the user has clicked.
 
+        `other`: True for the cursor that is not active.
         The first two clicks set A and B.
         """
         cursors = self.screen.cursors

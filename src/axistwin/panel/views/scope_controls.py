@@ -274,8 +274,9 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an input element in an attribute of `owner`, then call `then`.
+    """Store the value of an input element in an attribute after each change.
 
+    The attribute belongs to `owner`; `then` is called afterwards.
     Returns a function that updates the element if the attribute has changed.
     """
 
@@ -387,7 +388,10 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
 
 
 def _with_unit(meaning: Meaning, value: float) -> str:
-    """Format a value, and add the value in the machine unit in parentheses if a machine unit is defined."""
+    """Format a value, with the value in the machine unit in parentheses.
+
+    The parentheses are left out if no machine unit is defined.
+    """
     told = "" if isnan(value) else meaning.in_unit(value)
     return f"{_shown(value)} ({told})" if told else _shown(value)
 

@@ -61,7 +61,7 @@ def _tool(context: Context, controller: Controller) -> Callable[[], str]:
 
 
 class _Solid:
-    """The 3-D drawing of an X-Y table, and the switch that creates or deletes the drawing."""
+    """Switchable 3-D drawing of an X-Y table."""
 
     def __init__(self, context: Context, controller: Controller, names: tuple[str, str]) -> None:
         self._context, self._name, self._names = context, controller.name, names
@@ -71,7 +71,7 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Add an empty element to the page, in which the 3-D drawing is created later."""
+        """Add an empty element for the 3-D drawing to the page."""
         self._room = ui.element("div").classes("solid")
         self._make()
 

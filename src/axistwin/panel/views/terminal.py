@@ -28,7 +28,10 @@ REMEMBERED = 100
 
 
 def terminal(context: Context, name: str) -> Refresh:
-    """Build the terminal of a controller, of a second channel, or of a line with several motors."""
+    """Build the terminal of a controller or a serial line.
+
+    `name`: a controller, a second channel or a line with several motors.
+    """
     whole = endpoints.at_a_bus(context.bench, name)
     known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
     asides = Asides(context, name) if known else None
@@ -93,7 +96,10 @@ def _typed(context: Context, name: str, text: str) -> None:
 
 
 def _line(context: Context, name: str, whole: bool, asides: Asides | None) -> None:
-    """Build the input field for a line, which is sent when the user presses Enter."""
+    """Build the input field in which the user types a line.
+
+    The Enter key sends the line.
+    """
     history = context.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
         hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for control characters"

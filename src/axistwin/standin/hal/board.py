@@ -103,17 +103,23 @@ class HalBoard:
         self.events.append(Stopped(reason, positions, by))
 
     def fail(self, reason: str) -> None:
-        """Mark the board as failed, with a reason; the board is not used until `restart` is called."""
+        """Mark the HAL board as failed for the given reason.
+
+        The board is not used until `restart` is called.
+        """
         if not self.has_failed:
             self.ready, self.has_failed = False, True
             self.stopped |= set(self.wiring.groups)
             self._note(f"failed {reason}")
             self.events.append(Failed(reason))
 
-    # Stops at the request of the host
+    # Methods that stop and resume the axes of controllers
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         stopping = [group for group in groups or self.wiring.groups if group not in self._reasons]
         if self.ready and stopping:
             self._reasons |= dict.fromkeys(stopping, reason)
@@ -122,7 +128,7 @@ class HalBoard:
             self.commands.append({"stop": stopping})
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
         if self.ready and group in self.stopped:
             self.stopped.discard(group)
             for axis in self.wiring.axes:
@@ -131,7 +137,7 @@ class HalBoard:
             self.commands.append({"resume": [group]})
 
     def restart(self, now_s: float) -> None:
-        """Begin again after a failure with a new HAL component."""
+        """Start a new HAL component after a failure."""
         self._note(f"restart at {now_s:.3f} s")
         self.has_failed = False
         self.stopped.clear()
@@ -148,7 +154,9 @@ class HalBoard:
     # Pulses and outputs
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay).
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
 
         `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
         """
@@ -185,6 +193,9 @@ class HalBoard:
             self.commands.append({"knots": knots, "upto": until_s - DELAY_S + self.horizon_s})
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         if self.ready:
             self.commands.append({"output": source, "level": level, "at": at_s + self.horizon_s})

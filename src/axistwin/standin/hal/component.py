@@ -28,7 +28,7 @@ REPORT_S = 0.1
 
 
 class Axis:
-    """The commanded position of an axis, as a line through points of time and position."""
+    """An axis whose commanded position is interpolated between given points of time and position."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -36,7 +36,7 @@ class Axis:
         self.knots: deque[tuple[float, float]] = deque()
 
     def move(self, now_s: float) -> float:
-        """Move the axis to its position at this time, and return the velocity in pulses/s."""
+        """Set the position of the axis for the given time, and return the velocity in pulses/s."""
         knots, velocity = self.knots, 0.0
         while len(knots) > 1 and knots[1][0] <= now_s:
             knots.popleft()
@@ -59,7 +59,7 @@ class Group:
 
 
 class Motion:
-    """Calculates the motion of all axes, and does no input or output.
+    """Calculates the motion of all axes, without access to files or pipes.
 
     `pins` has the values of the component's pins by name.  `reports` receives objects for standard output.
     """
@@ -183,7 +183,7 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report that a group has stopped, as soon as the motors of the group are at rest."""
+        """Report the end of a stop when all motors of the group are at rest."""
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
             group.feedback, group.changed_s = feedback, now_s
@@ -213,7 +213,7 @@ def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
 
 
 def lines(pipe: int) -> Iterator[str | None]:
-    """Yield the lines that arrive in a pipe, and None while no complete line is available."""
+    """Yield each line received from a pipe, or None while the next line is incomplete."""
     pending = b""
     while True:
         ready, _, _ = select.select([pipe], [], [], 0)

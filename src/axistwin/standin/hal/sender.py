@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # a file replaces a pipe, which rtapi_app would keep open
+        # halcmd writes to files, because rtapi_app would keep a pipe open
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
@@ -126,7 +126,7 @@ class HalSender:
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Call a function of the board, then send the board's commands and deliver its events."""
+        """Call a function of the HAL board, then send the resulting commands and events."""
         with self._lock:
             act(*values)
             self._flush()
@@ -146,7 +146,10 @@ class HalSender:
             self._board.fail(ENDED)
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Plan pulses of an axis at `times_s`, each delayed by the horizon (a constant delay)."""
+        """Queue the pulses of an axis for output by the board.
+
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
+        """
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
@@ -157,11 +160,17 @@ class HalSender:
         self._act(self._board.complete, until_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set the level of an output at `at_s`, delayed by the horizon (a constant delay)."""
+        """Schedule a level change of an output.
+
+        The board changes the level at the time `at_s` plus the horizon, a constant delay.
+        """
         self._act(self._board.set_output, source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups` at once; an empty `groups` means all controllers."""
+        """Stop the axes of the given controllers at once.
+
+        `groups`: names of the controllers; empty for all controllers.
+        """
         self._act(self._board.stop, reason, groups)
 
     @property
@@ -170,7 +179,7 @@ class HalSender:
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
+        """Resume a stopped controller: accept pulses for its axes."""
         self._act(self._board.resume, group)
 
     def restart(self, now_s: float) -> None:

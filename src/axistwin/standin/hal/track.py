@@ -15,7 +15,10 @@ DELAY_S = 0.01
 
 
 class Track:
-    """The position of one axis as a line over time."""
+    """The position of one axis over time, calculated from its pulses.
+
+    The position is a sequence of straight lines between points of time and position, the knots.
+    """
 
     def __init__(self, position: int = 0) -> None:
         import numpy as np
@@ -29,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time, in seconds, before which all knots of the line have been returned."""
+        """Time in seconds up to which `knots` has returned the positions."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
@@ -43,7 +46,7 @@ class Track:
         self.position, self.last_s = int(positions[-1]), float(times[-1])
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
-        """Return the next knots of the line, or [] if the axis does not move.
+        """Return the next points of time and position, or [] if the axis does not move.
 
         All pulses before `until_s` have been added.
         """

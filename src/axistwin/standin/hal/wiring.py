@@ -52,7 +52,10 @@ class HalWiring:
             yield f"{COMPONENT}.{output.source}", "bit out"
 
     def check(self) -> None:
-        """Raise UsageError for a pin name that is too long for HAL, or for an input of another board."""
+        """Check that no pin name is too long for HAL.
+
+        Raises UsageError, also for an input of another board.
+        """
         for pin, _ in self.used():
             if len(pin) > MOST_NAME:
                 raise UsageError(f"the name of the HAL pin {pin} is too long: expected at most {MOST_NAME} characters")

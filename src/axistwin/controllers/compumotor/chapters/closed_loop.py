@@ -98,9 +98,9 @@ def set_teeth(board: State, teeth: int) -> None:
 
 
 def set_deadband(board: State, deadband: int) -> None:
-    """Command B5h: define the deadband, the largest error in encoder pulses at which state 80h is active.
+    """Command B5h: define the deadband in encoder pulses.
 
-    Valid on an 1811 only.
+    State 80h is active while the error is within the deadband.  Valid on an 1811 only.
     """
     board.loop.deadband = deadband
     board.outputs.refresh()
@@ -155,9 +155,9 @@ def sigma(board: State) -> bytes:
 
 
 def law(board: State) -> bytes:
-    """Command 9Fh: report the algorithm, K, ranges and maximum velocity that B3h has defined.
+    """Command 9Fh: report the correction law that command B3h has defined.
 
-    The reply consists of zeros before B3h.
+    The reply contains the algorithm, K, ranges and maximum velocity; before B3h it contains zeros.
     """
     found = board.loop.law
     return (

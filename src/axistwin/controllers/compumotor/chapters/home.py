@@ -94,7 +94,7 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move back by the overshoot of the search.  Return True if the motor has reached the position `target`."""
+        """Move the motor back to the position `target` after the search.  Return True if the motor is there."""
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:
@@ -133,10 +133,11 @@ class Search:
 
 
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
-    """Command 38h: define HOME by an edge and the active level of the home input, and the final approach to this edge.
+    """Command 38h: define how a search finds HOME.
 
-    `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE,
-    and the edge has no effect.
+    HOME is an edge of the home input.  The other parameters are the active level of the home input, and the direction
+    and velocity of the final approach to the edge.  `percent`: velocity of the approach in percent of the default
+    velocity.  For 3Ah the level is that of HOME ENABLE, and the edge has no effect.
     """
     board.home_definition = HomeDefinition(active_high, -1 if ccw_edge else +1, percent, -1 if final_ccw else +1)
 

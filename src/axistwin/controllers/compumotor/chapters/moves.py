@@ -229,7 +229,10 @@ def _until_performed(board: State, move: Move) -> Procedure:
 
 
 def _until(board: State, *phases: Phase) -> Procedure:
-    """Wait until the motion reaches one of these phases.  If the move is discontinued, keep the present velocity."""
+    """Wait until the motion is in one of the given phases.
+
+    If the move is discontinued, the motor keeps its present velocity.
+    """
     try:
         while board.pulses.phase not in phases:
             yield board.pulses.changed()

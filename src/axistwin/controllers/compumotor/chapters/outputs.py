@@ -24,7 +24,10 @@ def write_outputs(board: State, bits: int) -> None:
 
 
 def show_state(board: State, bit: int, state: int, active_high: bool) -> None:
-    """Command 0Fh: let output bit 0 to 4 follow a state of the board.  Undefined state codes are ignored."""
+    """Command 0Fh: let an output bit (0 to 4) report a state of the board, e.g. that the motor is moving.
+
+    Undefined state codes are ignored.
+    """
     board.outputs.track(bit, state, active_high)
 
 

@@ -29,9 +29,9 @@ def from_start(board: State) -> bytes:
 
 
 def from_end(board: State) -> bytes:
-    """Command 81h: report the pulses from the present position to the end of a preset move; 0 after other moves.
+    """Command 81h: report the remaining pulses of a preset move.
 
-    The number is negative beyond the end of the move.
+    The number is negative beyond the end of the move, and 0 after other moves.
     """
     end = board.motion.end
     missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
@@ -57,9 +57,10 @@ def direction(board: State) -> bytes:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: report the ranges and the velocity number; in a streaming mode, the streamed velocity.
+    """Command 85h: report the present velocity as ranges and a velocity number.
 
-    The velocity number is always positive.  At the velocity of the move, the number is that of its definition.
+    The velocity number is always positive.  At the velocity of the move, the number is that of its definition.  In a
+    streaming mode, the reply contains the streamed velocity instead.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -128,7 +129,10 @@ def in_phase(phase: Phase, board: State) -> bytes:
 
 
 def mode(board: State) -> bytes:
-    """Command 90h: report the opcode that entered the present mode; in a streaming mode, also its parameters."""
+    """Command 90h: report the opcode of the command that selects the present mode.
+
+    In a streaming mode, the reply also contains the parameters of this command.
+    """
     return bytes([board.mode]) + (board.stream.setting.parameters if board.stream.setting else b"")
 
 
@@ -159,7 +163,10 @@ def channel_z(board: State) -> bytes:
 
 
 def free_bytes(board: State) -> bytes:
-    """Command E2h: report the free bytes for sequences; in a streaming mode, the free bytes of the streaming buffer."""
+    """Command E2h: report the number of free bytes for sequences.
+
+    In a streaming mode, report the number of free bytes in the streaming buffer.
+    """
     free = board.stream.free if board.in_streaming_mode else board.sequences.free
     return free.to_bytes(4, "big")
 

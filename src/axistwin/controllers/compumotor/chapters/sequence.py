@@ -54,9 +54,10 @@ def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
 
 
 def go_on(board: State) -> None:
-    """Command 48h, CONTINUE: end a wait or a suspension of the sequence, or else an endless loop.
+    """Command 48h, CONTINUE: continue a sequence that is waiting or suspended.
 
-    The loop ends after its present pass.  Ignored if there is no wait, no suspension and no endless loop.
+    Otherwise end an endless loop of the sequence after its present pass.  Ignored if there is no wait, no suspension
+    and no endless loop.
     """
     sequencer = board.sequencer
     if sequencer.waiting is not None:

@@ -62,9 +62,10 @@ class StreamOutput:
         stream.finish()
 
     def _run_ahead(self) -> None:
-        """Output the next words of the stream together, if they cause only pulses before the next event.
+        """Output the next streamed velocities in one step, so that the simulation needs less time.
 
-        Such a word is a velocity in the present direction.  The pulses are the same as if each word caused an event.
+        Each of these velocities is in the present direction and causes only pulses before the next event.  The pulses
+        are the same as if each velocity were output separately.
         """
         board, pulses = self._board, self._pulses
         if board.clock.free_ns <= self._period_ns:
@@ -76,7 +77,7 @@ class StreamOutput:
             board.clock.skip(len(segments) * self._period_ns)
 
     def _ahead(self, most: int) -> list[Segment]:
-        """Remove up to `most` velocities from the streaming buffer, and return their motion as segments.
+        """Remove up to `most` velocities from the streaming buffer, and return one segment for each velocity.
 
         The velocities are in the present direction.
         """
@@ -111,7 +112,7 @@ class StreamOutput:
         return max(SHORTEST_NS, self._pulses.ns_until(distance)) if number & FASTEST else SHORTEST_NS
 
     def _sign(self, word: int) -> int:
-        """Return the direction (+1 or -1) of the pulses that a word of the stream causes.
+        """Return the direction of a streamed velocity or distance: +1 or -1.
 
         Distances are signed + and -, velocities CW and CCW.
         """
@@ -119,7 +120,7 @@ class StreamOutput:
         return -1 if plus == bool(word & CCW) else +1
 
     def _run(self, word: int) -> bool:
-        """Change to the velocity of a word of the stream.  Return False if the motion is blocked."""
+        """Change to a streamed velocity.  Return False if the motion is blocked, e.g. by a limit input."""
         pulses, rate, sign = self._pulses, _rate(self._setting, word), self._sign(word)
         if not rate:
             pulses.kill()
@@ -140,9 +141,9 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Execute the command of a marker as a process of its own.
+        """Begin to execute the command of a marker.
 
-        Ignored while the command of another marker is executed.
+        The stream continues at the same time.  Ignored while the command of another marker is executed.
         """
         if marker is None:
             return
@@ -160,7 +161,7 @@ class StreamOutput:
 
 @lru_cache(maxsize=4096)
 def _rate(setting: Setting, word: int) -> Fraction:
-    """Return the step rate in pulses/s that a word of the stream gives, as a velocity or as a distance per period."""
+    """Return the step rate of a streamed velocity or distance, in pulses/s."""
     if setting.mode != DISTANCE_TIME:
         return setting.rate(word & FASTEST)
     distance = FULL - word if word & CCW else word
@@ -169,13 +170,13 @@ def _rate(setting: Setting, word: int) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def _segment(setting: Setting, word: int) -> Segment:
-    """Return motion for one update period, at the velocity that a word of the stream gives."""
+    """Return motion at a streamed velocity for one update period."""
     return Segment(_rate(setting, word), setting.period)
 
 
 @lru_cache(maxsize=4096)
 def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
-    """Return endless motion at the velocity that a word of the stream gives."""
+    """Return endless motion at a streamed velocity."""
     return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 
@@ -210,15 +211,16 @@ def velocity_time(board: State, *numbers: int) -> None:
 
 
 def distance_time(board: State, count: int, *distances: int) -> None:
-    """Command E3h: store the first `count` of seven signed distances, each for one update period.
+    """Command E3h: store signed distances, each for one update period.
 
-    The value 8001h ends the stream at velocity zero.
+    The host sends seven distances, of which the first `count` are stored.  The value 8001h ends the stream at velocity
+    zero.
     """
     board.stream.store(DISTANCE_TIME, ((distance % FULL,) for distance in distances[:count]))
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, which is a value in the stream that executes a command.
+    """Command EEh: define a marker, i.e. a streamed value at which the board executes a command.
 
     Opcode 00 deletes the marker.  Ignored for a command that is not valid while streaming, or has more than two
     parameters.  Ignored with ten markers in use, and in distance-time mode for 8000h and 8001h.

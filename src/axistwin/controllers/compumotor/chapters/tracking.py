@@ -33,7 +33,10 @@ def phase_changed(board: State, phase: Phase) -> None:
 
 
 def _end_move(board: State) -> None:
-    """Make the present position the desired position, unless a closed-loop move has another target."""
+    """At the end of a move, set the desired position.
+
+    The present position becomes the desired position, unless a closed-loop move has another target.
+    """
     loop = board.loop
     _detect_stall(board)
     loop.ended = loop.encoder.count
@@ -70,7 +73,7 @@ def wake(board: State, skipped: int = 0) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # stalls and errors can be calculated only with the ratio (B0h)
+    if loop.ratio is None:  # without an encoder ratio (B0h), no stall and no error can be calculated
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)
@@ -87,7 +90,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of tracking updates that can be left out, because the motor cannot stall in this time.
+    """Return the number of tracking updates that can be skipped, because they detect no stall.
 
     The last update before any other event is never one of them: it reads the encoder, whose backlash has a memory.
     """

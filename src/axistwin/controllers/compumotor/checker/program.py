@@ -45,7 +45,7 @@ class Given:
 
 @dataclass
 class Definitions:
-    """The board's moves, sequences, parameters and mode after the commands that have been checked so far."""
+    """Moves, sequences, parameters and mode that the checked commands have defined."""
 
     moves: dict[int, int] = field(default_factory=dict)
     """Opcode of the command that has defined each move, by number of the move."""
@@ -160,7 +160,7 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report parameter values of a command that are each valid, but not valid together."""
+        """Report parameter values that a command accepts separately, but not together."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
@@ -206,7 +206,7 @@ class _Checker:
                 self._perform(given)
 
     def _perform(self, given: Given) -> None:
-        """Record in the checker how a command changes the definitions of the board."""
+        """Record what a command defines, e.g. a move or the default velocity."""
         opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
             defined.moves[values[0]] = opcode
@@ -293,7 +293,7 @@ class _Checker:
             self._perform(each)
 
     def finish(self) -> None:
-        """Report a sequence whose definition has no end, after the last command of the host."""
+        """Report a sequence definition that is not ended by command D8h."""
         defined = self.defined
         if defined.defining is not None and defined.begun is not None:
             self._about(rules.UNENDED, defined.begun, "the definition of this sequence never ends: expected D8")
@@ -339,7 +339,10 @@ class _Checker:
     def _about(
         self, rule: Rule, given: Given, message: str, sent: Sequence[Sent] | None = None, fix: Fix | None = None
     ) -> None:
-        """Report a problem of a command at its bytes, with the manual's chapter about the command."""
+        """Report a problem in the given bytes of a command.
+
+        If `sent` is None, all bytes of the command are marked.  The diagnostic names the manual's chapter.
+        """
         self._say(rule, given.sent if sent is None else sent, message, given.command.chapter, fix)
 
     def _say(
@@ -349,9 +352,9 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return the rule that a command breaks in the present mode, and the reason; None if the board accepts the command.
+    """Return the rule that a command breaks in the present mode, and the reason.
 
-    Commands within the definition of a sequence are excepted.
+    The result is None if the board accepts the command.  Commands within the definition of a sequence are excepted.
     """
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "is valid in a sequence only"

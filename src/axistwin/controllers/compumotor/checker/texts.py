@@ -26,7 +26,7 @@ _SIGNS = {" + ": " plus ", " - ": " minus "}
 
 
 def name_of(command: language.Opcode) -> str:
-    """Return the name that users write for a command: `go relative, encoder` is `go_relative_encoder`."""
+    """Return the name that a user writes for a command, e.g. `go_relative_encoder`."""
     name = command.name.lower()
     for sign, word in _SIGNS.items():
         name = name.replace(sign, word)
@@ -47,7 +47,7 @@ class Words:
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """Return the bytes of a command, each with the column at which the byte is written."""
+        """Return the bytes of a command, each with its column in the text."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
             raise ProgramError(
@@ -95,11 +95,12 @@ class Words:
         command = self._find(words[0])
         fields = [field for field in command.fields if not isinstance(field, language.DontCare)]
         if len(words) - 1 != len(fields):
-            value_names = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
-            number_of_values = f"{len(words) - 1} value{'s' * (len(words) != 2)}"
+            value_names = " ".join(field.name.replace(" ", "_") for field in fields) or "no value"
             command_name = words[0][0]
             raise _wrong(
-                f"{command_name} has {number_of_values}: expected {value_names}", rules.NUMBER_OF_VALUES, words[0]
+                f"wrong number of values for the command {command_name}: expected {value_names}",
+                rules.NUMBER_OF_VALUES,
+                words[0],
             )
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
@@ -226,7 +227,9 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if the answer to 85h contains a streamed velocity instead of ranges and a velocity number.
+    """True if the answer to command 85h contains a streamed velocity.
+
+    Otherwise the answer contains ranges and a velocity number.
 
     A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """

@@ -44,7 +44,7 @@ class Move:
         return self.ranges[0] << 4 | self.ranges[1]
 
     def speed(self, start_stop: int) -> Speed | None:
-        """Return the velocity and acceleration of the move in pulses and seconds, or None if one of them is invalid."""
+        """Return the velocity and acceleration of the move, or None if a value is invalid."""
         per_second = acceleration(self.ranges, self.acceleration)
         if self.rate is None or not per_second:
             return None
@@ -93,7 +93,7 @@ class Library:
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:
-        """Return the calculation time in ns that the move needs before it begins, and mark the move as calculated."""
+        """Return the remaining calculation time of a move in ns, and mark the move as calculated."""
         ready_ns = self._ready_ns.get(number)
         if ready_ns is None:
             return self.calculation_ns

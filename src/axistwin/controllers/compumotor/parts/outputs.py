@@ -13,11 +13,15 @@ class Outputs:
     """The five output bits: the user status bits (0 to 2) and the programmable outputs (bits 3 and 4)."""
 
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
-        """`states`: for each state code of 0Fh, a function that returns True if the state is active."""
+        """`states` contains one function for each state code of command 0Fh.
+
+        A function returns True if its state is active.
+        """
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
-        self._tracked: dict[int, tuple[int, bool]] = {}  # code and active level of the assigned state, by output bit
+        # state code and active level that command 0Fh has assigned to each output bit
+        self._tracked: dict[int, tuple[int, bool]] = {}
         for number in (1, 2):
             self.write(number + 2, True)
 
@@ -31,7 +35,10 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Let an output bit show the state that has this code, or no state if the code is 00."""
+        """Assign a state of the board to an output bit.
+
+        The state code 00 removes the assignment.
+        """
         if state == NOTHING:
             self._tracked.pop(bit, None)
         elif state in self._states:
@@ -48,6 +55,6 @@ class Outputs:
         return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
-        """Update the output bits that follow a state of the board."""
+        """Update the output bits that show a state of the board."""
         for bit, (state, active_high) in self._tracked.items():
             self.write(bit, self._states[state]() is active_high)

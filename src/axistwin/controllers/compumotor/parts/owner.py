@@ -9,7 +9,7 @@ from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, 
 
 
 class Owner:
-    """The host or the sequence, as the source of a SINGULAR command."""
+    """Source of a SINGULAR command: the host or a sequence."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -21,7 +21,7 @@ class Owner:
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Perform a SINGULAR command as a process, and call `ended` after its end."""
+        """Begin a SINGULAR command, and call `ended` after its end."""
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
@@ -30,7 +30,7 @@ class Owner:
             interrupt(self.singular)
 
     def kill(self) -> None:
-        """End the SINGULAR command without further effect, at power-off."""
+        """End the SINGULAR command at once, because the power is off."""
         process, self.singular = self.singular, None
         if process is not None:
             kill(process)

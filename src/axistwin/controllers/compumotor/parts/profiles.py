@@ -72,9 +72,9 @@ def continuous(speed: Speed) -> VelocityProfile:
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the ramp from the velocity `rate` to the velocity of `speed`, followed by endless motion.
+    """Return the profile of a change of velocity: a ramp, then endless motion.
 
-    `before`: the velocity range of `rate`.
+    The ramp leads from the velocity `rate` to the velocity of `speed`.  `before`: the velocity range of `rate`.
     """
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING

@@ -55,7 +55,10 @@ class VelocityProfile:
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """Start times of the phases in ns since the start of the profile; phases of duration 0 are left out."""
+        """Start time of each phase in ns, counted from the start of the profile.
+
+        Phases of duration 0 are left out.
+        """
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -126,7 +129,10 @@ class PulseGenerator:
         return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
-        """Return the time in ns in which the present profile outputs `pulses` more pulses (at least 1)."""
+        """Return the time in ns until the present profile has output `pulses` more pulses.
+
+        `pulses`: at least 1.
+        """
         count = self._output.pulses_by(self._elapsed_ns) + pulses
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
@@ -137,7 +143,10 @@ class PulseGenerator:
 
     @property
     def step_level(self) -> bool:
-        """Level of the STEP output, which is high for half a period of the maximum pulse rate after each pulse."""
+        """Level of the STEP output, which is high for a short time at each pulse.
+
+        The pulse width is half a period of the maximum pulse rate.
+        """
         width_ns = int(S / (2 * self.velocity_profile.clock))
         return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
 
@@ -171,9 +180,10 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Change to another velocity at once.  If the direction stays the same, the fraction of a pulse is kept.
+        """Change the velocity at once.
 
-        `further`: True if the previous excursion continues after a change of direction or zero velocity.
+        If the direction stays the same, the fraction of a pulse is kept.  `further`: True if the previous excursion
+        continues after a change of direction or zero velocity.
         """
         if sign != self.sign:
             self.kill()
@@ -187,7 +197,10 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Number of velocities that `append` can output at once; 0 if velocities must be output one by one."""
+        """Number of velocities that the method `append` accepts at present.
+
+        If the number is 0, velocities must be output one by one.
+        """
         if not (self.moving and self.axis.free):
             return 0
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
@@ -234,7 +247,7 @@ class PulseGenerator:
         self._pulse_ns = None
 
     def _continue(self, segments: Iterable[Segment]) -> None:
-        """Begin a new profile with these segments, and keep the present fraction of a pulse."""
+        """Begin a new profile of the given segments, without a gap between pulses."""
         pulses, fraction = self._output.phase_at(self._elapsed_ns)
         self._origin += self.sign * pulses
         self._begin(Profile(segments, fraction, self.rate))
@@ -269,10 +282,10 @@ class PulseGenerator:
 
 @lru_cache(maxsize=64)
 def one_pulse(since_ns: int | None) -> Profile:
-    """Return a profile with a single pulse, whose rate follows from the time since the previous pulse.
+    """Return a profile that outputs a single pulse.
 
-    The pulse is in the next nanosecond.  `since_ns` is the time since the previous pulse; the profile ends before a
-    second pulse.
+    The pulse is in the next nanosecond.  The time since the previous pulse, `since_ns`, gives the step rate.  The
+    profile ends before a second pulse.
     """
     if not since_ns:
         return Profile((Segment(Fraction(S), Fraction(1, S)),))

@@ -50,7 +50,7 @@ class Sequences:
 
 
 class Order(Enum):
-    """Action of the sequencer after its present command, e.g. continue or suspend the sequence."""
+    """Action after the present command of a sequence, e.g. continue or suspend the sequence."""
 
     CONTINUE = auto()
     SUSPEND = auto()

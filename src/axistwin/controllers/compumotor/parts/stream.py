@@ -42,7 +42,10 @@ class Setting:
 
     @cached_property
     def maximum(self) -> Fraction:
-        """Upper bound of the velocity in pulses/s, which even the highest velocity number does not reach."""
+        """Upper limit of the streamed velocity in pulses/s.
+
+        The highest velocity number gives a velocity below this limit.
+        """
         return self.clock / 2
 
     @cached_property
@@ -68,7 +71,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """The command that is executed when a marker's value occurs in the stream."""
+    """A command that the board executes when its marker value occurs in the stream."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -106,7 +109,10 @@ class Stream:
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Enter a streaming mode with an empty buffer.  If `setting` is None, enter indexer mode."""
+        """Enter a streaming mode, or indexer mode if `setting` is None.
+
+        The streaming buffer is emptied.
+        """
         self.setting = setting
         self.clear()
 
@@ -116,7 +122,10 @@ class Stream:
         self._used, self._alarm_on = 0, False
 
     def store(self, mode: int, entries: Iterable[Entry]) -> None:
-        """Store data for the streaming mode `mode`.  In another mode, or without enough memory, the data are lost."""
+        """Store data in the streaming buffer.
+
+        The data are lost if the present mode is not `mode`, or if the memory is full.
+        """
         if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
             return
         stored = tuple(entries)
@@ -132,9 +141,9 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return up to `most` entries at the head of the buffer that can be output before the buffer empty alarm.
+        """Return the next entries that can be output without the buffer empty alarm.
 
-        Each entry is one word.
+        The result has at most `most` entries.  Each entry is one word.
         """
         assert self.setting is not None
         if self._alarm_on:
@@ -142,13 +151,19 @@ class Stream:
         return list(islice(self._entries, max(0, most)))
 
     def drop(self, count: int) -> None:
-        """Remove the first `count` entries of the streaming buffer, each of which is one word."""
+        """Remove the first `count` entries of the streaming buffer.
+
+        Each of these entries is one word.
+        """
         self._used -= WORD * count
         for _ in range(count):
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Send the buffer empty alarm if the alarm is on and `left` bytes do not exceed its threshold."""
+        """Send the buffer empty alarm if few bytes are left in the streaming buffer.
+
+        The alarm must be on, and `left`, the number of bytes, must not exceed its threshold.
+        """
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:
             self._alarm_on = False
@@ -168,13 +183,16 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # the active process ends by itself when `performing` is False
+            # if the process itself calls this method, the process ends because `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream and the command of a marker, at power-off or before the test function."""
+        """End the stream and the command of its marker at once.
+
+        Called at power-off and before the test function.
+        """
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:
                 kill(process)

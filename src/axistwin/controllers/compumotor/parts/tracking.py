@@ -12,7 +12,7 @@ from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
-    """Return a count as a signed 32-bit counter holds it, after a possible overflow."""
+    """Convert a count to the value of a signed 32-bit counter, which may overflow."""
     return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
 
 
@@ -29,9 +29,9 @@ class Law:
     maximum: int
 
     def velocity_profile(self, error: int) -> VelocityProfile:
-        """Return endless motion at the velocity that corrects an error of this size.
+        """Return the velocity profile that corrects a position error.
 
-        The velocity is at least the resolution of the velocity range.
+        The profile is endless motion.  The velocity is at least the resolution of the velocity range.
         """
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
@@ -57,10 +57,10 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return the ratio of encoder counts to motor pulses in one direction, and the largest deviation in counts.
+        """Return the ratio of encoder counts to motor pulses for one direction.
 
-        `physical`: +1 (CW) or -1 (CCW).  The ratio is a number of counts and a number of pulses.  None while the motor
-        loses steps.
+        `physical`: +1 (CW) or -1 (CCW).  The ratio is a number of counts and a number of pulses; the third value is the
+        largest deviation in counts.  None while the motor loses steps.
         """
         if self._axis is None:
             return 0, 1, 0
@@ -153,7 +153,7 @@ class Tracking:
         return pulses * encoder - counts * motor
 
     def _teeth(self, difference: int) -> int:
-        """Convert a difference between motor and encoder to rotor teeth, less the backlash."""
+        """Convert a position difference to rotor teeth, after subtraction of the backlash."""
         assert self.ratio is not None and self.resolution and self.teeth
         encoder = self.ratio[1]
         beyond = difference - (self.sigma or 0) * encoder
@@ -180,7 +180,10 @@ class Tracking:
         return self._pulses.position - pulses, self.encoder.count - counts
 
     def cannot_stall(self, within_ns: int) -> bool:
-        """True if no stall can be detected during the next `within_ns`, unless the motion or the machine changes."""
+        """True if the board cannot detect a stall in the next `within_ns` nanoseconds.
+
+        The motion and the machine must not change in this time.
+        """
         if not self.watches:
             return True
         per_pulses = self.encoder.per_pulses(self._pulses.physical)

@@ -17,7 +17,7 @@ class Triggers:
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
         """`response_ns`: time from the edge to the function, during which the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
-        # opcode and action of each trigger's function, by trigger number
+        # for each trigger, the opcode of the command that has assigned a function, and the function
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
@@ -30,7 +30,7 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Remove all functions and all waits for triggers."""
+        """Remove the functions of all triggers, and stop waiting for triggers."""
         self._functions.clear()
         self._edges.clear()
 

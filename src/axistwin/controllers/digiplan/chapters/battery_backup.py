@@ -26,7 +26,7 @@ class Retained:
 
     def save(self, store: Store) -> None:
         """Store the data in the battery-backed memory, as JSON text."""
-        import json  # lazy import: only a memory with contents needs `json`
+        import json  # lazy import: only an IF2 that saves or loads data needs `json`
 
         store.save(json.dumps(asdict(self), indent=1).encode())
 
@@ -39,7 +39,7 @@ class Retained:
         contents = store.load()
         if contents is None:
             return cls()
-        import json  # lazy import: only a memory with contents needs `json`
+        import json  # lazy import: only an IF2 that saves or loads data needs `json`
 
         try:
             kept = json.loads(contents)
@@ -54,13 +54,13 @@ class Retained:
         return retained
 
     def check(self) -> None:
-        """Raise ValueError if the stored data contain a value that an interface cannot store."""
+        """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter, valid in self._checks():
             if not valid:
-                raise ValueError(f"expected a valid {parameter} in the stored data")
+                raise ValueError(f"invalid value of {parameter} in the memory")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """Yield the name of each stored value, and True if the value is valid."""
+        """Yield each stored value as a pair: its name, and True if the value is valid."""
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high

@@ -10,19 +10,19 @@ from axistwin.sim.serial import LevelAt
 
 
 class BreakIn:
-    """Detects a `(` by which the host begins a new initialisation of a locked interface.
+    """Detects the character `(`, with which the host initialises a locked interface again.
 
-    The `(` is in the interface's own format, or in the default format at any baud rate.
+    The character is in the interface's own format, or in the default format at any baud rate.
     """
 
     def __init__(self, state: State) -> None:
         self._state = state
         self._offered: UartFormat | None = None  # Format in which the present character is read.
-        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the received `(`.
+        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the received character `(`.
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Start or stop the detection of `(` in the default format.
+        """Start or stop the detection of the character `(` in the default format.
 
         During the detection, character errors set no fault bits.
         """
@@ -31,13 +31,19 @@ class BreakIn:
 
     @property
     def _possible(self) -> bool:
-        """True if a `(` can begin a new initialisation: the interface is locked, DSR is active, and no axis moves."""
+        """True if the character `(` may begin a new initialisation.
+
+        Conditions: the interface is locked, DSR is active, and no axis moves.
+        """
         state = self._state
         held = state.lines.dsr.level and not state.uart.sending
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format at the measured baud rate, if the signal can be a `(` in this format."""
+        """Return the default format if the character can be `(` in this format, otherwise None.
+
+        The baud rate is measured.
+        """
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
         if rate is not None:
@@ -48,7 +54,10 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if the character was read in the default format.  A `(` also sets the UART to this format."""
+        """Return True if a character was received in the default format.
+
+        The character `(` also sets the UART to this format.
+        """
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:
             self._state.uart.format = self._detected = other
@@ -56,7 +65,10 @@ class BreakIn:
         return other is not None
 
     def begins_with(self, character: int) -> bool:
-        """True if this character begins a new initialisation.  The UART then uses the format of the character."""
+        """True if the received character begins a new initialisation.
+
+        In this case, the UART is set to the format of the character.
+        """
         if character & 0x7F != BAUD_DETECT or not (self._detected or self._possible):
             return False
         self._state.uart.format = self._detected or uart_format(self._state.baudrate, Frame())

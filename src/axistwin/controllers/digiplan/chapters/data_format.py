@@ -14,7 +14,7 @@ PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7
 
 @dataclass(frozen=True)
 class Frame:
-    """A data format, as the host selects it by a message such as `U61`: terminator, frame and parity.
+    """Data format that the host selects by a message, e.g. `U61`.
 
     `U` or `V` selects the terminator, x1 (1 to 8) the frame, x2 (1 to 9) parity, echo, and X-on/X-off.
     """
@@ -35,7 +35,7 @@ class Frame:
 
     @property
     def x_on_x_off(self) -> bool:
-        """True if X-off and X-on report the filling level of the buffer."""
+        """True if the interface stops the host by X-off and continues it by X-on."""
         return self.x2 >= 7
 
     @cached_property
@@ -50,11 +50,11 @@ class Frame:
 
     @cached_property
     def _texts(self) -> bytes:
-        """Table that converts each byte to a character of an answer."""
+        """Table that converts the bytes of an answer to the present data format."""
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return a byte as the interface sends it.  Bit 8 depends on the data format.
+        """Return a byte with bit 8 as the data format requires.
 
         Bit 8 is data, always 0, always 1, or (7 data bits) absent.  The quick status needs all eight bits, so the byte
         is unchanged if the format fixes bit 8 at 1.
@@ -62,7 +62,7 @@ class Frame:
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Return a character of an answer as the interface sends it."""
+        """Return a character of an answer with bit 8 as the data format requires."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 

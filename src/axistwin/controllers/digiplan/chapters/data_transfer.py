@@ -79,7 +79,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first buffered message for whose text the function `wanted` returns True.
+        """Remove and return the first message in the buffer that the function `wanted` accepts.
 
         The list is empty if there is no such message.
         """
@@ -103,7 +103,7 @@ class InputBuffer:
         return self._arrived
 
     def drop_before_cancel(self) -> None:
-        """Drop the buffered characters before a received `#`, which cancels them."""
+        """Drop all characters in the buffer before the command `#`."""
         while self.characters[0] & 0x7F != ord("#"):
             self.take()
 
@@ -184,9 +184,10 @@ class Transmitter:
         return self._held_back > 0
 
     def send(self, data: bytes) -> Procedure | None:
-        """Send characters to the host.  Return a procedure if sending must wait, otherwise None.
+        """Send characters to the host.
 
-        Sending waits for the lines, for the inter-character delay, or for the UART.
+        If the characters cannot be sent at once, return a procedure that sends them, otherwise None.  Sending waits for
+        the lines, for the inter-character delay, or for the UART.
         """
         if not self.delay and (self.uart.instant or len(data) == 1):
             self.lines.rts.set(True)
@@ -221,7 +222,7 @@ class Transmitter:
             self._held_back -= 1
 
     def send_flow_control(self, stop: bool) -> None:
-        """Send X-off or X-on before all other characters, even while the interface is busy."""
+        """Send X-off or X-on at once, before all other characters."""
         self._flow_control = X_OFF if stop else X_ON
         if self.urgent is None:
             self.urgent = self.clock.process(self._send_urgent())

@@ -85,9 +85,10 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear the fault bits whose causes no longer exist, after K or Q has reported the motion status.
+        """Clear old fault bits after a report of the motion status (command K or Q).
 
-        LIMIT is always cleared, so that the axis can leave the switch.  While locked, EMERGENCY_STOP stays set.
+        A bit is cleared if the cause of the fault no longer exists.  LIMIT is always cleared, so that the axis can
+        leave the switch.  While locked, EMERGENCY_STOP stays set.
         """
         self.motion &= ~MotionFault.LIMIT
         if all(self.pins[name].level for name in DRIVES):
@@ -101,7 +102,10 @@ class Faults:
         self._show(bool(self.motion) or not all(self.pins[name].level for name in CLOSED))
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
-        """True if a fault inhibits a move.  A move towards an open limit switch raises the limit fault again."""
+        """True if a fault inhibits a move in the given directions.
+
+        A move towards an open limit switch raises the limit fault again.
+        """
         ahead = (name for name, sign in LIMITS.items() if sign in directions.values())
         if not self.motion and not all(self.pins[name].level for name in ahead):
             self.raise_motion(MotionFault.LIMIT)

@@ -26,9 +26,9 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
 
 
 def backlash(step: Step, distance: int | None) -> str | None:
-    """Command B: store the backlash distance (-255 to +255 steps), or correct the backlash of this index.
+    """Command B: store the backlash distance, -255 to +255 steps.
 
-    Without a number, this index is corrected.  Chapter Backlash correction.
+    Without a number, correct the backlash in this index.  Chapter Backlash correction.
     """
     if distance is not None:
         step.settings["backlash"] = distance
@@ -61,7 +61,10 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if the index overshoots, because correction is requested and the move is against the backlash direction."""
+    """True if the index needs an overshoot for backlash correction.
+
+    The command B must request the correction, and the move must be against the backlash direction.
+    """
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 

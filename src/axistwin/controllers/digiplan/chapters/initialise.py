@@ -14,7 +14,7 @@ TOLERANCE = 10  # A baud rate is recognised within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # the interface answers U, which sample program 4 of the manual sends back
+ECHOED = "U"  # the interface sends the character U, and sample program 4 of the manual echoes it
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # Half a period of the lamp, which "flashes twice per second".
@@ -22,7 +22,10 @@ REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format messag
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
-    """Return the baud rate of a `(` whose first bits hold the line low for this time; None if no rate matches."""
+    """Return the baud rate of the character `(`, or None if no baud rate matches.
+
+    `low_ns`: time in ns for which the first bits of the character hold the line low.
+    """
     low, per = low_ns.numerator, low_ns.denominator  # calculation with integers is faster than with fractions
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
@@ -30,7 +33,7 @@ def baud_rate(low_ns: Fraction) -> int | None:
 
 
 def detect_baud_rate(state: State) -> Procedure:
-    """Wait for the first `(`, and set the UART to the baud rate of this character.
+    """Wait for the first character `(`, and set the UART to its baud rate.
 
     Other characters are dropped.
     """
@@ -58,7 +61,7 @@ def detect_baud_rate(state: State) -> Procedure:
 
 
 def set_data_format(state: State) -> Procedure:
-    """Answer a received `(`, wait for the data format message, and set the UART to this format."""
+    """Answer the character `(`, receive the data format message, and set the UART to this format."""
     uart, buffer = state.uart, state.buffer
     assert uart.format is not None
     state.baudrate = uart.format.baudrate

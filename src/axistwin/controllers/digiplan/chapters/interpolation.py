@@ -30,7 +30,10 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """Return the problem of an interpolated move that breaks a limit in the manual, or None if the move is valid."""
+    """Return the problem of an interpolated move, or None if the move is valid.
+
+    The manual limits speed, acceleration, distances and speed range.
+    """
     p = parameters
     if p.speed > MOST_SPEED:
         about, text = "speed", f"speed {p.speed} is above {MOST_SPEED} steps/s"
@@ -50,7 +53,10 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Return the problem of a move that is too fast or breaks a limit of interpolation, or None."""
+    """Return the problem of a move, or None if the move is valid.
+
+    A move must not be too fast.  An interpolated move must also keep the limits of interpolation.
+    """
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 

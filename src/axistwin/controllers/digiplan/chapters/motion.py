@@ -19,7 +19,7 @@ PULSE_NS = 5_000
 
 
 class RampGenerator:
-    """Sends pulses and directions to the axes that take part in a motion."""
+    """Outputs pulses and directions for the axes of a motion."""
 
     def __init__(self, clock: Clock, axes: Mapping[str, StepperAxis], pins: Mapping[str, Pin]) -> None:
         self.clock, self.axes, self.pins = clock, axes, pins
@@ -78,7 +78,7 @@ class RampGenerator:
 
     @property
     def rate(self) -> Fraction:
-        """Step rate of the clock that all moving axes share, in steps/s."""
+        """Step rate of the common pulse clock of all moving axes, in steps/s."""
         return self.profile.rate_at(self._elapsed_ns)
 
     @property
@@ -93,7 +93,7 @@ class RampGenerator:
 
     @property
     def steps(self) -> int:
-        """Pulses of the clock that all moving axes share, since the last index or run began."""
+        """Number of pulses of the common pulse clock since the start of the last index or run."""
         made = self._steps_before + self.profile.pulses_by(self._elapsed_ns)
         unmade = (abs(self.axes[axis].unmade - before) for axis, before in self._unmade_before.items())
         return max(made - max(unmade, default=0), 0)

@@ -58,9 +58,9 @@ def wait_high(step: Step, inputs: tuple[int, ...]) -> None:
 
 
 def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command L: wait until all given inputs (1 to 3) are low.  Command H of the same step comes first.
+    """Command L: wait until all given inputs (1 to 3) are low.
 
-    Chapter Combining inputs and outputs.
+    If the step also has a command H, the wait of command H is first.  Chapter Combining inputs and outputs.
     """
     step.low = inputs
 
@@ -82,9 +82,10 @@ def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
 
 
 def pulse_output(step: Step, output: int, length: int | None) -> None:
-    """Command P: invert output 1 to 5 for 1 to 99 x 10 ms.  With output 0, the command is only a delay.
+    """Command P: invert an output (1 to 5) for 10 to 990 ms.
 
-    Later P commands without a length use the same length.  Chapters Output switching commands, Adding time delays.
+    With output 0, the command is only a delay.  The number in the command is in units of 10 ms.  Later P commands
+    without a length use the same length.  Chapters Output switching commands, Adding time delays.
     """
     step.pulse = output
     if length is not None:

@@ -6,7 +6,7 @@ from axistwin.controllers.digiplan.state import State
 IN_MOTION, AT_SPEED, ACCELERATING, DECELERATING = 1, 2, 4, 8
 COUNTER = 1 << 32
 SHORT_COUNTER = 1 << 16
-COARSE = 256  # resolution of the reported position above the start/stop speed, in steps
+COARSE = 256  # resolution in steps of the position that is reported above the start/stop speed
 
 
 def motion_bits(state: State) -> int:
@@ -65,7 +65,7 @@ def communication_bits(state: State) -> int:
 
 
 def input_status(state: State) -> bytes:
-    """Command I: report a number with one bit for each input in which no current flows.
+    """Command I: report the inputs in which no current flows, one bit for each input.
 
     Chapter Input status.
     """
@@ -98,7 +98,7 @@ def busy_letter(state: State) -> str:
 
 
 def position(state: State) -> bytes:
-    """Command N: report the steps since the last index or run began, modulo 2^32.
+    """Command N: report the number of steps since the start of the last index or run, modulo 2^32.
 
     During motion above the start/stop speed the count rises in steps of 256.  Above that speed an interpolated
     run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters

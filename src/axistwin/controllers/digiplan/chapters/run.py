@@ -27,7 +27,10 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin a run, which continues during the next steps of a sequence.  The index length is set to 0."""
+    """Begin a run, i.e. motion that continues during the next steps of a sequence.
+
+    The index length is set to 0.
+    """
     parameters = state.in_force
     table = ramp(parameters)
     minor = None

@@ -106,7 +106,7 @@ def _move(state: State, step: Step) -> Procedure:
 
 
 def _intervention(state: State) -> Procedure:
-    """Report to the host that it has control, and carry out the steps that the host sends.
+    """Give control of the sequence to the host, and carry out the steps that the host sends.
 
     The host gives control back by sending `%`.
     """

@@ -44,7 +44,10 @@ def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
 
 
 def ramp(parameters: Parameters) -> Ramp:
-    """Return the ramp table, in which the rate rises by one increment every `increment / acceleration` seconds."""
+    """Return the ramp table: step rates that rise by a constant increment.
+
+    Each step rate lasts `increment / acceleration` seconds.
+    """
     return _ramp(parameters.speed_range, parameters.speed, parameters.start_stop, parameters.acceleration)
 
 
@@ -60,7 +63,7 @@ def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> R
 
 
 def too_fast(parameters: Parameters) -> Problem | None:
-    """Return the problem of a speed above the maximum of the speed range, or None if the speed is valid."""
+    """Return a problem if the speed is above the maximum of the speed range, otherwise None."""
     maximum = RANGES[parameters.speed_range].maximum
     if parameters.speed <= maximum:
         return None
@@ -69,7 +72,9 @@ def too_fast(parameters: Parameters) -> Problem | None:
 
 
 def setting(name: str, step: Step, value: int) -> None:
-    """Commands > < ^ @ D: set a parameter, which keeps its value until it is set again.
+    """Commands > < ^ @ D: set the parameter `name`.
+
+    The parameter keeps its value until the command is sent again.
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.

@@ -32,7 +32,7 @@ TERMINALS = {
 
 
 class Cable(NamedTuple):
-    """A cable, described by the source of DSR and the source of CTS.
+    """A serial cable, with the signals that drive the inputs DSR and CTS of the interface.
 
     A source is `host`, the interface's own `dtr` or `rts`, or "" for no connection.
     """

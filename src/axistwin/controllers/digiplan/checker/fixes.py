@@ -47,7 +47,7 @@ def _upper_case(text: Sequence[Sent], message: Message, problem: Problem) -> Fix
 
 
 def _sequence_end(text: Sequence[Sent], message: Message) -> Fix | None:
-    """Return a fix that adds the missing part of `:$` at the end of a sequence."""
+    """Return a fix that completes the characters `:$` at the end of a sequence."""
     bare = message.text.rstrip(" ")
     last = text[len(bare) - 1]
     missing = ":" if bare.endswith("$") else "$" if bare.endswith(":") else ":$"

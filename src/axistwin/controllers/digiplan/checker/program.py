@@ -47,7 +47,7 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance that was sent without `$`, if no later message starts the move."""
+        """Report a distance that starts no move, because the command `$` is missing."""
         if self.not_started:
             note = "without $ this message starts no move, and no later message does"
             self._say(rules.NO_START, self.not_started[-1:], note, fix=fixes.start(self.not_started))
@@ -86,7 +86,7 @@ class _Checker:
         self.parameters, self.set_in, self.sequence, self.locked_in = Parameters(), {}, None, None
 
     def _initialise(self, rest: Iterator[Sent]) -> None:
-        """Consume characters up to and including a valid data format message."""
+        """Read the characters of the initialisation, up to a valid data format message."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
             self._say(rules.TOO_EARLY, [first], "characters before ( are ignored, because the baud rate is unknown")
@@ -212,9 +212,10 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report parameter values that conflict, with the lines of other messages that have set them.
+        """Report parameter values that are not valid together.
 
-        `known`: names of parameters whose lines are not given.
+        The message gives the line of each value that another message has set.  `known`: names of parameters whose lines
+        are not given.
         """
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
@@ -239,5 +240,8 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the message needs a `$`, because it has a run or an output command, or sets no parameter."""
+    """True if the message has no effect without the start command `$`.
+
+    Such a message contains a run or an output command, or sets no parameter.
+    """
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings

@@ -22,9 +22,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """A possible state at the start of a step: the parameters, and the number of the step whose run continues.
+    """A possible state of the interface at the start of a sequence step.
 
-    The number is 0 if no run continues.
+    `running`: number of the step that has begun the present run, or 0 if no axis runs.
     """
 
     number: int
@@ -52,7 +52,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             if finding is not None:
                 yield finding
                 if finding.problem.rule.severity is Severity.ERROR or running:
-                    continue  # a sequence cannot continue after a step with such a problem
+                    continue  # an error, or a move that waits for a run, ends the sequence here
             running = arrival.number if step.run else running
         todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]
 

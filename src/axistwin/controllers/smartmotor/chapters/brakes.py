@@ -56,13 +56,19 @@ def pin_g(motor: Processor) -> None:
 
 
 def mode_torque_brake(motor: Processor) -> None:
-    """MTB: short the windings now, and whenever the motor is off until BRKRLS followed by OFF (5.2)."""
+    """MTB: switch the motor off and short its windings (5.2).
+
+    Until BRKRLS followed by OFF, the windings are shorted whenever the motor is off.
+    """
     motor.mtb_enabled = True
     switch_off(motor)
 
 
 def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
-    """Switch the servo off and enter `mode`; while MTB is enabled, enter mode torque brake instead."""
+    """Switch the servo off and enter the given mode.
+
+    While MTB is enabled, mode torque brake is entered instead.
+    """
     i = motor.i
     i[s.MODE] = s.M_BRAKE if motor.mtb_enabled else mode
     i[s.BT] = i[s.STOPPING] = i[s.VELOCITY] = 0

@@ -32,7 +32,10 @@ FindRun = Callable[[Processor], Run | None]
 
 
 def pointer(motor: Processor, value: int) -> None:
-    """EPTR=exp: set the EEPROM address of the next VST or VLD, 0 to 7999; any other value sets Bs."""
+    """EPTR=exp: set the EEPROM address (0 to 7999) of the next VST or VLD.
+
+    Any other value sets Bs.
+    """
     if 0 <= value < motor.options.data_bytes:
         motor.i[s.EPTR] = value
     else:
@@ -73,7 +76,10 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return the range of variables if its `count` values fit into the EEPROM; otherwise set the flag Bs."""
+    """Check that `count` values of a range fit into the EEPROM; otherwise set the flag Bs.
+
+    Returns the range, or None.
+    """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
     motor.syntax_error()

@@ -34,7 +34,9 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Handle an asserted limit: the motor stops unless the motor moves away from the limit (3.1).
+    """Stop the motor at an asserted limit (3.1).
+
+    A motor that moves away from the limit does not stop.
 
     The limit is a switch or a software limit.
     """
@@ -51,7 +53,9 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Switch the amplifier off after a fault; with F=1, decelerate with the acceleration A first (4.1).
+    """Stop the motor after a fault (4.1).
+
+    With F=1, the motor first decelerates with the acceleration A; otherwise the amplifier is switched off at once.
 
     While MTB is enabled, mode torque brake follows.
     """
@@ -75,7 +79,9 @@ def stopped(motor: Processor) -> None:
 
 
 def _interrupt(motor: Processor, *, ends_program: bool) -> None:
-    """Call C1 after a fault if F=32 is set; otherwise a motor protection fault ends the program.
+    """Call C1 after a fault if F=32 is set.
+
+    Without F=32, a motor protection fault ends the program.
 
     C1 is called even if the main program has ended, as in the example of 4.3.  A fault within C1 calls C1 again.
     """
@@ -90,7 +96,9 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 
 
 def may_move(motor: Processor, way: int) -> bool:
-    """True if no fault prevents a movement in the direction `way`; 0 is an unknown direction.
+    """True if no fault prevents a movement in the direction `way`.
+
+    `way` is 0 if the direction is unknown.
 
     Once the fault is acknowledged, the motor may move away from an asserted limit.  An attempt to move towards the
     limit requires a new acknowledgement.
@@ -126,13 +134,19 @@ def clear(motor: Processor, *, slot: int) -> None:
 
 
 def clear_all(motor: Processor) -> None:
-    """ZS: clear all latched flags.  If a cause persists, the next sample sets its flag again (3.1, 4.2)."""
+    """ZS: clear all latched flags (3.1, 4.2).
+
+    If the cause of a flag persists, the next sample sets the flag again.
+    """
     for slot in LATCHED:
         clear(motor, slot=slot)
 
 
 def inhibition(motor: Processor) -> str:
-    """Return the reason why the motor has refused to move, and the remedy; "" if no fault prevents motion."""
+    """Return the reason why the motor has refused to move, and the remedy.
+
+    The text is empty if no fault prevents motion.
+    """
     i = motor.i
     if not motor.refused:
         return ""

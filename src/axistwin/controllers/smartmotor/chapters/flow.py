@@ -51,7 +51,10 @@ def end(motor: Processor) -> None:
 
 
 def goto(motor: Processor, label: int) -> None:
-    """GOTOn: continue the program at label n, 0…999; a stopped program starts there.  An unknown label sets Bs."""
+    """GOTOn: continue the program at label n, 0…999.
+
+    A stopped program starts at the label.  An unknown label sets Bs.
+    """
     target = motor.program.labels.get(label)
     if target is None:
         motor.syntax_error()
@@ -75,7 +78,9 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64); return True if the call was possible.
+    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).
+
+    Returns True if the call was possible.
 
     C2 ends a WAIT early, and cannot be called again before RETURNI, STACK or END.  Nothing changes if the program has
     no such label; a full return stack sets Bs.
@@ -90,7 +95,7 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True while a call of GOSUB, C1 or C2 is in progress; `kind` selects one of these calls.
+    """True while a call of the given kind is in progress: GOSUB, C1 or C2.
 
     Only RETURNI, STACK and END end a C2 call.
     """
@@ -105,18 +110,24 @@ def return_(motor: Processor) -> None:
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: return from C1, which a fault has called (chapter 7, F=32)."""
+    """RETURNF: return from C1, the routine for faults (chapter 7, F=32)."""
     interpreter.go_back(motor.i)
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: return from C2, so that pin G may call C2 again (chapter 7, F=64)."""
+    """RETURNI: return from C2, the routine for pin G (chapter 7, F=64).
+
+    Pin G may then call C2 again.
+    """
     motor.i[s.C2_CALLED] = 0
     interpreter.go_back(motor.i)
 
 
 def stack(motor: Processor) -> None:
-    """STACK: discard all return addresses, so that pin G may call C2 again (chapter 7, F=64)."""
+    """STACK: discard all return addresses (chapter 7, F=64).
+
+    Pin G may then call C2 again.
+    """
     interpreter.forget(motor.i)
 
 
@@ -145,7 +156,10 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, SWITCH and similar: parts of a block or labels, which the compiler replaces by jumps."""
+    """IF, WHILE, labels and similar: set the flag Bs if executed as a command.
+
+    In a program, the compiler replaces these keywords by jumps.
+    """
     motor.syntax_error()
 
 

@@ -10,7 +10,9 @@ ALL = 255
 
 
 def functions(motor: Processor, value: int) -> None:
-    """F=exp: select the functions of table 7.1 by a sum of bits, 0 to 255; any other value sets Bs.
+    """F=exp: select the functions of table 7.1 by a sum of bits, 0 to 255.
+
+    Any other value sets Bs.
 
     F=2 reverses the shaft's direction at once, in every mode; the position keeps its value.  In mode cam, a change of
     the bits 16 or 128 takes effect after CI, and invalidates an earlier CI (9.5).

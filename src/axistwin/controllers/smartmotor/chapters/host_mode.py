@@ -46,16 +46,20 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Give a position without a clock value the last clock value plus the last clock difference."""
+    """Compute the missing clock value of a position in host mode.
+
+    The result is the last clock value plus the last clock difference.
+    """
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)
 
 
 def status(motor: Processor) -> bytes:
-    """Return the status of host mode in six bytes: S, free places in the buffer, and clock (big-endian).
+    """Return the six bytes that report the status of host mode.
 
-    S is the status byte; the clock is that of the trajectory.
+    The bytes are the status byte, the number of free places in the buffer, and the clock of the trajectory in four
+    bytes (big-endian).
 
     The answer to the byte 0xF9 and to Q; the layout is a guess (section 11 of the base language).
     """

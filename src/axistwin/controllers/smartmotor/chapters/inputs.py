@@ -66,7 +66,7 @@ class Inputs:
         self.motor.i[s.ANALOG + bit] = pin.analog
 
     def _count(self, bit: int, before: int) -> None:
-        """Count an edge on pin A or B, as an encoder edge or as a step."""
+        """Count an encoder edge or a step on pin A or B."""
         i = self.motor.i
         if i[s.STEPS]:
             step = (1 if i[s.PINS] & 2 else -1) if bit == 0 and i[s.PINS] & 1 else 0
@@ -78,7 +78,7 @@ class Inputs:
         i[s.PREDICTED] = 0  # The predicted encoder edges are no longer valid.
 
     def _wiring(self) -> None:
-        """Store which of the pins A and B have the level of the external encoder."""
+        """Store which of the pins A and B the external encoder drives."""
         self.catch_up()
         i = self.motor.i
         i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
@@ -87,7 +87,10 @@ class Inputs:
             i[s.ANALOG + bit] = pin.analog
 
     def _levels(self, count: int) -> int:
-        """Return the external encoder's levels; for a step source, B is the direction and A is low between steps."""
+        """Return the levels to which the external encoder drives pins A and B.
+
+        For a step source, pin B is the direction, and pin A is low between two steps.
+        """
         i, master = self.motor.i, self.axis.master
         if i[s.STEPS]:
             return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
@@ -122,13 +125,19 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's counts now and at the given times, as far as the counts are certain."""
+        """Return the external encoder's counts now and at the given later times.
+
+        The list ends before the first count that is not certain.
+        """
         if not self._follows():
             self.motor.core.read_ahead = None
         return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Return the external encoder's counts in the next samples, predicted for an axis that keeps its motion."""
+        """Predict the external encoder's counts in the next samples.
+
+        The prediction assumes that the axis keeps its motion.
+        """
         core = self.motor.core
         if not self._follows():
             core.predict = None
@@ -153,7 +162,10 @@ class Inputs:
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the given times, as far as the positions are certain."""
+        """Return the shaft's positions now and at the given later times.
+
+        The list ends before the first position that is not certain.
+        """
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
@@ -169,7 +181,7 @@ class Inputs:
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """Return the time of the next sample, or None if nothing changes."""
+        """Return the time of the next sample, or None while the motor is at rest."""
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None
 

@@ -23,14 +23,19 @@ def power_up(motor: Processor) -> None:
 
 
 def direction_in(motor: Processor, pin: str) -> None:
-    """UAI … UGI: make the pin an ordinary input, no longer a limit, go input, RS-485 wire or brake signal (5.1)."""
+    """UAI … UGI: make the pin an ordinary input (5.1).
+
+    The pin is no longer a limit, go input, RS-485 wire or brake signal.
+    """
     _take(motor, pin)
     _take_from_brake(motor, pin)
     motor.pins[pin].input()
 
 
 def direction_out(motor: Processor, pin: str) -> None:
-    """UAO … UGO: make the pin an output with the level of its latch, or of the brake signal (5.1).
+    """UAO … UGO: make the pin an output (5.1).
+
+    The output has the level of the pin's latch, or of the brake signal.
 
     Pins C and D are then no longer limits, pins E and F no longer channel 1.
     """
@@ -58,7 +63,7 @@ def go_pin(motor: Processor) -> None:
 
 
 def take_for_channel(motor: Processor, number: int) -> None:
-    """Reserve the pins of an RS-485 channel, G for channel 0 or E and F for channel 1.
+    """Reserve the pins that an RS-485 channel uses.
 
     Pin G is the direction line of channel 0; pins E and F are the two wires of channel 1.
     """
@@ -72,7 +77,7 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """Remove the role of a pin as limit, go input or wire of channel 1."""
+    """End the special use of a pin: limit, go input or wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
@@ -86,9 +91,10 @@ def _take_from_brake(motor: Processor, pin: str) -> None:
 
 
 def give_up_brake_pin(motor: Processor) -> None:
-    """Make the pin with the brake signal an ordinary input after an assignment has read the pin (5.1, note 2).
+    """Turn the pin of the brake signal into an ordinary input (5.1, note 2).
 
-    Such an assignment is `<variable>=UG` or `=UC`.  A pin that is an input carries no brake signal and keeps its role.
+    The change follows an assignment that has read the pin, `<variable>=UG` or `=UC`.  A pin that is an input carries no
+    brake signal and keeps its role.
     """
     motor.i[s.BRAKE_READ] = 0
     for pin in ("C", "G"):

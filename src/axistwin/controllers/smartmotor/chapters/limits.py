@@ -38,7 +38,9 @@ def _set(motor: Processor, slot: int, value: int) -> None:
 
 
 def limit_pin_c(motor: Processor) -> None:
-    """UCP: make pin C the input of the positive (right) limit; a high level is a fault.  This is the default (3.1).
+    """UCP: make pin C the input of the positive (right) limit (3.1).
+
+    A high level is a fault.  UCP is the default.
 
     The pin is no longer the brake's signal (5.1).
     """
@@ -47,7 +49,10 @@ def limit_pin_c(motor: Processor) -> None:
 
 
 def limit_pin_d(motor: Processor) -> None:
-    """UDM: make pin D the input of the negative (left) limit; a high level is a fault.  This is the default (3.1)."""
+    """UDM: make pin D the input of the negative (left) limit (3.1).
+
+    A high level is a fault.  UDM is the default.
+    """
     io.direction_in(motor, "D")
     motor.i[s.LIMIT_D] = 1
 
@@ -57,6 +62,9 @@ def directional(motor: Processor) -> None:
 
 
 def update_flags(motor: Processor) -> None:
-    """Clear the flags of limits that are no longer asserted.  The next sample sets the flags of asserted limits."""
+    """Clear the flag of each limit that is no longer asserted.
+
+    The next sample sets the flags of asserted limits.
+    """
     motor.i[s.BP] &= beyond_plus(motor.i)
     motor.i[s.BM] &= beyond_minus(motor.i)

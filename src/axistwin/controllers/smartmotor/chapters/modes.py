@@ -89,7 +89,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        if i[s.MODE] != s.M_HOST:  # MD empties the buffer only while host mode is not in progress.
+        if i[s.MODE] != s.M_HOST:  # While host mode is in progress, MD does not empty the buffer.
             host_mode.clear(motor)
         i[s.HOST_ARMED] = 1  # The end of host mode starts the mode that was buffered before MD (10.2).
         return
@@ -138,7 +138,10 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return the direction in which a mode would move the motor: positive, negative, or 0 if it is unknown."""
+    """Return a number whose sign is the direction in which a mode would move the motor.
+
+    0 is an unknown direction.
+    """
     i = motor.i
     if mode == s.M_POSITION:
         return i[s.D] if i[s.RELATIVE] else i[s.P] - (i[s.COMMANDED] >> 16)
@@ -190,8 +193,9 @@ def _begin_cam(motor: Processor) -> None:
 
 
 def may_stop(motor: Processor) -> bool:
-    """True if the commands S and X are allowed; a fault inhibits S and X, unless the motor moves away from a limit
-    (3.2).
+    """True if the commands S and X are allowed.
+
+    A fault inhibits S and X, unless the motor moves away from a limit (3.2).
     """
     i = motor.i
     leaving = i[s.VELOCITY] != 0 and not (i[s.STOPPING] or i[s.BE] or i[s.BH])
@@ -227,20 +231,29 @@ def decelerate(motor: Processor) -> None:
 
 
 def _buffer_position(motor: Processor) -> None:
-    """Make the next G a position move, to P or by D, whichever was assigned last."""
+    """Make the next G a position move.
+
+    The move is to P or by D, whichever was assigned last.
+    """
     if motor.options.stop_buffers == "position":
         buffer(motor, s.M_POSITION)
 
 
 def torque(motor: Processor) -> None:
-    """MT: enter mode torque at once; T sets the PWM value, -1023 to 1023.  An uncleared fault inhibits MT."""
+    """MT: enter mode torque at once.
+
+    T sets the PWM value, -1023 to 1023.  A fault that is not cleared inhibits MT.
+    """
     if may_move(motor, motor.i[s.T]):
         motor.i[s.BUFFERED_MODE] = s.M_TORQUE
         turn_on(motor, s.M_TORQUE)
 
 
 def off(motor: Processor) -> None:
-    """OFF: switch the amplifier off.  After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB (5.2)."""
+    """OFF: switch the amplifier off (5.2).
+
+    After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB.
+    """
     if motor.brake_control is Control.RELEASED:
         motor.mtb_enabled = False
     switch_off(motor)

@@ -19,7 +19,10 @@ NOTHING = -1
 
 
 class Variable(NamedTuple):
-    """A variable: its name, the interpreter's operation that reads the value, and the index of the value."""
+    """A variable such as `aa`: its name, and how the interpreter reads its value.
+
+    The operation `operation` reads the value at the index `place`.
+    """
 
     name: str
     operation: int
@@ -121,7 +124,9 @@ ANALOG_CHANNELS, DIGITAL_CHANNELS = range(1, 5), range(64)
 
 
 def find(name: str) -> Variable | None:
-    """Return the variable or AniLink input with this name, such as `aa` or AINA1; None for an unknown name.
+    """Return the variable or AniLink input with this name, such as `aa` or AINA1.
+
+    Returns None for an unknown name.
 
     AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital.
     """
@@ -156,7 +161,9 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """Return the indices of a variable and of the later variables in its group; None for an unknown name.
+    """Return the indices from a named variable to the end of its group, e.g. from c to z.
+
+    Returns None for an unknown name.
 
     The indices are those in the array `v`.
     """

@@ -22,7 +22,10 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """Values of the cam parameters at the current statement; None for an unknown value."""
+    """The values of the cam parameters at the current statement of a program.
+
+    An unknown value is None.
+    """
 
     findings: Findings
     size: int | None = None

@@ -36,7 +36,7 @@ class Findings:
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """Yield each statement that has one of the given keywords, and its number."""
+        """Yield a pair (number, statement) for each statement with one of the given keywords."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
@@ -54,7 +54,10 @@ class Findings:
 
 
 def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """Return a diagnostic for a problem in, or just after, the statement from `begin` to `end`."""
+    """Return a diagnostic for a problem in a statement.
+
+    The statement has the indices `begin` to `end`; the problem may also be just after the statement.
+    """
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position

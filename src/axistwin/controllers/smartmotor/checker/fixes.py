@@ -27,7 +27,10 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Return a fix that replaces a Class 5 word by its 4.76 form, if that form is valid."""
+    """Return a fix that translates a Class 5 command for firmware 4.76.
+
+    Returns None if the translation is not a valid statement.
+    """
     if any(read(word).problem is not None for word in later.here.split()):
         return None
     return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
@@ -86,7 +89,10 @@ def _upper_case(findings: Findings, number: int) -> Fix | None:
 
 
 def _comment(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that turns the statement into a comment; the fix is sure if nothing else is on the line."""
+    """Return a fix that turns the statement into a comment.
+
+    The fix is sure if no other statement is on the line.
+    """
     line = findings.line(number)
     alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
     return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)

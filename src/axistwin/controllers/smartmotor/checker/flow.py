@@ -25,7 +25,9 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """The code from a label, or from the top of the program, without the called subroutines.
+    """The code of one routine, without the subroutines that the routine calls.
+
+    A routine begins at a label or at the top of the program.
 
     `label` is None for the top of the program.
     """
@@ -52,7 +54,7 @@ class Flow:
 
     @cached_property
     def interrupts(self) -> dict[int, Routine]:
-        """The interrupt routines C1 and C2, if the program contains them and F= enables their calls."""
+        """The interrupt routines C1 and C2 that the program contains and enables by F=."""
         wanted = {FAULT: CALL_C1, INPUT: CALL_C2}
         return {
             label: self.routine(label)
@@ -62,7 +64,10 @@ class Flow:
 
     @cached_property
     def routines(self) -> dict[int | None, Routine]:
-        """All routines by label; a host may call any label that the program does not call."""
+        """All routines of the program, by label.
+
+        A host may call any label that the program does not call.
+        """
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
@@ -117,7 +122,10 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield the places of both branches of a condition; for a constant condition, only the branch that is taken."""
+        """Yield the places in the code to which a condition may lead.
+
+        A constant condition leads to only one place.
+        """
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
         if not constant or code[pc + HEAD + 1]:
@@ -184,7 +192,10 @@ def _returns(findings: Findings, flow: Flow) -> None:
 
 
 def _stack(findings: Findings, flow: Flow) -> None:
-    """Report calls that need more than ten return addresses, including those of C1 and C2."""
+    """Report a program that may need more than ten return addresses.
+
+    The calls of C1 and C2 are included.
+    """
     depths = _Depths(findings, flow)
     deepest = depths.of(None) + sum(1 + depths.of(label) for label in flow.interrupts)
     calls = flow.main.calls
@@ -206,13 +217,13 @@ class _Depths:
             self._measure(label)
 
     def of(self, label: int | None) -> int:
-        """Return the largest number of return addresses that calls in this routine put on the stack."""
+        """Return the largest number of return addresses that a routine needs."""
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Compute how many return addresses a routine needs, without recursion in Python.
+        """Compute how many return addresses a routine needs.
 
-        A program may have a thousand routines.
+        The computation is not recursive, because a program may have a thousand routines.
         """
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:

@@ -26,7 +26,9 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report a move without limit switches, because unconnected limit inputs cause a fault at power-up (2.0, 3.1).
+    """Report a move that the limit faults of power-up may inhibit (2.0, 3.1).
+
+    Unconnected limit inputs cause a fault at power-up.
 
     The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
@@ -55,7 +57,10 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each IF, ELSEIF and WHILE that tests Be or Bh.  Without F=32, these faults end the program (4.1)."""
+    """Report each IF, ELSEIF or WHILE that tests the flag Be or Bh.
+
+    Without F=32, a position error (Be) or an overheat (Bh) ends the program (4.1).
+    """
     if findings.sets_function(CALL_C1):
         return
     for number in range(len(findings.statements)):
@@ -68,7 +73,10 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """Report changes of enabled software limits: SLD must come first (3.2)."""
+    """Report SLN= and SLP= while the software limits are enabled (3.2).
+
+    The program must contain SLD before these commands.
+    """
     enabled = -1
     for number, keyword in enumerate(findings.words):
         if keyword == "SLE":

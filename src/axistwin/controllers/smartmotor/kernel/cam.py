@@ -52,7 +52,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # CI has changed the parameters, so the table may have another last position.
+        end = entry(i, v, i[s.CAM_SIZE])  # CI may have selected another table, so the last position is read again.
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
     if word & MODULO_CAM:  # With F=128, position and counter restart at the zero point.
         shift = i[s.CAM_ORIGIN] + end * way

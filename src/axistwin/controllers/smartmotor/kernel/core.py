@@ -61,7 +61,9 @@ class Phase(Enum):
 
 
 class _Block(NamedTuple):
-    """A number of samples that are computed ahead, or during which the motor rests.
+    """A block of consecutive samples.
+
+    The samples are computed ahead, or the motor is at rest during the block.
 
     `why`: the event that ends the block.
     """
@@ -72,12 +74,17 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the sample at which the block ends, or before which the kernel has stopped."""
+        """Number of the sample at which the block ends.
+
+        If the kernel has stopped before a sample, this is the number of that sample.
+        """
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
 class Core:
-    """The committed state of a motor (the state up to now), and the block of samples computed ahead.
+    """The state of a motor up to now, and the samples that are computed ahead.
+
+    The state up to now is the committed state.
 
     `act(why)` handles the event at the end of a block.
     """
@@ -116,7 +123,7 @@ class Core:
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """Return the time of a sample, in ns of the bench's clock."""
+        """Return the virtual time of a sample, in ns."""
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
@@ -136,7 +143,9 @@ class Core:
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the given times, as far as the positions are certain.
+        """Return the shaft's positions now and at the given later times.
+
+        The list ends before the first position that is not certain.
 
         The times are later than now, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
@@ -148,13 +157,12 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # The first requested time is that of the last committed sample.
+        if due == first < following:  # The first requested sample is already committed.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the samples computed with predicted edges of the external encoder, because the prediction has become
-        invalid.
+        """Discard computed samples whose prediction of the external encoder is outdated.
 
         The next sample is kept, because its edges were read before now.
         """
@@ -165,7 +173,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of samples in the block whose times have passed."""
+        """Return the number of samples of the block that lie in the past."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -180,7 +188,9 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the committed state to the last sample at or before now, and handle all events until then.
+        """Advance the committed state of the motor to the present time.
+
+        All events up to the present time are handled.
 
         The state may then be changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
         """
@@ -213,7 +223,10 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the next block for the end of this nanosecond, after all other changes."""
+        """Schedule the computation of the next block at the present time.
+
+        All other changes at this time come first.
+        """
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
@@ -243,7 +256,9 @@ class Core:
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Call `follower` with each change of the given values of the motor's processor.
+        """Call `follower` whenever one of the given values changes.
+
+        The values are those of the motor's processor.
 
         A value is given by its kind (an operation of the interpreter) and its index.  No change of a value that was
         followed before is lost.  `restless`: some of the values change while the motor rests, so that the samples must
@@ -301,8 +316,9 @@ class Core:
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the external encoder's counts for the next samples, and return the number of these samples, at most
-        `most`.
+        """Read the external encoder's counts for the next samples.
+
+        Returns the number of these samples, at most `most`.
         """
         kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
         if not kept:
@@ -357,7 +373,7 @@ class Core:
             self._engine.forget()
 
     def _rests(self) -> bool:
-        """True if the motor is at rest and no event can come except the end of a WAIT."""
+        """True if the motor is at rest and no statement of the program is due."""
         if self._restless:
             return False
         i = self.i
@@ -379,7 +395,7 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Commit a finished block, and handle the event at which the kernel has stopped."""
+        """Commit a finished block, and handle the event that has ended the block."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -394,7 +410,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Commit the samples of the block whose times have passed, and discard the later samples."""
+        """Commit the past samples of the block, and discard the future samples."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -404,8 +420,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples in the last block, if several blocks were computed at once.
-        # A polling host probably sends again after the same time, so the next block is slightly longer.
+        in_last = samples % LONGEST  # If several blocks were computed at once, only the last block counts.
+        # A host often sends at equal intervals, so the next block is slightly longer than the present interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -420,7 +436,9 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on a copy of the committed state, in plain Python or, for long runs, compiled.
+    """Runs the kernel on a copy of the committed state.
+
+    The kernel runs in plain Python, or compiled for long runs.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -442,7 +460,10 @@ class _Engine:
 
     @property
     def longest(self) -> int:
-        """Largest number of samples that may be computed at once without a noticeable delay for a host."""
+        """Largest number of samples that may be computed at once.
+
+        More samples would delay an answer to the host noticeably.
+        """
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
@@ -462,7 +483,10 @@ class _Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return the compiled kernel if it is loaded, or if a long run justifies loading it; otherwise None."""
+        """Return the compiled kernel, or None to use plain Python.
+
+        The compiled kernel is loaded if a long run justifies the loading.
+        """
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -506,7 +530,9 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile the kernel, or load its cached machine code, if plain Python is too slow for this number of motors.
+    """Prepare the compiled kernel if plain Python is too slow.
+
+    The kernel is compiled, or its cached machine code is loaded.  The number of motors decides.
 
     Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """

@@ -9,7 +9,9 @@ GOES_ON, UNDERFLOW, EXIT, LAST = range(4)
 
 @sampled
 def host(i: Ints, ring: Ints) -> int:
-    """Compute one sample of host mode; return GOES_ON, UNDERFLOW, EXIT or LAST.
+    """Compute one sample of host mode.
+
+    Returns GOES_ON, UNDERFLOW, EXIT or LAST.
 
     LAST is the end of the segment that leads to the last point.
     """

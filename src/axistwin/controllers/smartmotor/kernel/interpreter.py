@@ -24,7 +24,7 @@ STACK = 64
 # Results of the execution of a statement
 DONE, TRAP, HELD, FETCH = range(4)
 
-# Operation codes of expressions; ADD and all following codes take two values
+# Operation codes of expressions; each code from ADD on takes two values
 RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
@@ -77,7 +77,7 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin that an assignment reads.
+    """Return the level of a pin that an assignment such as `a=UG` reads.
 
     Sets the slot BRAKE_READ if the pin carries the brake signal (5.1).
     """
@@ -96,7 +96,10 @@ def system_value(i: Ints, operation: int, place: int) -> int:
 
 @sampled
 def element(i: Ints, v: Ints, kind: int, index: int) -> int:
-    """Return an element of ab[], aw[] or al[] at a valid index; bytes are big-endian within the longs (table 8.1)."""
+    """Return an element of the array ab[], aw[] or al[].
+
+    The index is valid.  ab[] and aw[] use the memory of al[], with the high byte first (table 8.1).
+    """
     if kind == LONG:
         return v[i[s.ARRAY_BASE] + index]
     if kind == WORD:
@@ -120,14 +123,20 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """True if an index is outside its array, ab[0…203], aw[0…101] or al[0…50] (8.2)."""
+    """True if an array index is out of range (8.2).
+
+    The arrays are ab[0…203], aw[0…101] and al[0…50].
+    """
     size = s.BYTES if kind == BYTE else s.WORDS if kind == WORD else s.LONGS
     return index < 0 or index >= size
 
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return base ^ exponent, or a number beyond 32 bits after an overflow or for an exponent other than 0 to 4."""
+    """Return `base` to the power of `exponent`.
+
+    The result is beyond 32 bits after an overflow, and for an exponent other than 0 to 4.
+    """
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -189,7 +198,9 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Evaluate an expression into stack[0]; return the place after the expression, or -1 after an error.
+    """Evaluate an expression, and store its value in stack[0].
+
+    Returns the place in the code after the expression, or -1 after an error.
 
     An error sets Bd, Bu or Bs.
     """
@@ -284,7 +295,9 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Call a subroutine at `target`; a full return stack only sets Bs.
+    """Call the subroutine at the place `target`.
+
+    A full return stack only sets Bs.
 
     `back`: the return address, which is -1 if the program was stopped.
     """
@@ -299,7 +312,10 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: discard all return addresses, so that pin G may call C2 again (chapter 7, F=64)."""
+    """STACK: discard all return addresses (chapter 7, F=64).
+
+    Pin G may then call C2 again.
+    """
     i[s.DEPTH] = 0
     i[s.C2_CALLED] = 0
     call_again(i)

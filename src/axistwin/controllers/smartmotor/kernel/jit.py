@@ -62,7 +62,10 @@ def setting() -> str:
 
 @cache
 def available() -> bool:
-    """Return True if a compiler is available; raise an error if AXISTWIN_JIT=on and Numba is missing."""
+    """Return True if a compiler is available.
+
+    Raises MissingExtraError if AXISTWIN_JIT=on and Numba is missing.
+    """
     if setting() == "off":
         return False
     if IN_BROWSER or installed("numba"):
@@ -73,7 +76,10 @@ def available() -> bool:
 
 
 def note() -> str:
-    """Return a hint for the user if Numba is missing and would make SmartMotors faster; otherwise ""."""
+    """Return a hint for the user that Numba is missing, or an empty text.
+
+    Numba makes the simulation of SmartMotors faster.
+    """
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
@@ -101,7 +107,10 @@ def view(numbers: "array[int] | array[float]") -> Any:
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return a compiled copy of a function for calls from Python; its machine code is cached."""
+    """Return a compiled copy of a function for calls from Python.
+
+    The machine code of the copy is cached.
+    """
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -135,7 +144,10 @@ class _Sealing:
         self._sealed = False
 
     def __call__(self, *args: object) -> Any:
-        """Call the compiled function; the first call also marks the cached machine code as complete."""
+        """Call the compiled function.
+
+        The first call also marks the cached machine code as complete.
+        """
         result = self._function(*args)
         if not self._sealed:
             self._sealed = True
@@ -152,7 +164,10 @@ def _sums(directory: Path) -> dict[str, str]:
 
 
 def _seal(directory: Path) -> None:
-    """Store checksums that mark the machine code as complete, and delete caches that were not used for 30 days."""
+    """Store checksums that mark the cached machine code as complete.
+
+    Caches that were not used for 30 days are deleted.
+    """
     import json  # lazy imports: needed only for compiled code
     from shutil import rmtree
 
@@ -168,7 +183,10 @@ def _seal(directory: Path) -> None:
 
 
 def _whole(directory: Path) -> bool:
-    """Check the cached machine code, remove damaged files, and return True if no file is missing or damaged."""
+    """Return True if the cached machine code is complete and not damaged.
+
+    Damaged files are removed.
+    """
     import json  # lazy import: needed only for compiled code
 
     try:
@@ -183,7 +201,10 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return a copy of each module's globals, in which the functions are replaced by compiled functions."""
+    """Copy each module's global variables, and replace the functions by compiled functions.
+
+    Returns the copies by the name of the module.
+    """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -198,7 +219,7 @@ Compiler = Callable[[FunctionType], Callable[..., Any]]
 
 
 def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -> Callable[..., Any]:
-    """Return a compiled copy of a function with other globals."""
+    """Compile a function that uses the global variables in `space`."""
     copy = FunctionType(function.__code__, space, function.__name__, function.__defaults__)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return compiler(copy)
@@ -215,8 +236,9 @@ def _numba() -> Any:
 
 
 def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
-    """Return the cache directory for machine code, or None if the directory is not writable or the sources are not
-    files.
+    """Return the cache directory for machine code, or None.
+
+    Returns None if the directory is not writable or the sources are not files.
     """
     if not all(os.path.exists(function.__code__.co_filename) for function in functions):
         return None
@@ -229,7 +251,10 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
-    """Return a hash of each function's code and globals, and of the versions and options of the compiler."""
+    """Return a hash that changes with the functions or the compiler.
+
+    The hash includes the code and globals of each function, and the versions and options of the compiler.
+    """
     from hashlib import sha256  # lazy imports: these modules load slowly
     from importlib.metadata import version
 

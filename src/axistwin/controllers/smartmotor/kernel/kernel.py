@@ -27,10 +27,11 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Events at which the kernel stops, before a sample (BEFORE_SAMPLE) or after a sample
+# Events at which the kernel stops after a sample.
+# At the events of BEFORE_SAMPLE, the kernel stops before a sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
-VALUE_WAITS = 2  # The kernel stops before a statement that needs an external value.
+VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
 CALL_WAITS = 4  # The kernel stops so that Python can call label C1 or C2.
 TRAJECTORY = 8  # The kernel stops because the flag Bt (trajectory in progress) has changed.
 PLUS, MINUS = 16, 32  # The kernel stops at an asserted limit.
@@ -39,7 +40,7 @@ GO_EDGE = 256  # The kernel stops at a falling edge of pin G.
 SWITCH = 512  # The kernel stops because the shaft has reached a switch.
 INDEX_MARK = 1024  # The kernel stops because the flag Bx (index mark) has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # The kernel stops because an assignment has read the pin with the brake signal.
+PIN_TAKEN = 16384  # The kernel stops after an assignment that has read the brake pin, e.g. a=UG.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -64,7 +65,10 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
-    """Compute the trajectory of one sample; with PIDn, only every n-th sample changes the trajectory."""
+    """Compute the trajectory of one sample.
+
+    With PIDn, only every n-th sample changes the trajectory.
+    """
     why, before = ALL_DONE, i[s.MASTER]
     master_turns(i, predicted)
     if i[s.SHOWN] != 0:
@@ -73,7 +77,7 @@ def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
         return why
     moved = counted(i)
     mode = i[s.MODE]
-    if mode < s.M_HOLD or mode == s.M_TORQUE:  # without servo control, the commanded position is that of the shaft
+    if mode < s.M_HOLD or mode == s.M_TORQUE:  # Without servo control, the commanded position follows the shaft.
         i[s.COMMANDED] = position(i) << 16
         i[s.VELOCITY] = 0
     elif mode < s.M_FOLLOW:
@@ -111,7 +115,10 @@ def beyond_minus(i: Ints) -> int:
 
 @sampled
 def heading(i: Ints) -> int:
-    """Return the direction in which the motor is driven; 0 during a stop because of a fault."""
+    """Return a number whose sign is the direction of motion.
+
+    The number is 0 while the motor stops because of a fault.
+    """
     if i[s.STOPPING]:
         return 0
     return i[s.T] if i[s.MODE] == s.M_TORQUE else i[s.VELOCITY]
@@ -142,7 +149,10 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Handle an index mark that the shaft has reached: capture the position once, and set the flag Bi."""
+    """Handle an index mark that the shaft has reached.
+
+    The position is captured once, and the flag Bi is set.
+    """
     shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
     passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]
     before = i[s.BX]
@@ -228,7 +238,8 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first  # Python may change values before the first sample
+            # Python code may have changed values before the first sample.
+            stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1
             shaft[n] = i[s.SHAFT] + i[s.SLIPPED]

@@ -50,7 +50,10 @@ def room(log: Ints) -> bool:
 
 @sampled
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
-    """Log each change of the first `numbers` followed values since the last call."""
+    """Append the changed values to the log.
+
+    Only the first `numbers` followed values are compared with their values at the last call.
+    """
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
         now = value(i, v, log[at], log[at + 1])
@@ -62,7 +65,7 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return an empty log, which follows no values."""
+    """Return a log that records no values."""
     return array("q", [0] * HEAD)
 
 
@@ -94,7 +97,10 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """Compares all followed values with their last values, faster than `note` in plain Python."""
+    """Finds the followed values that have changed since the last call.
+
+    In plain Python, a Snapshot is faster than the function `note`.
+    """
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -103,7 +109,10 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the indices and new values of all followed values that have changed, and update the log."""
+        """Return the indices and the new values of all changed values.
+
+        The new values are stored in the log.
+        """
         now = array("q", [computed(i, place) for place in self._computed])
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])
@@ -117,12 +126,15 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the part of a log before the logged changes, as a slice."""
+    """Return the slice of a log that precedes the logged changes."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """Return the logged changes as three arrays of samples, indices of values, and new values."""
+    """Return the logged changes as three arrays.
+
+    The arrays contain the numbers of the samples, the indices of the values, and the new values.
+    """
     first = head(log).stop
     written = log[first : first + CHANGE * log[USED]]
     return written[0::CHANGE], written[1::CHANGE], written[2::CHANGE]

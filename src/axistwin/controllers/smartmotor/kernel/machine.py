@@ -24,10 +24,10 @@ LEAST = 1e-6
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
 
-# Indices of the floats `f`
+# The following names are the indices of the values in the array `f`.
 _slots = count()
 SPEED = next(_slots)  # Shaft speed in counts per sample.
-FRACTION = next(_slots)  # Part of the shaft's position, less than one count, that SHAFT does not contain.
+FRACTION = next(_slots)  # Fraction of a count in the shaft position; the slot SHAFT contains the whole counts.
 OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction torques, as an acceleration in counts/sample².
 JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
@@ -35,22 +35,26 @@ VISCOUS = next(_slots)  # Viscous friction, as the fraction of the speed that is
 # OPEN_GAIN and CLOSED_GAIN are the damping factors of the speed per sample, for open and closed windings.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration by the motor current, in counts/sample² per A.
-# Current in A per PWM unit at standstill, and its reduction in A per count/sample of speed
+# AMPS_PER_PWM is the current at standstill for each PWM unit, in A.
+# AMPS_PER_SPEED is the decrease of the current for each count/sample of speed, in A.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, in A.
 AMPS_KEPT = next(_slots)  # Fraction of the current (0 to 1) that remains after one sample because of inductance.
-# Weights of the old and of the final current in the mean current of a sample, which add up to 1
+# The mean current of a sample is MEAN_KEPT * old current + MEAN_REACHED * final current.
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-# LAG is the part of a speed change (0 to 1/2) that moves the shaft only from the next sample on.
+# In each sample, the shaft moves by (1 - LAG) * new speed + LAG * old speed; LAG is 0 to 1/2.
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
-# Final temperature rise of the winding over the housing, and of the housing over the air, in K per A²
+# WINDING_RISE is the final temperature difference from winding to housing, in K per A².
+# HOUSING_RISE is the final temperature difference from housing to air, in K per A².
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
 # Fractions by which a temperature difference decreases in each block of 256 samples
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
-MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean square and rated square of the current, in A².
-LOSS_NJ, WORK_NJ = next(_slots), next(_slots)  # Energy per sample: heat in nJ/A², and work in nJ per A and count.
+MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean and rated value of the squared current, in A².
+# LOSS_NJ is the heat of one sample, in nJ for a current of 1 A.
+# WORK_NJ is the mechanical work for each A of current and each count of movement, in nJ.
+LOSS_NJ, WORK_NJ = next(_slots), next(_slots)
 PER_NM = next(_slots)  # Acceleration by a torque, in counts/sample² per N·m.
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
@@ -128,8 +132,9 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 
 
 def set_torque(f: Floats, newton_metres: float) -> None:
-    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive torque turns the shaft in the positive
-    direction.
+    """Set the external torque on the shaft, -1000 to 1000 N·m.
+
+    A positive torque turns the shaft in the positive direction.
 
     An ideal motor ignores the torque.
     """
@@ -156,7 +161,10 @@ def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply:
 
 
 def set_encoder(i: Ints, of: int, out_of: int) -> None:
-    """Make the encoder report `of` counts for every `out_of` counts of the shaft."""
+    """Emulate an encoder that reports wrong counts.
+
+    The encoder reports `of` counts for every `out_of` counts of the shaft.  Equal numbers restore a good encoder.
+    """
     good = of == out_of
     i[s.COUNTS_OF], i[s.COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
     if good:

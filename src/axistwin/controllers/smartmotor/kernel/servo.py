@@ -36,7 +36,10 @@ IDEAL_BITS = 5
 
 @sampled
 def rotate(i: Ints, f: Floats) -> None:
-    """Turn the shaft for one sample, under the effect of PWM, drive, brake and all torques; update current and heat."""
+    """Compute the motion, the current and the heat of the motor for one sample.
+
+    The motion depends on PWM, drive, brake and all torques.
+    """
     push, against = f[m.SPEED] + f[m.OUTSIDE], friction(i, f)
     amps, settled, limited = 0.0, 0.0, False
     if i[s.DRIVE] == s.DRIVE_OPEN:
@@ -66,7 +69,7 @@ def rotate(i: Ints, f: Floats) -> None:
 
 @sampled
 def stall_amps(i: Ints, f: Floats) -> float:
-    """Return the current that closed windings reach at standstill, in A."""
+    """Return the steady motor current at standstill for the present PWM value, in A."""
     return i[s.PWM] * f[m.AMPS_PER_PWM] if i[s.DRIVE] == s.DRIVE_ON else 0.0
 
 
@@ -94,7 +97,10 @@ def clipped_amps(f: Floats, amps: float) -> float:
 
 @sampled
 def energy(f: Floats, amps: float, speed: float) -> int:
-    """Return the energy that the windings take in one sample, in nJ; negative if the motor brakes into the supply."""
+    """Return the energy that the windings take in one sample, in nJ.
+
+    The energy is negative if the motor brakes into the supply.
+    """
     return int(amps * (amps * f[m.LOSS_NJ] + speed * f[m.WORK_NJ]))
 
 
@@ -110,7 +116,10 @@ def miscount(i: Ints, counts: int) -> None:
 
 @sampled
 def friction(i: Ints, f: Floats) -> float:
-    """Return the friction at the shaft in counts/sample², including the static brake and a jam."""
+    """Return the friction at the shaft in counts/sample².
+
+    The static brake and a jam increase the friction.
+    """
     if i[s.BRAKE] != 0:
         return f[m.COULOMB] + f[m.STATIC_BRAKE] + f[m.JAM]
     return f[m.COULOMB] + f[m.JAM]
@@ -118,7 +127,7 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """Return the acceleration `push` reduced by friction; 0 if friction is larger."""
+    """Reduce an acceleration by friction; the result is 0 if friction is larger."""
     if push > against:
         return push - against
     if push < -against:
@@ -143,7 +152,10 @@ def measure(i: Ints, f: Floats, amps: float) -> None:
 
 @sampled
 def in_centiamps(amps: float) -> int:
-    """Convert a current to its magnitude in 0.01 A, at most 1000 A."""
+    """Convert a current to its absolute value in units of 0.01 A.
+
+    The absolute value is limited to 1000 A.
+    """
     return int(min(abs(amps) * 100.0, MOST_CENTIAMPS))
 
 
@@ -161,8 +173,9 @@ def warm(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal(i: Ints, f: Floats) -> None:
-    """Move the shaft of an ideal motor to the commanded position; in torque mode, turn the shaft by an angle
-    proportional to T.
+    """Move the shaft of an ideal motor for one sample.
+
+    The shaft moves to the commanded position.  In torque mode, the shaft turns by an angle proportional to T.
     """
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return
@@ -181,7 +194,7 @@ def ideal_turn(i: Ints) -> int:
 
 @sampled
 def tracked(i: Ints) -> int:
-    """Return the shaft position that an ideal motor must have, in counts."""
+    """Return the commanded shaft position of an ideal motor, in counts."""
     return i[s.DIRECTION] * ((i[s.COMMANDED] >> VELOCITY_BITS) - i[s.ORIGIN])
 
 
@@ -216,14 +229,17 @@ def overloaded(i: Ints, f: Floats) -> int:
 
 @sampled
 def cool(i: Ints, f: Floats) -> None:
-    """End the overload of a motor that has cooled enough."""
+    """Clear the overload state of a motor that is cool enough."""
     if i[s.TEMP] <= i[s.TH] - COOLER and f[m.MEAN_SQUARE] <= f[m.RATED_SQUARE]:
         i[s.HOT], i[s.OVERLOAD] = 0, 0
 
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """Return 1 if nothing but temperatures will change before an input or the trajectory changes."""
+    """Return 1 if only the temperatures of the motor can change.
+
+    The result is valid until an input or the trajectory changes.
+    """
     if (cools(i, f) if i[s.HOT] != 0 else keeps_cool(i, f)) == 0:
         return 0
     if i[s.IDEAL] != 0:
@@ -243,7 +259,9 @@ def resting(i: Ints, f: Floats) -> int:
 
 @sampled
 def keeps_cool(i: Ints, f: Floats) -> int:
-    """Return 1 if neither TEMP nor RMS current can exceed its limit at the present current.
+    """Return 1 if the present current cannot overheat the motor.
+
+    Neither TEMP nor the RMS current can then exceed its limit.
 
     Winding and housing temperatures approach their final values.  Neither of them exceeds its final value by more than
     the larger of the two present differences.
@@ -262,7 +280,10 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """Return 1 if an overheated motor, whose fault has been reported, will cool down and stay cool."""
+    """Return 1 if an overheated motor will cool down and stay cool.
+
+    The overheat fault has already been reported.
+    """
     if i[s.BH] == 0 or i[s.IDEAL] != 0 or i[s.CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
     return 1 if f[m.AMBIENT] < i[s.TH] and f[m.WINDING_C] < i[s.TH] else 0
@@ -290,6 +311,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # At steady temperatures, a block of 256 samples changes nothing.
+            left %= m.HEAT_BLOCK  # The temperatures are steady, so whole blocks of 256 samples are skipped.
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

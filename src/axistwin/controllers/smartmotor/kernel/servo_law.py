@@ -24,7 +24,9 @@ FASTEST = 1 << 32
 
 @sampled
 def control(i: Ints) -> None:
-    """Set PWM for the next sample, from T in mode torque, otherwise from the following error.
+    """Set the PWM value for the next sample.
+
+    In mode torque, T gives the value; in other modes, the following error does.
 
     PWM is 0 while the drive is off.
     """
@@ -39,7 +41,10 @@ def control(i: Ints) -> None:
 
 @sampled
 def pid(i: Ints, error: int) -> None:
-    """Compute one step of the servo law: update the integral and the difference, and set PWM."""
+    """Compute one step of the servo law.
+
+    The integral, the difference and the PWM value are updated.
+    """
     i[s.INTEGRAL] = integrated(i, error)
     if i[s.TUNING + 4] <= 1 or (i[s.SAMPLE] // i[s.PID_RATE]) % i[s.TUNING + 4] == 0:
         i[s.DIFFERENCE] = error - i[s.ERROR_BEFORE]

@@ -59,13 +59,14 @@ PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
     COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
     VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
-# TARGET is the end of a position move; in the modes MFR and MSR the ratio is FACTOR / TARGET.
+# TARGET is the end of a position move.
+# In the modes MFR and MSR, the ratio is FACTOR / TARGET.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
 # The controller's position is DIRECTION * SHAFT + ORIGIN.
-SHAFT = next(_slots)  # Shaft position in counts since the start of the bench, in the machine's direction.
+SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Slots for the modes that follow the external encoder, including mode cam
+# Slots of the modes that follow the external encoder, such as mode cam
 (
     CTR,  # External counter, which the program can read as CTR.
     MASTER,  # Number of edges received from the external encoder.
@@ -79,14 +80,15 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     SHOWN,  # Pins with the level of the external encoder: 1 for A, 2 for B, 3 for both.
     PIN_EDGES,  # Number of counted edges on pins A and B that do not come from the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Counted edges per encoder period: 1, 2 or 4 (MF1, MF2, MF4); 4 for steps.
+    RESOLUTION,  # Number of edges counted in each encoder period: 1 in MF1, 2 in MF2, 4 in MF4 and for steps.
     STEPS,  # 1 if pins A and B are step and direction inputs.
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters in force.
-MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that MCn has set, and that the next CI puts in force.
-# CI_PENDING is 1 while a CI waits for the zero point; CI_SPOILT is 1 while a new MCn must precede CI.
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # The next CI activates these cam parameters of the last MCn.
+# CI_PENDING is 1 while a CI waits for the zero point.
+# CI_SPOILT is 1 if the next CI needs a new MCn first.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
 
@@ -98,17 +100,18 @@ HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
 HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
 
-# Each bit of the status word W, and each of the three flags outside W, has a slot with the value 0 or 1.
+# Each flag has its own slot, with the value 0 or 1.
+# The first 16 flags are the bits of the status word W.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # Captured index position, the variable `I`.
     INDEX_ARMED,  # 1 if the next index mark will be captured; 0 until the captured position has been read.
-    INDEX_FORCED,  # 1 while a test lead forces the index line high.
+    INDEX_FORCED,  # 1 while an external source forces the index line high.
 ) = islice(_slots, 3)
 
 # Protection
-LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C (or pin D) is a limit input.
+LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C (LIMIT_C) or pin D (LIMIT_D) is a limit input.
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
@@ -122,13 +125,15 @@ INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 
 # Levels of the user pins, from bit 0 (pin A) to bit 6 (pin G)
 PINS = next(_slots)
-GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # Debounced level of pin G, and number of samples at the other level
+# GO_LEVEL is the debounced level of pin G.
+# GO_COUNT is the number of samples in which pin G has had the other level.
+GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
     DEBOUNCE,  # Number of samples for which a new level of pin G must last.
-    LATCHES,  # Output latches: bit 0 has the level that UA= has set, bit 6 the level of UG=.
+    LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
     GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG).
-    BRAKE_PIN,  # Bit in PINS of the pin that carries the brake signal (BRKC, BRKG), or 0.
-    BRAKE_READ,  # 1 after an assignment has read the pin with the brake signal (5.1, note 2).
+    BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
+    BRAKE_READ,  # Becomes 1 when an assignment reads the brake pin (5.1, note 2).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
 # Range of shaft positions in which no switch changes
@@ -147,13 +152,15 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-# Sum for the filtered current, sum of the squared currents in (0.01 A)², and number of squares in this sum
+# CURRENT_SUM is the accumulator of the filtered current.
+# HEAT is the sum of HEAT_SAMPLES squared currents, in (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
-SLIPPED = next(_slots)  # Difference in counts between the encoder's reading (SHAFT) and the real shaft position.
-# A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts; without a defect both slots are 0.
+SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
+# A defective encoder reports COUNTS_OF counts instead of COUNTS_OUT_OF counts.
+# COUNTS_OF and COUNTS_OUT_OF are 0 for a good encoder.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of the division that gives the counts of a defective encoder.
-ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the bench.
+UNCOUNTED = next(_slots)  # Remainder of the division that computes the counts of a defective encoder.
+ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 
 LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read.
@@ -189,7 +196,8 @@ STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)
 USER_PINS = "ABCDEFG"
 """The user pins, from bit 0 of PINS on."""
 
-# First index in the array `v` of the variables a…z, aa…zz and aaa…zzz, and of a separate al[]
+# First index of each group of variables in the array `v`
+# The groups are a…z, aa…zz, aaa…zzz, and al[] if al[] has its own memory.
 LETTERS, DOUBLES, TRIPLES, ALONE = 0, 26, 52, 78
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16

@@ -22,7 +22,10 @@ WRAP = 1 << 48
 
 @sampled
 def stopping_distance(speed: int, acceleration: int) -> int:
-    """Return the stopping distance from a speed above 0 that decreases by `acceleration` in each sample."""
+    """Return the distance in which a decelerating motor stops.
+
+    The speed is above 0, and decreases by `acceleration` in each sample.
+    """
     n = (speed + acceleration - 1) // acceleration
     return n * speed - acceleration * (n * (n - 1) // 2)
 
@@ -43,7 +46,10 @@ def max_stoppable_speed(distance: int, acceleration: int) -> int:
 
 @sampled
 def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration: int) -> int:
-    """Return the trajectory velocity for this sample of a move; `remaining` is the distance to the target."""
+    """Return the trajectory velocity for this sample of a move.
+
+    `remaining`: distance to the target.
+    """
     way = 1 if remaining >= 0 else -1
     distance = remaining * way
     speed = velocity * way
@@ -70,7 +76,10 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the count of the external encoder by one sample, as predicted or at constant speed."""
+    """Advance the count of the external encoder by one sample.
+
+    The count is predicted, or changes at constant speed.
+    """
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1
@@ -90,14 +99,20 @@ def master_turns(i: Ints, predicted: Ints) -> None:
 
 @sampled
 def quadrature(count: int) -> int:
-    """Return the levels of pins A (1) and B (2) at a count of the external encoder; both are high at 0."""
+    """Return the levels of pins A and B for a count of the external encoder.
+
+    Bit 0 is pin A, and bit 1 is pin B.  Both pins are high at count 0.
+    """
     phase = (count + 2) & 3
     return phase ^ (phase >> 1)
 
 
 @sampled
 def show_master(i: Ints, before: int) -> None:
-    """Set pins A and B to the levels of the external encoder; for a step source, B is the direction and A is low."""
+    """Set pins A and B to the levels of the external encoder.
+
+    For a step source, pin B is the direction, and pin A is low.
+    """
     if i[s.MASTER] != before:
         i[s.STEP_UP] = 1 if i[s.MASTER] > before else 0
     levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.PIN_EDGES])
@@ -135,7 +150,10 @@ def follow(i: Ints, moved: int) -> None:
 
 @sampled
 def profile(i: Ints) -> None:
-    """Compute one sample of a motion by MP (trapezoid), MV (ramp to a velocity) or X (ramp to a stop)."""
+    """Compute one sample of the trajectory of MP, MV or X.
+
+    MP is a trapezoidal move, MV is a ramp to a velocity, and X is a ramp to a stop.
+    """
     mode = i[s.MODE]
     velocity = i[s.VELOCITY]
     acceleration = i[s.ACCELERATION]

@@ -16,7 +16,7 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A pattern for a Class 5 word, and its replacement in firmware 4.76.
+    """A pattern for Class 5 words, with the replacement for firmware 4.76.
 
     `here`: the 4.76 word that replaces it; `sure`: both words take values in the same unit.
     """
@@ -28,7 +28,7 @@ class Later(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A Class 5 word found in a text, and the 4.76 word for it."""
+    """A Class 5 word in a text, with its translation for firmware 4.76."""
 
     word: str
     here: str

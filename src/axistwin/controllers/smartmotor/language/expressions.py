@@ -85,7 +85,10 @@ class Computed:
     """Pins whose level the expression assigns to a variable (5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the external values of the operand, and store each value for the interpreter."""
+        """Fetch the values of the operand that the interpreter cannot compute.
+
+        Each value is stored for the interpreter.
+        """
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
@@ -160,7 +163,7 @@ class Reader:
         return self._read()
 
     def _next(self) -> str:
-        """Return the next token; "" at the end of the text, or if no token matches."""
+        """Return the next token, or "" if no token matches."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 
@@ -178,7 +181,10 @@ class Reader:
         self._highest = max(self._highest, self._height)
 
     def _binary(self, weakest: int) -> None:
-        """Parse a value and all following operators whose precedence is at least `weakest`."""
+        """Parse a value and the operators that follow the value.
+
+        The precedence of these operators is at least `weakest`.
+        """
         self._unary()
         while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
             level, operation = found
@@ -188,7 +194,10 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Add an operation to the code; if both values are constants, add the result instead."""
+        """Add an operation to the code of the expression.
+
+        If both values are constants, the result is added instead.
+        """
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:
             value = combined(operation, left[1], right[1])
@@ -207,7 +216,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # The code keeps two negations, because a negation may overflow.
+            # An even number of minus signs becomes two negations, because a negation may overflow.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

@@ -11,7 +11,7 @@ class Accept(Flag):
 
     HOST = auto()  # A host sends the command over a serial channel.
     PROGRAM = auto()  # The stored program contains the command.
-    BLOCK = auto()  # Only the stored program contains the command, which is a label or a part of a block.
+    BLOCK = auto()  # Only a stored program may contain the command, e.g. a label or LOOP.
     REMOVED = auto()  # Firmware 4.76 has removed the command, which is never accepted (1.3).
 
 

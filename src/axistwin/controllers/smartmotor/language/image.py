@@ -35,13 +35,19 @@ _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]
 
 
 def strip(source: str) -> str:
-    """Return source text without comments and needless blanks, which the motor does not store."""
+    """Return the source text of a program without comments and needless blanks.
+
+    The motor does not store comments and needless blanks.
+    """
     lines = (_word.findall(_code.match(line)[0]) for line in _line_end.split(source))  # type: ignore[index]
     return "".join(" ".join(words) + "\n" for words in lines if words)
 
 
 def labels(text: str) -> dict[int, int]:
-    """Return the place of each label Cn in a text; a repeated label keeps its first place."""
+    """Return the place of each label Cn in a text.
+
+    A repeated label keeps its first place.
+    """
     places: dict[int, int] = {}
     for place, word, _ in _words(text):
         match = _label.fullmatch(word)
@@ -51,9 +57,9 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return the two checksums that RCKS reports, of the label addresses and of the program's text.
+    """Return the two checksums of a program that RCKS reports.
 
-    Both are sums of 24 bits.
+    The first checksum is of the label addresses, the second is of the program's text.  Both are sums of 24 bits.
     """
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
@@ -86,7 +92,10 @@ def encode(text: str) -> bytes:
 
 
 class Decoder:
-    """Decodes a program line by line during reception, so that little work is left at the end."""
+    """Decodes a program line by line while the program is received.
+
+    Little work is left at the end of the program.
+    """
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -106,7 +115,9 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """Return the decoded text, and True if the checksum and the length in the header are right.
+        """Return the decoded text, and True if the text agrees with its header.
+
+        The header contains a checksum and a length.
 
         A text without a header is always right.
         """
@@ -116,7 +127,10 @@ class Decoder:
         return text, self._header is None or self._header == (_sum(text), len(text))
 
     def _begin(self, *, whole: bool) -> bool:
-        """Skip the header and the label table of an image; return True if the text has begun."""
+        """Skip the header and the label table of an image.
+
+        Returns True if the text of the program has begun.
+        """
         if self._begun or (len(self._rest) < HEADER and not whole):
             return self._begun
         match = _header.match(self._rest)
@@ -149,7 +163,10 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Yield the begin, the word and the end of each label and each flow word (such as LOOP) in a text."""
+    """Yield each label and each flow word (such as LOOP) in a text.
+
+    Each item contains the begin, the word and the end.
+    """
     for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1
 
@@ -177,7 +194,10 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the place and the target of each jump whose target becomes known at the given word of a block."""
+    """Yield the jumps whose targets become known at the given word, such as ENDIF.
+
+    Each jump is a pair of its place and its target.
+    """
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

@@ -28,7 +28,7 @@ EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """An assignment to array elements, as code for the interpreter.
+    """The interpreter code of an assignment to array elements.
 
     The code is the number of values, the array, the first index, and the values.
     """
@@ -36,7 +36,10 @@ class Elements(Computed):
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Fetch the external values of the assignment, and return its code for the interpreter."""
+        """Return the interpreter code of the assignment.
+
+        The values that the interpreter cannot compute are fetched first.
+        """
         self.fetch(motor)
         return self.code
 
@@ -48,7 +51,10 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range of variables that begins with this operand; None if the operand does not exist."""
+        """Return the range of variables that begins with this operand.
+
+        Returns None if the operand does not exist.
+        """
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))
@@ -80,11 +86,14 @@ class Statement:
 
     @property
     def computed(self) -> tuple[Computed, ...]:
-        """The operands of the statement that the interpreter evaluates."""
+        """The operands whose values the interpreter computes."""
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the external values of an assignment or a condition; the interpreter then executes the statement."""
+        """Fetch the values that the interpreter cannot compute, such as GETCHR.
+
+        The interpreter then executes the assignment or tests the condition.
+        """
         for part in self.computed:
             part.fetch(motor)
 
@@ -100,7 +109,10 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement and return the text of a report, without CR; invalid text only sets Bs."""
+        """Execute the statement, and return the text of a report without CR.
+
+        Invalid text only sets Bs.
+        """
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None
@@ -108,7 +120,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # an expression without a value has set Bd or Bu, and ends the statement
+                return None  # The expression has set Bd or Bu, and the statement ends.
             given.append(value)
         named = self.command.form is Form.LET
         answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)

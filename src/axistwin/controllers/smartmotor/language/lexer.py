@@ -46,7 +46,10 @@ def _skip(text: str, at: int) -> int:
 
 
 def _extended(text: str, begin: int, end: int) -> int:
-    """Return the index at which a statement ends; `end` is the end of its first word."""
+    """Return the index at which a statement ends.
+
+    `end`: index at which the first word of the statement ends.
+    """
     if text[begin:end] in BEFORE_EXPRESSION:
         match = _next_word.match(text, end)
         return match.end() if match else end

@@ -54,7 +54,10 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the first part of the block (such as ELSE) after the given statement, or the end of the block."""
+        """Return the number of the statement that begins the block's next part, such as ELSE.
+
+        After the last part, the end of the block is returned.
+        """
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
 
@@ -81,7 +84,10 @@ class Program:
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """Compile the source text of a program; an invalid statement sets Bs when executed."""
+        """Compile the source text of a program.
+
+        An invalid statement sets Bs when executed.
+        """
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
@@ -97,7 +103,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of code words that report the statement at `head` to Python, or 0."""
+        """Return the length of the code that reports a statement to Python.
+
+        The length is 0 if the statement at `head` is not reported.
+        """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
@@ -197,7 +206,7 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost open block if the block begins with `keyword`, otherwise None."""
+        """Return the innermost open block, or None if another keyword begins the block."""
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -230,7 +239,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Find the innermost SWITCH or WHILE, which BREAK leaves."""
+        """Find the SWITCH or WHILE block that a BREAK leaves."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
@@ -275,7 +284,7 @@ class _Writer:
         """Jumps to labels: index of a word in the code, label, and begin and end of the statement."""
 
     def write(self) -> Iterator[None]:
-        """Write the code of all statements of the program.
+        """Generate the code of all statements of the program.
 
         A generator, so that a long program can be written in pieces.
         """
@@ -292,7 +301,10 @@ class _Writer:
             self._find_label(*call)
 
     def _head(self, operation: int, number: int) -> int:
-        """Write the first code words of a statement, and return the place of its jump target in the code."""
+        """Generate the first code words of a statement.
+
+        Returns the place of the jump target in the code.
+        """
         self.heads.append(len(self.code))
         if number in self._announces and not self._within(number):
             self.code += (ops.S_FETCH, ~number, len(self.code) + ops.HEAD)
@@ -301,11 +313,11 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the operation belongs to a statement that has already been reported to Python."""
+        """True if the statement has already been reported to Python."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
-        """Write a statement after which the program continues with the next statement."""
+        """Generate the code of a simple statement, which does not jump."""
         target = self._head(operation, number)
         for part in statement.operands if statement else ():
             if isinstance(part, Computed):
@@ -349,14 +361,19 @@ class _Writer:
         self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
-        """Write the target of a GOTO or GOSUB; a statement whose label does not exist sets Bs."""
+        """Set the jump target of a GOTO or GOSUB.
+
+        A statement whose label does not exist sets Bs.
+        """
         if label in self.labels:
             self.code[at] = self.labels[label]
         else:
             self.code[begin], self.code[begin + 2] = ops.S_TRAP, end
 
     def _condition(self, number: int, statement: Statement) -> None:
-        """Write the condition of an IF, ELSEIF or WHILE, and a jump for the case that the condition is false.
+        """Generate the code of a condition, with a jump if the condition is false.
+
+        The condition belongs to an IF, ELSEIF or WHILE.
 
         The jump leads to the next part of the block.
         """
@@ -381,7 +398,10 @@ class _Writer:
         self._jump(number, self.blocks[number].end)
 
     def _switch(self, number: int, statement: Statement) -> Iterator[None]:
-        """Write the comparisons of all CASEs in order, followed by a jump to DEFAULT or to the end of the block."""
+        """Generate the comparisons of all CASEs in order.
+
+        A jump to DEFAULT or to the end of the block follows.
+        """
         block = self.blocks[number]
         cases = [part for part in block.parts if word(self.statements[part]) == "CASE"]
         otherwise = next((part for part in block.parts if word(self.statements[part]) != "CASE"), block.end)
@@ -404,7 +424,10 @@ class _Writer:
                 yield
 
     def _case(self, case: int) -> int:
-        """Write the comparison of a CASE with its constant; a CASE without a constant sets Bs."""
+        """Generate the comparison of a CASE with its constant.
+
+        A CASE without a constant sets Bs.
+        """
         if self.statements[case].problem is not None:
             target = self._head(ops.S_IF, case)
             self.code += WITHOUT_VALUE.code

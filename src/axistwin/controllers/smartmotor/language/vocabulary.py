@@ -41,8 +41,9 @@ class Words:
         self._dropping = True
 
     def take(self, byte: int) -> None:
-        """Receive a character below 80h.  A space between quotes is part of the command; other terminators always
-        end the command.
+        """Receive a character below 80h, and execute the command at a terminator.
+
+        A space between quotes does not end a command.
         """
         if byte in TERMINATORS and not (byte == SPACE and self._quoted):
             self._end(byte)

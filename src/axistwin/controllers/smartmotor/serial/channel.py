@@ -44,7 +44,10 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 
 
 class Transfer(Protocol):
-    """A download or an upload, which receives the characters of a channel instead of the command parser."""
+    """A download or upload that receives all characters of a channel.
+
+    The command parser then receives no characters.
+    """
 
     def take(self, byte: int) -> None:
         """Handle a received character."""
@@ -71,7 +74,7 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a point of host mode, or A, V or P."""
+        """Execute a binary record: a point of host mode, or a value for A, V or P."""
 
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode."""
@@ -97,7 +100,8 @@ class Channel:
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
-        # Received bytes of a binary record, and True after a line error in one of these bytes.
+        # _record contains the received bytes of a binary record.
+        # _spoilt is True after a line error in a byte of the record.
         self._record, self._spoilt = bytearray(), False
         self._timeout_ns = 0
         """Time in ns after its first character within which a command must end; 0 for no time-out."""
@@ -162,7 +166,7 @@ class Channel:
         return byte
 
     def take(self, byte: int) -> None:
-        """Pass a received character to its receiver, such as the command parser or a download."""
+        """Process a received character, e.g. as part of a command or a download."""
         if self.transfer is not None:
             self.transfer.take(byte)
         elif self._data_mode:
@@ -239,14 +243,17 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # An error that was noted before its flag was cleared is no longer valid.
+            # If the flag was cleared, earlier errors of the same kind are no longer valid.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """Return the errors of this channel that RCHN reports, which are those whose flags are still set."""
+        """Return the errors that RCHN reports for this channel.
+
+        Only errors whose flags are still set are reported.
+        """
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:
@@ -265,7 +272,10 @@ class Channel:
             self._words.drop()
 
     def send(self, data: bytes) -> None:
-        """Send characters after those that are waiting; characters for a closed channel are lost."""
+        """Append characters to the output queue of the channel.
+
+        Characters for a closed channel are lost.
+        """
         if not self.open:
             return
         self._set_direction(transmitting=True)
@@ -274,13 +284,16 @@ class Channel:
             self._idle()
 
     def _set_direction(self, *, transmitting: bool) -> None:
-        """Set the direction line, high while the motor transmits, if the pin is still an output."""
+        """Set the RS-485 direction line, which is high while the motor transmits.
+
+        Nothing happens if the pin is no longer an output.
+        """
         if self.direction is not None and self.direction.is_output:
             self.direction.output(transmitting)
 
     @property
     def full(self) -> bool:
-        """True if a program must wait until the channel is empty."""
+        """True if the output queue is so long that a program must wait."""
         return len(self.uart.queue) > TRANSMITTER
 
     def when_empty(self, action: Callable[[], None]) -> None:
@@ -304,6 +317,9 @@ class Channel:
         self._words.forget()
 
     def shut(self) -> None:
-        """CCHN: stop receiving and sending; characters that wait to be sent are lost."""
+        """CCHN: stop receiving and sending on this channel.
+
+        Characters that wait to be sent are lost.
+        """
         self.open = False
         self.uart.queue.clear()

@@ -31,9 +31,10 @@ class Download:
 
         self.motor, self.channel = motor, channel
         self._decoder = Decoder()
-        # Number of received bytes of the program, and those bytes that are not decoded yet.
+        # _size is the number of received bytes of the program.
+        # _fresh contains the received bytes that are not decoded yet.
         self._size, self._fresh = 0, bytearray()
-        self._complete = False  # True after the byte FF, which ends the text of the program.
+        self._complete = False  # True after the byte FF at the end of the program's text.
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -129,8 +130,9 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """Handle a character: 06 requests the next block; any other character ends the upload and is then handled as
-        usual.
+        """Handle a character that the host sends during an upload.
+
+        The character 06 requests the next block.  Any other character ends the upload and is then handled as usual.
         """
         if byte == ACKNOWLEDGE:
             self._send()
@@ -149,7 +151,10 @@ class Upload:
 
 
 def power_up(motor: Processor) -> None:
-    """Load the program from the memory.  If the memory is not valid, Bk is set and there is no program."""
+    """Load the program from the memory at power-up.
+
+    If the memory is not valid, Bk is set and the motor has no program.
+    """
     broken = motor.nonvolatile.broken
     motor.i[s.BK] = broken
     motor.set_program("" if broken else motor.nonvolatile.program)
@@ -174,12 +179,18 @@ def load(motor: Processor) -> None:
 
 
 def upload(motor: Processor) -> None:
-    """UPLOAD: send the readable text of the program.  A locked program is not sent, and Bs is set."""
+    """UPLOAD: send the program as readable text.
+
+    For a locked program, nothing is sent and the flag Bs is set.
+    """
     _upload(motor, motor.nonvolatile.program.encode("latin-1"))
 
 
 def upload_image(motor: Processor) -> None:
-    """UP: send the image of the program, with header and jumps.  A locked program is not sent, and Bs is set."""
+    """UP: send the image of the program, with header and jumps.
+
+    For a locked program, nothing is sent and the flag Bs is set.
+    """
     from axistwin.controllers.smartmotor.language.image import encode  # lazy import: needed only for uploads
 
     _upload(motor, encode(motor.nonvolatile.program))
@@ -192,7 +203,7 @@ def lock(motor: Processor) -> None:
 
 
 def checksum_report(motor: Processor) -> str:
-    """RCKS: report the two checksums of the program, and P for a valid or F for an invalid program.
+    """RCKS: report the two checksums of the program, and P (valid) or F (invalid).
 
     The checksums are those of the label addresses and of the text, six hexadecimal digits each.
 

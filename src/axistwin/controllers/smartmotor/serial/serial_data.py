@@ -42,7 +42,10 @@ def wake(motor: Processor, channel: int = 0) -> None:
 
 
 def silent(motor: Processor, channel: int = 0) -> None:
-    """SILENT, SILENT1: suppress the output of the program, including its reports, on this channel."""
+    """SILENT, SILENT1: suppress the output of the program on this channel.
+
+    The reports of the program are also suppressed.
+    """
     motor.channels[channel].silent = True
 
 
@@ -118,12 +121,18 @@ def close_channel(motor: Processor, parameters: str) -> None:
 
 
 def rs4(motor: Processor) -> None:
-    """RS4: make channel 0 RS-485; pin G is the direction line, high while the motor transmits."""
+    """RS4: make channel 0 RS-485.
+
+    Pin G is the direction line, which is high while the motor transmits.
+    """
     _wire(motor, motor.channels[0], rs485=True)
 
 
 def rs2(motor: Processor) -> None:
-    """RS2: make channel 0 RS-232; pin G becomes an input if it was the direction line."""
+    """RS2: make channel 0 RS-232.
+
+    Pin G becomes an input if the pin was the direction line.
+    """
     _wire(motor, motor.channels[0], rs485=False)
 
 

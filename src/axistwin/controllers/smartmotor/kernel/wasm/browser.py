@@ -14,7 +14,10 @@ _START = """(code, name) => {
 
 
 class Loaded:
-    """A WebAssembly function that returns an integer; its arguments are arrays, followed by one integer."""
+    """A WebAssembly function that returns an integer.
+
+    The arguments are arrays, followed by one integer.
+    """
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType]) -> None:
         from pyodide.code import run_js  # type: ignore[import-not-found]

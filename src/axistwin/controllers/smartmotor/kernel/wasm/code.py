@@ -25,7 +25,7 @@ _PAGE = 1 << 16
 
 
 def unsigned(value: int) -> bytes:
-    """Encode a number without a sign in LEB128."""
+    """Encode an unsigned number in LEB128."""
     out = bytearray()
     while value >= 0x80:
         out.append(value & 0x7F | 0x80)
@@ -99,7 +99,9 @@ def store(kind: int, offset: int) -> bytes:
 
 @dataclass(frozen=True)
 class Function:
-    """A WebAssembly function; `variables` are the types of its local variables.
+    """A WebAssembly function.
+
+    `variables`: types of the local variables.
 
     The parameters, which come first, are not among the local variables.
     """

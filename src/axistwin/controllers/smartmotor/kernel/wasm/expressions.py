@@ -92,7 +92,10 @@ class Expressions:
         return w.F64 if w.F64 in [self._kind(node) for node in nodes] else w.I64
 
     def _constant(self, node: ast.expr) -> int | float:
-        """Return a number that is written in the source, or is a constant of a module."""
+        """Return the value of a numeric constant in the source code.
+
+        The constant is a literal, or a global variable of a module.
+        """
         value = self._global(node)
         if not isinstance(value, int | float):
             raise NotImplementedError(
@@ -123,7 +126,7 @@ class Expressions:
     # Instructions
 
     def _value(self, node: ast.expr, kind: int) -> None:
-        """Compile an expression so that its value is pushed as a number of the type `kind`."""
+        """Compile an expression that pushes a number of the type `kind`."""
         own = self._kind(node)
         match node:
             case ast.Name(id=name) if name in self._places:
@@ -159,7 +162,10 @@ class Expressions:
         self._convert(own, kind)
 
     def _address(self, node: ast.Subscript) -> int:
-        """Compile the address of an array element; return the constant offset of the element from this address."""
+        """Compile the address of an array element.
+
+        Returns the constant offset of the element from this address.
+        """
         assert isinstance(node.value, ast.Name), "an array is a parameter"
         array, index = w.local_get(self._places[node.value.id]), node.slice
         if isinstance(index, ast.Constant | ast.Attribute) or (
@@ -187,7 +193,10 @@ class Expressions:
         self._emit(instruction)
 
     def _division(self, *, modulo: bool) -> None:
-        """Compile an integer division that rounds down; the quotient of a division by 0 is 0, as in Numba."""
+        """Compile an integer division that rounds down.
+
+        The quotient of a division by 0 is 0, as in Numba.
+        """
         left, right, result = self._new(w.I64), self._new(w.I64), self._new(w.I64)
         a, b, q = w.local_get(left), w.local_get(right), w.local_get(result)
         self._emit(w.local_set(right), w.local_set(left), b, w.I64_EQZ, w.IF, bytes((w.I64,)), w.i64_const(0), w.ELSE)
@@ -198,7 +207,7 @@ class Expressions:
             self._emit(b, w.I64_MUL, w.local_set(result), a, q, w.I64_SUB)
 
     def _either(self, node: ast.BoolOp, kind: int) -> None:
-        """Compile `and` or `or`, whose value is that of one of the operands, as in Python."""
+        """Compile `and` or `or`; as in Python, the result is one of the operands."""
         *before, last = node.values
         decides = self._new(kind)
         for value in before:
@@ -216,7 +225,10 @@ class Expressions:
         self._emit(*((w.f64_const(0.0), w.F64_NE) if kind == w.F64 else (w.i64_const(0), w.I64_NE)))
 
     def _condition(self, node: ast.expr) -> None:
-        """Compile an expression as a condition, which pushes 1 (i32) for true or 0 for false."""
+        """Compile an expression as a condition.
+
+        The condition pushes 1 (i32) for true or 0 for false.
+        """
         match node:
             case ast.Compare():
                 self._compare(node)
@@ -235,7 +247,10 @@ class Expressions:
                 self._nonzero(self._kind(node))
 
     def _compare(self, node: ast.Compare) -> None:
-        """Compile a comparison; in `a < b < c`, b is evaluated once, and c only if a < b."""
+        """Compile a comparison, or a chain such as `a < b < c`.
+
+        In this chain, b is evaluated once, and c only if a < b.
+        """
         left, pairs = node.left, list(zip(node.ops, node.comparators, strict=True))
         for n, (op, right) in enumerate(pairs):
             if isinstance(op, ast.In):

@@ -133,7 +133,10 @@ class _Function(Expressions):
         self._emit(w.br(0), w.END, w.END)
 
     def _range(self, node: ast.For) -> tuple[int, int, int]:
-        """Compile the arguments of `range`; return the indices of the variables for counter and end, and the step."""
+        """Compile the arguments of `range` in a for loop.
+
+        Returns the indices of the variables for the counter and the end, and the step.
+        """
         assert isinstance(node.iter, ast.Call) and self._called(node.iter) is range, "a loop over a range"
         first, *others = node.iter.args
         begin, end = (first, others[0]) if others else (ast.Constant(0), first)
