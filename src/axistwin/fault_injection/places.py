@@ -156,5 +156,5 @@ def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
     if name in found:
         return found[name]()
     close = get_close_matches(name, found, n=1)
-    suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(found) or 'none'}"
-    raise UsageError(f"no {kind} {name!r} on this bench: {suggestion}")
+    suggestion = f"did you mean {close[0]!r}?" if close else f"expected one of {', '.join(found) or '(none)'}"
+    raise UsageError(f"unknown {kind} {name!r}: {suggestion}")

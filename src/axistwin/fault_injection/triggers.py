@@ -225,7 +225,7 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         reason = _silence(listing, line)
-        raise UsageError(f"program line {line} of {machine.name} cannot be an event: {reason}")
+        raise UsageError(f"program line {line} of {machine.name} cannot be a trigger: {reason}")
 
 
 def _silence(listing: Listing, line: int) -> str:
@@ -238,7 +238,7 @@ def _silence(listing: Listing, line: int) -> str:
 def _other_fault(wish: _Wish) -> Arm:
     faults = dict.fromkeys((*wish.world.faults.names, *wish.world.faults.announced))
     if wish.who not in faults:
-        raise UsageError(f"no fault {wish.who!r} on this bench: there are {', '.join(faults) or 'none yet'}")
+        raise UsageError(f"unknown fault {wish.who!r}: known faults are {', '.join(faults) or 'none yet'}")
     return lambda happens: wish.world.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )
