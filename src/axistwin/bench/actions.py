@@ -374,7 +374,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # `round` needs more precision than any number has digits
+    with localcontext(prec=3 * MOST_CHARACTERS):  # the precision exceeds the digits of any number
         return round(Decimal(value), _decimals(number)) == number
 
 

@@ -83,7 +83,7 @@ class Fault:
         """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a callback has called `mend` at the start of the fault
+            if self._mend is None:  # a callback called `mend` while the fault began
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -262,7 +262,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # the fault begins after all other events of the same time
+            else:  # the fault begins after all other events at this time
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
@@ -273,7 +273,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a fault that has not begun does not keep the bench busy
+            clock.background += 1  # a waiting fault counts as a background event
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

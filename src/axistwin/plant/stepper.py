@@ -146,8 +146,8 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # `_lost` is the net number of steps lost in finished moves
-        self._unmade = 0  # `_unmade` is the net number of pulses suppressed by finished holds
-        self._made: int | None = None  # `_made` is the pulse count of a held output, otherwise None
+        self._unmade = 0  # `_unmade` counts the pulses suppressed before the latest `let_go`
+        self._made: int | None = None  # `_made` is the pulse count of a held output; None if not held
         self._was_held = False
 
     # Interface for the controller

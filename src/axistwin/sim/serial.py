@@ -68,7 +68,7 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        self._idle = 0, 1  # from the time `_idle` on, a falling edge is a start bit
+        self._idle = 0, 1  # a falling edge at or after the time `_idle` is a start bit
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # delayed characters occupy the line until `_free_ns`
