@@ -64,7 +64,7 @@ class Encoder:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Ratio of encoder counts to motor pulses, and the maximum deviation in counts.
+        """Ratio of encoder counts to motor pulses.
 
         Three numbers: encoder counts, motor pulses, maximum deviation.
 
