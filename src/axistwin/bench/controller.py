@@ -155,7 +155,7 @@ class Controller:
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the exact time at which a line of a stored program begins.
+        """Call `watcher(program, index)` when the execution of a program line begins.
 
         `index` is from 0.  `only`: report this program and index only, which may take much less computing time.  The
         callback may read the bench but must not change it.  Return an unsubscribe function.  A controller without

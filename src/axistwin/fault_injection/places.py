@@ -47,7 +47,7 @@ class Machine(Protocol):
         """Programs stored in the controller."""
 
     def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback` when a program line begins.  Return an unsubscribe function.
+        """Call `callback` when the execution of a program line begins.  Return an unsubscribe function.
 
         `only`: the only line to report.
         """

@@ -129,9 +129,10 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put the device's own transmission on the wire that several devices share.
+        """Put the device's own transmission on the shared wire.
 
-        The device's receiver ignores the signal, but the signal garbles characters of other transmitters.
+        Several devices share the wire.  The device's receiver ignores the signal, but the signal garbles
+        characters of other transmitters.
         """
         if self.instant:
             return
