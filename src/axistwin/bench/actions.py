@@ -238,8 +238,7 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. 4000 in 2, "
-            "or on AXIS times N/D, e.g. on table.X times 3/2"
+            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. 4000 in 2, or e.g. on table.X times 3/2"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 

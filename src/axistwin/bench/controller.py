@@ -139,9 +139,9 @@ class Controller:
         self._abilities.assign(name, value)
 
     def read(self, source: str) -> int | str | None:
-        """Return the level of the terminal, or the value of the register, with the given name.
+        """Return the level of a terminal or the value of a register.
 
-        None without power.
+        `source`: the name of the terminal or register.  Return None without power.
         """
         if not self.powered:
             return None

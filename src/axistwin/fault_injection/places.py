@@ -134,7 +134,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return parts of a bench by name; each part has a full name and may have short names.
+    """Return the parts of a bench by full name and by short name.
 
     Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
     its serial port, or of its only part of this type.
