@@ -15,6 +15,7 @@ cycle = "from table.output1 rises to table.output1 falls"
 safe = "never table.X passes 12000 while table.output1 high"
 """
 
+import re
 import tomllib
 from collections.abc import Callable
 from functools import partial
@@ -29,6 +30,9 @@ from axistwin.scenes.source import read_text
 from axistwin.scenes.toml_places import place_of
 from axistwin.sweeps.sentences import CLAIMS, MEASURES, Form
 from axistwin.sweeps.sweep import Design, Sweep
+
+_BEFORE_NAMES = "cannot (?:evaluate|set|vary) |the range |--search cannot vary |invalid index in "
+"""Words before the name of a path, measure or claim in messages, as a regular expression."""
 
 
 def _told(forms: tuple[Form, ...]) -> str:
@@ -74,7 +78,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the settings that determine which points the sweep runs."""
+        """Return the settings that determine the values of each run of the sweep."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
@@ -111,15 +115,22 @@ def check(file: Path) -> None:
     except PlacedError:
         raise
     except AxistwinError as error:
-        named = str(error).partition("=")[0].partition(":")[0]
         tables = ((key, name) for key in ("vary", "measure", "claim") for name in getattr(contents, key))
-        at = next((keys for keys in tables if keys[1] == named), ("design",))
+        at = next((keys for keys in tables if _names(str(error), keys[1])), ("design",))
         line, column = place_of(at, places(text))
         raise SceneError(message=str(error), file=str(file), line=line, column=column) from None
 
 
+def _names(message: str, name: str) -> bool:
+    """True if the message is about the path, measure or claim `name`."""
+    return re.match(rf"(?:{_BEFORE_NAMES})?{re.escape(name)}[=: ]", message) is not None
+
+
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Return the result of `do()`; an error gets the line and column of `keys` in the file."""
+    """Call the function `do`, and add a line and column to an error of this function.
+
+    The place in the sweep file is the line and column of `keys`.
+    """
     try:
         return do()
     except PlacedError:
