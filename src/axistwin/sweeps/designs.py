@@ -69,7 +69,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        raise UsageError(f"{path}={varied[path].text} is random: expected a number of runs, e.g. --runs 100")
+        raise UsageError(f"{path}={varied[path].text} needs a number of runs: add e.g. --runs 100")
 
 
 def _with_draws(

@@ -173,7 +173,9 @@ def _served(
     if not what.endswith(".toml"):
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
-        raise UsageError("--state, --line, --rs485 and --option need a MODEL: use the scene file instead")
+        raise UsageError(
+            "--state, --line, --rs485 and --option need a MODEL: set the options of a scene in its scene file"
+        )
     return what_is.scene(what, given, alone=with_panel)
 
 
