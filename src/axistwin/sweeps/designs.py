@@ -23,7 +23,7 @@ _SEEDS_APART = 0x9E37_79B9
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
-    """Return the points of a design, one for each run.  Raises UsageError if the values do not fit the design."""
+    """Return the values of the varied paths for each run.  Raises UsageError if the values do not fit the design."""
     if design not in DESIGNS:
         raise UsageError(f"unknown design {design!r}: expected one of {', '.join(DESIGNS)}")
     found = DESIGNS[design](varied, runs, seed)

@@ -88,7 +88,10 @@ class Study:
             yield {n: proposed[n - first] for n in range(len(self.trials), min(first + BATCH, count))}
 
     def _proposed(self, first: int) -> list[dict[str, Value]]:
-        """Return the values that Optuna proposes for a batch of trials; `first`: number of the first trial."""
+        """Return the values that Optuna proposes for a batch of trials.
+
+        `first`: number of the first trial of the batch.
+        """
         optuna = _optuna()
         sampler = optuna.samplers.TPESampler(seed=(self._seed << 20) + first, multivariate=True)
         study = optuna.create_study(direction=_direction(str(self.plan["goal"])), sampler=sampler)
