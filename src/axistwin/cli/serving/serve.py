@@ -351,7 +351,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 
 def _freeze_objects() -> None:
-    """Exclude all present objects from garbage collection, so that its pauses are shorter."""
+    """Shorten the pauses of the garbage collector by excluding all present objects."""
     gc.freeze()  # a full garbage collection before `freeze` would delay the start
 
 
