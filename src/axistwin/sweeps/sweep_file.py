@@ -31,9 +31,6 @@ from axistwin.scenes.toml_places import place_of
 from axistwin.sweeps.sentences import CLAIMS, MEASURES, Form
 from axistwin.sweeps.sweep import Design, Sweep
 
-_BEFORE_NAMES = "cannot (?:evaluate|set|vary) |the range |--search cannot vary |invalid index in "
-"""Words before the name of a path, measure or claim in messages, as a regular expression."""
-
 
 def _told(forms: tuple[Form, ...]) -> str:
     return "; ".join(f"{form.form}: {form.meaning}" for form in forms)
@@ -122,8 +119,8 @@ def check(file: Path) -> None:
 
 
 def _names(message: str, name: str) -> bool:
-    """True if the message is about the path, measure or claim `name`."""
-    return re.match(rf"(?:{_BEFORE_NAMES})?{re.escape(name)}[=: ]", message) is not None
+    """True if the message contains the whole name of a path, measure or claim."""
+    return re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", message) is not None
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
