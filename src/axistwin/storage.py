@@ -198,7 +198,7 @@ def _readable_errors(path: Path) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
-    """Return the number and name of the process that uses a directory, or "another process"."""
+    """Return the ID and the program of the process that uses a directory, or "another process"."""
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")

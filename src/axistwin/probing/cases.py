@@ -105,7 +105,7 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the functions and data that a probe needs for this product."""
+    """Return the functions and data that a probe needs for this controller model."""
     found: Dialect = import_module(f"axistwin.probing.{FAMILIES[product.model]}").DIALECT
     return found
 

@@ -186,7 +186,7 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
 
 
 def _sequences(case: Callable[..., Case]) -> list[Case]:
-    """Return test cases with sequences that do not move: they wait, repeat commands and send messages."""
+    """Return test cases for sequences that do not move the motor."""
 
     def sequence(code: int, *texts: str, then: tuple[str, ...] = (), name: str = "", wait_s: float = 0.4) -> Case:
         return case(code, "D9 0F", *texts, "01 07", "D8", "41 0F", *then, "79", "DA 0F", name=name, wait_s=wait_s)

@@ -162,7 +162,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends the first data
+        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends data before the client does
             raise OSError("the program at this address is not a Dask scheduler")
 
 

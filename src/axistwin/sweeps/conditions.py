@@ -41,14 +41,14 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Parse a comparison with a number; return functions for its truth and its robustness."""
+    """Return two functions for a comparison with a number: one computes the truth, the other the margin."""
     limit = real(number)
     holds, margin = _SIGNS[sign]
     return lambda x: holds(x, limit).astype(float), lambda x: margin(x, limit)
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return functions for the truth and the robustness of the condition "high" or "low"."""
+    """Return two functions for the condition "high" or "low": one computes the truth, the other the margin."""
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 

@@ -23,7 +23,7 @@ _SEEDS_APART = 0x9E37_79B9
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
-    """Return the points of a design, one for each run.  Raises UsageError if the values do not fit the design."""
+    """Return the values of the varied paths for each run.  Raises UsageError if the values do not fit the design."""
     if design not in DESIGNS:
         raise UsageError(f"unknown design {design!r}: expected one of {', '.join(DESIGNS)}")
     found = DESIGNS[design](varied, runs, seed)
@@ -69,7 +69,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        raise UsageError(f"{path}={varied[path].text} is random: expected a number of runs, e.g. --runs 100")
+        raise UsageError(f"{path}={varied[path].text} needs a number of runs: add e.g. --runs 100")
 
 
 def _with_draws(

@@ -27,7 +27,7 @@ def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
     """Raise UsageError if a search for the worst run of this sweep is impossible."""
     require("cmaes", "sweeps")
     if not claims:
-        raise UsageError("--search needs a claim: add --claim 'NAME: SENTENCE'")
+        raise UsageError("--search needs a claim: add e.g. --claim 'safe: never table.X passes 12000'")
     for path, values in varied.items():
         if not values.ordered:
             raise UsageError(f"--search cannot vary {path}={values.text}: expected numbers, e.g. 0.05..0.4")

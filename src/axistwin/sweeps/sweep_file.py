@@ -124,7 +124,7 @@ def _names(message: str, name: str) -> bool:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call the function `do`, and add a line and column to an error of this function.
+    """Call a function, and add the line and column in the sweep file to its errors.
 
     The place in the sweep file is the line and column of `keys`.
     """

@@ -127,7 +127,9 @@ class Tuning:
         Returns the runner of the unchanged scene, the runner of the trials, and the varied values of a trial.
         """
         if not self.changed:
-            raise UsageError("no value changes: add --change PATH=VALUES, e.g. --change knife.KP=10..400")
+            raise UsageError(
+                "the search has no value to change: add --change PATH=VALUES, e.g. --change knife.KP=10..400"
+            )
         delivered, scatter = self._scatter.check(design, seconds)
         job = delivered.job
         paths = (*self.changed, *job.paths)

@@ -75,9 +75,9 @@ def read(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text as a value, unless it begins like a list or a quoted text.
+    """Return an unquoted text as a value.
 
-    Raises UsageError for such a text.
+    Raises UsageError for an empty text, or for a text that begins like a list or a quoted text.
     """
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"invalid value {shortened(text)}: expected e.g. {EXAMPLES}")

@@ -321,7 +321,7 @@ def _parquet_table(path: Path) -> Any:
         table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
-        raise TraceError(f"{path} is not a Parquet file, or damaged: {reason}") from None
+        raise TraceError(f"{path} is damaged or is not a Parquet file: {reason}") from None
     # the type of a dictionary-encoded column is the type of its values
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():

@@ -128,7 +128,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads all families
+    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads all controller families
         diagnose_scene,
         is_of_program,
         named_programs,

@@ -58,7 +58,7 @@ class Wanted:
         """Check the options that the user has given, and return them.  Raises UsageError."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
-            raise UsageError("--model and --baud are only for a PORT: expected no --model or --baud for a scene")
+            raise UsageError("--model and --baud are only for a PORT: leave out these options for a scene")
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":

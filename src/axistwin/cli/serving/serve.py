@@ -173,7 +173,9 @@ def _served(
     if not what.endswith(".toml"):
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
-        raise UsageError("--state, --line, --rs485 and --option need a MODEL: use the scene file instead")
+        raise UsageError(
+            "--state, --line, --rs485 and --option need a MODEL: set the options of a scene in its scene file"
+        )
     return what_is.scene(what, given, alone=with_panel)
 
 
@@ -349,7 +351,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 
 def _freeze_objects() -> None:
-    """Exclude all present objects from garbage collection, so that its pauses are shorter."""
+    """Shorten the pauses of the garbage collector by excluding all present objects."""
     gc.freeze()  # a full garbage collection before `freeze` would delay the start
 
 

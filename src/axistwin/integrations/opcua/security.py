@@ -38,7 +38,7 @@ def read_users(path: Path) -> dict[str, Account]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the file of users {path} cannot be read: {error}") from None
+        raise UsageError(f"cannot read the users from {path}: {error}") from None
     for number, line in enumerate(lines, 1):
         words = line.split()
         if not words or words[0].startswith("#"):

@@ -76,7 +76,7 @@ def _format(exchange: Exchange, end: bytes) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions that set the inputs of a new interface as on the old interface."""
+    """Return the actions that copy the input levels of the old interface to a new interface."""
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(
