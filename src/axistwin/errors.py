@@ -44,7 +44,10 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if a Python module with the name of the library, or with this name in lower case, is installed."""
+    """True if the library is installed.
+
+    The name of its Python module may be in lower case.
+    """
     return find_spec(library) is not None or find_spec(library.lower()) is not None
 
 
@@ -56,7 +59,10 @@ def require(library: str, extra: str) -> None:
 
 def installation(extra: str, library: str) -> str:
     """Return the pip commands that install the libraries of an optional extra."""
-    from importlib.metadata import PackageNotFoundError, requires  # this import is lazy because it is slow
+    from importlib.metadata import (
+        PackageNotFoundError,
+        requires,
+    )  # this import is lazy because `importlib.metadata` is slow
 
     try:
         wanted = requires("axistwin") or []

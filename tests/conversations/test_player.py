@@ -131,7 +131,7 @@ def test_several_controllers_are_told_apart_by_name(bench):
         ("= X.position nan", "not a number"),
         ("= X.encoder 3", "no encoder"),
         ("! line fast", "invalid line format"),
-        ("middle: > E", "no controller 'middle'"),
+        ("middle: > E", "unknown controller 'middle'"),
     ],
 )
 def test_what_the_bench_does_not_have_is_told_before_anything_is_done(bench, if1, line, words):
@@ -149,7 +149,7 @@ def test_a_patience_that_is_no_number(bench, if1):
 
 
 def test_a_fault_that_cannot_begin_or_be_mended_any_more_is_told_with_its_line(bench, if1):
-    with pytest.raises(ProgramError, match=r"^a\.talk:3: no fault 'jam' on this bench: there are none$"):
+    with pytest.raises(ProgramError, match=r"^a\.talk:3: unknown fault 'jam': known faults are none$"):
         said(bench, "+1\n\n! mend jam\n")
     with pytest.raises(ProgramError, match=r"^a\.talk:1: the start time at=0\.5 has passed: expected "):
         said(bench, "! fault lose 3 at=0.5\n")

@@ -168,7 +168,7 @@ def test_each_bad_wire_and_fault_is_marked_at_its_value(client):
     )
     found = client.open("file:///bench/two.toml", lines)
     assert spans(found) == [("SC110", 3, 7, 13), ("SC110", 5, 7, 20), ("SC110", 9, 5, 17)]
-    assert "no kind of fault 'löse': did you mean 'lose'?" in found[0]["message"]
+    assert "unknown kind of fault 'löse': did you mean 'lose'?" in found[0]["message"]
 
 
 def test_a_call_leads_to_its_label_and_a_label_to_its_calls(client):

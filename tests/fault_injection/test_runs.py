@@ -125,14 +125,14 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
         (
             "motor",
             "motor runs 3",
-            "program line 3 of motor cannot be an event: C5 takes no time; use line 4, a=a+1",
+            "program line 3 of motor cannot be a trigger: C5 takes no time; use line 4, a=a+1",
         ),
         (
             "motor",
             "motor runs 8",
-            "program line 8 of motor cannot be an event: ENDIF takes no time; use line 9, END",
+            "program line 8 of motor cannot be a trigger: ENDIF takes no time; use line 9, END",
         ),
-        ("motor", "engine runs 8", "no controller 'engine' on this bench: there are motor"),
+        ("motor", "engine runs 8", "unknown controller 'engine': expected one of motor"),
         ("table", "table runs 64", "table has no program line 64: expected 1 to 63"),
         ("table", "table runs 3:2", "invalid event when='table runs 3:2': expected e.g. 'table runs 12'"),
         ("board", "board runs 2", "invalid event when='board runs 2': expected e.g. 'board runs 3:2'"),

@@ -120,19 +120,19 @@ def test_a_waiting_fault_can_be_cancelled(bench):
 @pytest.mark.parametrize(
     ("words_", "message"),
     [
-        ("los 3", "no kind of fault 'los': did you mean 'lose'?"),
+        ("los 3", "unknown kind of fault 'los': did you mean 'lose'?"),
         ("lose 3 4 5 6", "unexpected value '6' of the fault lose: leave out '6'"),
         ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
         ("stuck input1", "fault stuck needs the parameter level: expected high or low"),
         ("stuck low", "no part is given for the fault stuck: expected the name of a pin, e.g. if1.input1"),
-        ("jam on=Q", "no axis 'Q' on this bench: there are if1.X, if1.Y, if1.Z, X, Y, Z"),
+        ("jam on=Q", "unknown axis 'Q': expected one of if1.X, if1.Y, if1.Z, X, Y, Z"),
         (
             "jam X when='X goes'",
             "invalid event when='X goes': expected e.g. 'X passes 1000', with one of the verbs passes",
         ),
         ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
-        ("jam X when='switch ends'", "no fault 'switch' on this bench: there are none yet"),
+        ("jam X when='switch ends'", "unknown fault 'switch': known faults are none"),
         ("jam X when='if1 raises Be'", "if1 has no fault flag 'Be': there are drive, emergency_stop, limit"),
         ("jam X at=soon", "invalid value of at: 'soon' is not a number"),
         ("jam X duration=-1", "invalid duration=-1.0: expected a number of seconds, 0 or more"),

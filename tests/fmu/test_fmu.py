@@ -164,7 +164,7 @@ def test_a_failed_action_ends_the_step_with_an_error(unpacked):
     tool = Tool(instance(unpacked(end="! mend crash", begin="my-table: ! fault jam X name=crash")))
     tool["end"] = True
     assert tool.machine.do_step(0.0, 0.1).status == 3
-    assert "no fault 'crash' on this bench" in tool.machine.log_queue[-1].msg
+    assert "unknown fault 'crash'" in tool.machine.log_queue[-1].msg
 
 
 def test_another_version_of_axistwin_is_refused(unpacked):

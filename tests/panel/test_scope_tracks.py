@@ -124,6 +124,7 @@ def test_the_line_has_two_points_for_a_pixel_at_most_and_shows_all_extremes(step
     assert max(np.bincount(np.searchsorted(seen.edges, inside, "right")), default=0) <= 2
     expected = [bounds for bounds in naive(changes, from_ns, to_ns, pixels) if bounds != (None, None)]
     if expected:
+        expected += [(value, value) for time_ns, value in changes if time_ns == to_ns][-1:]  # the line's last point
         assert seen.values.min() == min(low for low, _ in expected)
         assert seen.values.max() == max(high for _, high in expected)
 

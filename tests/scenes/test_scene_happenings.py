@@ -72,7 +72,7 @@ def test_faults_that_wait_for_one_another_are_refused(scene):
     text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
     with pytest.raises(SceneError, match=r"s\.toml:6:1: fault a never begins, because 'b begins' depends on a"):
         scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()
-    with pytest.raises(SceneError, match=r"s\.toml:6:1: no fault 'b' on this bench: there are a"):
+    with pytest.raises(SceneError, match=r"s\.toml:6:1: unknown fault 'b': known faults are a"):
         scene(text).build()
 
 
@@ -144,8 +144,8 @@ def test_a_master_on_another_axis(scene):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[[fault]]\nkind = "lse"\n', "4:1: no kind of fault 'lse': did you mean 'lose'?"),
-        ('[[fault]]\nkind = "jam"\non = "if1.Q"\n', "5:1: no axis 'if1.Q' on this bench: did you mean 'if1.Z'?"),
+        ('[[fault]]\nkind = "lse"\n', "4:1: unknown kind of fault 'lse': did you mean 'lose'?"),
+        ('[[fault]]\nkind = "jam"\non = "if1.Q"\n', "5:1: unknown axis 'if1.Q': did you mean 'if1.Z'?"),
         (
             '[[fault]]\nkind = "jam"\ncount = 3\non = "X"\n',
             "5:1: fault jam has no parameter 'count': expected no parameters",
@@ -158,7 +158,7 @@ def test_a_master_on_another_axis(scene):
         ),
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "X leaps"\n', "6:1: invalid event when='X leaps': expected e.g."),
         ('[[fault]]\nkind = "jam"\non = "X"\nat = -1\n', "6:1: fault.at: input should be greater than or equal to 0"),
-        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "W passes 1"\n', "6:1: no axis 'W' on this bench: there are if1.X"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "W passes 1"\n', "6:1: unknown axis 'W': expected one of if1.X"),
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n', "6:1: if1 has no fault flag 'Q': there are"),
         (
             '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
@@ -203,7 +203,7 @@ def test_a_master_on_another_axis(scene):
         ),
         ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: unknown name 'input9': expected one of"),
         ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: the value is missing"),
-        ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: no fault 'it' on this bench: there are none"),
+        ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: unknown fault 'it': known faults are none"),
         ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
         ('[[script]]\ndo = "input1 high"\n', "3:1: 'at' is missing: add at = …"),
         ('[[controller]]\nmodel = "if2"\nmaster = "if1.X"\n', "5:1: if2 has no attribute `master`"),
@@ -231,7 +231,7 @@ def test_errors_have_their_place(scene, text, message):
     ("act", "message"),
     [
         ('do = "fault jam X at=1"', "s.toml:5:1: the start time at=1 has passed: expected 2 s or later"),
-        ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' on this bench: there are none"),
+        ('do = ["input1 low", "mend jam"]', "s.toml:5:21: unknown fault 'jam': known faults are none"),
     ],
 )
 def test_errors_of_script_actions_at_run_time_have_their_place(scene, act, message):

@@ -79,6 +79,6 @@ def test_a_program_whose_act_cannot_be_done_does_not_end_the_session():
         session.load("if1", "wrong.if1", "X1$\n! mend gap\nX2$\n")
         await asyncio.sleep(8)
         assert not session.running
-        assert "no fault 'gap' on this bench" in session.halted_by
+        assert "unknown fault 'gap'" in session.halted_by
 
     drive(main())

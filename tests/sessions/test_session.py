@@ -111,7 +111,7 @@ def test_run_until_is_for_once():
         assert session.running
         with pytest.raises(UsageError, match="passes"):
             session.run_until("if1.X comes to 5")
-        with pytest.raises(UsageError, match="no axis"):
+        with pytest.raises(UsageError, match="unknown axis"):
             session.add_break("if1.Q passes 5")
 
     drive(main())

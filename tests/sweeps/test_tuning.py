@@ -68,7 +68,7 @@ def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--minimise", "max table.X.position"], "no value changes"),
+        (["--minimise", "max table.X.position"], "the search has no value to change"),
         ([*WORDS], "expected --minimise or --maximise"),
         ([*WORDS, "--minimise", "max table.X.positon"], "did you mean"),
         ([*WORDS, "--minimise", "max table.X.position", "--change", "table.X.load.torque=1..2"], "twice"),

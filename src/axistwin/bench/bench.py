@@ -35,7 +35,10 @@ class SharedLine(NamedTuple):
 
 
 class Bench:
-    """A bench: controllers and machines on one virtual clock, which starts at 0 ns."""
+    """A set-up of controllers and machines that share one virtual clock.
+
+    The clock starts at 0 ns.
+    """
 
     def __init__(self) -> None:
         self.clock = Clock()
@@ -217,7 +220,7 @@ class Bench:
             raise UsageError(f"no motors in {method}(): expected one or more motors on the bench")
         for motor in motors:
             if self.controllers.get(motor.name) is not motor:
-                raise UsageError(f"motor {motor.name} is on another bench: expected motors of one bench")
+                raise UsageError(f"motor {motor.name} belongs to another Bench: expected motors of one Bench")
             if channel in motor._lines:
                 line = motor._lines[channel]
                 raise UsageError(f"motor {motor.name} is connected to {line!r} already: expected one line per motor")

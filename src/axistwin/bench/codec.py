@@ -128,7 +128,10 @@ CHARACTERS = Characters()
 
 
 def unpadded(message: bytes) -> bytes:
-    """Remove the trailing zeros of a board's message; `Codec.hear` appends them again."""
+    """Remove the trailing zeros of a board's message.
+
+    `Codec.hear` appends the zeros again.
+    """
     return message.rstrip(b"\0") or message[:1]
 
 

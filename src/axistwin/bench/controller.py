@@ -139,9 +139,9 @@ class Controller:
         self._abilities.assign(name, value)
 
     def read(self, source: str) -> int | str | None:
-        """Return the level of the terminal, or the value of the register, with the given name.
+        """Return the level of a terminal or the value of a register.
 
-        None without power.
+        `source`: the name of the terminal or register.  Return None without power.
         """
         if not self.powered:
             return None
@@ -155,7 +155,7 @@ class Controller:
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the exact time at which a line of a stored program begins.
+        """Call `watcher(program, index)` when the execution of a program line begins.
 
         `index` is from 0.  `only`: report this program and index only, which may take much less computing time.  The
         callback may read the bench but must not change it.  Return an unsubscribe function.  A controller without

@@ -26,7 +26,10 @@ from axistwin.sim.serial_port import SerialPort
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """Event: a host sends data.  On a bus, the data are one whole command."""
+    """Event: a host sends data.
+
+    On a bus, the data are one whole command.
+    """
 
     time_ns: int
     controller: str
@@ -35,7 +38,7 @@ class Sent:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """Event: a host has received a character.  On a bus, a message is ready for the host."""
+    """Event: a host has received a character, or a bus message is ready for the host."""
 
     time_ns: int
     controller: str

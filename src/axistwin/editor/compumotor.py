@@ -120,7 +120,7 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the modal commands of the previous lines as a session.
+        """Return the `Session` with the modal commands of the previous lines.
 
         The session decides which commands are valid next.
         """

@@ -64,7 +64,7 @@ class Text:
         """Convert a line and a column, both from 1, to a position in the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # conversion is slow, and ASCII lines do not need it
+            return here  # an ASCII line needs no conversion
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

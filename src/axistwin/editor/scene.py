@@ -98,7 +98,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the path of the table that contains a line of a scene."""
+    """Return the name of the table around a line of a scene, split at its dots."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -218,7 +218,7 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Search the table that contains a line for a regular expression.
+    """Find a value by a regular expression in the table around a line.
 
     Return the text of the expression's first group; "" without a match.
     """

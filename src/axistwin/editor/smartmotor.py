@@ -85,7 +85,7 @@ class Source:
         return found
 
     def statement(self, line: int, at: int) -> tuple[Statement, int] | None:
-        """Return the statement at a place in the program, and its start index in the line."""
+        """Return the statement at a place in the program, and the statement's start index."""
         listed = parsed(self.lines[line - 1])
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
@@ -98,7 +98,10 @@ class Source:
         return digits(found[0]) if found is not None and word(found[0]) in LABELLED else None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
-        """Return the IF, WHILE and SWITCH blocks around a place in the program, the innermost block last."""
+        """Return the IF, WHILE and SWITCH blocks that enclose a place in the program.
+
+        The innermost block is last.
+        """
         blocks: list[str] = []
         before = (keyword for text in self.lines[: line - 1] for keyword in outline(text).parts)
         here = (word(each) for each, _, end in parsed(self.lines[line - 1]) if end < at)

@@ -19,9 +19,9 @@ class Chance:
         return mixed ^ (mixed >> 31)
 
     def unit(self) -> float:
-        """Return the next random number from 0 to below 1."""
+        """Return a random number, at least 0 and less than 1."""
         return (self.bits() >> 11) / (1 << 53)
 
     def below(self, most: int) -> int:
-        """Return the next random whole number from 0 to below `most`."""
+        """Return a random integer, at least 0 and less than `most`."""
         return self.bits() % most

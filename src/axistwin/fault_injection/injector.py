@@ -83,7 +83,7 @@ class Fault:
         """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a callback has called `mend` at the start of the fault
+            if self._mend is None:  # a callback called `mend` while the fault began
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the other active faults on the same part: the kind and the parameters of each fault."""
+        """Return the kind and the parameters of each other active fault on the same part."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -149,7 +149,7 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault with the given name.  Raises UsageError for an unknown name."""
         if name not in self._those:
-            raise UsageError(f"no fault {name!r} on this bench: there are {', '.join(self.names) or 'none'}")
+            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
         return self._those[name]
 
     @property
@@ -238,7 +238,7 @@ class Faults:
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            raise UsageError(f"no fault {name!r} on this bench: there are {', '.join(self.names) or 'none'}")
+            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
         for fault in those:
             fault.mend()
 
@@ -262,7 +262,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # the fault begins after all other events of the same time
+            else:  # the fault begins after all other events at this time
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
@@ -273,7 +273,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a fault that has not begun does not keep the bench busy
+            clock.background += 1  # a waiting fault counts as a background event
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

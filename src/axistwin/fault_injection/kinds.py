@@ -96,5 +96,5 @@ def kind_of(name: str) -> Kind:
     if name in KINDS:
         return KINDS[name]
     close = get_close_matches(name, KINDS, n=1)
-    suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(KINDS)}"
-    raise UsageError(f"no kind of fault {name!r}: {suggestion}")
+    suggestion = f"did you mean {close[0]!r}?" if close else f"expected one of {', '.join(KINDS)}"
+    raise UsageError(f"unknown kind of fault {name!r}: {suggestion}")

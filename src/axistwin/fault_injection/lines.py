@@ -58,7 +58,7 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # keep a rate that the host has set during the fault
+        if host.baudrate == case.values["baudrate"]:  # keep a baud rate that the host has set during the fault
             host.baudrate = before
 
     return mend

@@ -175,7 +175,7 @@ def check_data_sheet(spot: Spot) -> None:
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
         raise UsageError(
-            f'{spot.name} has an ideal motor, which has no such fault: expected a real motor, e.g. motor="frame23"'
+            f'this fault has no effect on the ideal motor of {spot.name}: expected a real motor, e.g. motor="frame23"'
         )
 
 

@@ -47,7 +47,7 @@ class Machine(Protocol):
         """Programs stored in the controller."""
 
     def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback` when a program line begins.  Return an unsubscribe function.
+        """Call `callback` when the execution of a program line begins.  Return an unsubscribe function.
 
         `only`: the only line to report.
         """
@@ -134,7 +134,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return parts of a bench by name; each part has a full name and may have short names.
+    """Return the parts of a bench by full name and by short name.
 
     Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
     its serial port, or of its only part of this type.
@@ -156,5 +156,5 @@ def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
     if name in found:
         return found[name]()
     close = get_close_matches(name, found, n=1)
-    suggestion = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(found) or 'none'}"
-    raise UsageError(f"no {kind} {name!r} on this bench: {suggestion}")
+    suggestion = f"did you mean {close[0]!r}?" if close else f"expected one of {', '.join(found) or '(none)'}"
+    raise UsageError(f"unknown {kind} {name!r}: {suggestion}")

@@ -37,7 +37,10 @@ class Sort(Enum):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a fault.  A parameter without `default` must be given, unless it is `optional`."""
+    """One parameter of a fault.
+
+    The user must give a value for a parameter that has no `default` and is not `optional`.
+    """
 
     name: str
     sort: Sort
@@ -104,7 +107,9 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """The data with which a fault begins: the affected part, the values of its parameters, and its seed.
+    """The data with which a fault begins.
+
+    The data are the affected part, the values of the fault's parameters, and the random numbers.
 
     The fault calls `over` to report its end.
     """

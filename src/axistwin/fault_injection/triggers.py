@@ -225,11 +225,14 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         reason = _silence(listing, line)
-        raise UsageError(f"program line {line} of {machine.name} cannot be an event: {reason}")
+        raise UsageError(f"program line {line} of {machine.name} cannot be a trigger: {reason}")
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Return the reason why a program line cannot be a trigger, and another line to use."""
+    """Return a text that says why a program line cannot be a trigger.
+
+    The text proposes another line, if any.
+    """
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; use line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"
@@ -238,7 +241,7 @@ def _silence(listing: Listing, line: int) -> str:
 def _other_fault(wish: _Wish) -> Arm:
     faults = dict.fromkeys((*wish.world.faults.names, *wish.world.faults.announced))
     if wish.who not in faults:
-        raise UsageError(f"no fault {wish.who!r} on this bench: there are {', '.join(faults) or 'none yet'}")
+        raise UsageError(f"unknown fault {wish.who!r}: known faults are {', '.join(faults) or 'none'}")
     return lambda happens: wish.world.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )

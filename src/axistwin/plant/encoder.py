@@ -40,7 +40,8 @@ class Encoder:
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        self._counted: tuple[int, int] | None = None  # `_counted` stores load position and count at the latest fault
+        # `_counted` stores the load position and the count at the latest encoder fault
+        self._counted: tuple[int, int] | None = None
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
@@ -63,7 +64,7 @@ class Encoder:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Ratio of encoder counts to motor pulses, and the maximum deviation in counts.
+        """Ratio of encoder counts to motor pulses.
 
         Three numbers: encoder counts, motor pulses, maximum deviation.
 

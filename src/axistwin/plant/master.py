@@ -30,7 +30,10 @@ class Followed(Protocol):
 
     @property
     def resting(self) -> bool:
-        """True if the axis rests until the next event `on_motion`."""
+        """True if the axis is at rest.
+
+        The axis then moves only after the next event `on_motion`.
+        """
 
     @property
     def predictable(self) -> bool:
@@ -56,9 +59,9 @@ class Followed(Protocol):
         """
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then all predicted positions that are certain.
+        """Return the present position, then the predicted positions.
 
-        The predictions are for `times_ns`, and are valid until `on_replan`.
+        Only certain positions are predicted.  The predictions are for `times_ns`, and are valid until `on_replan`.
         """
 
 
@@ -136,7 +139,7 @@ class Master:
         return self.followed is not None and self.followed.predictable
 
     def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
-        """Predict encoder counts at equal intervals.
+        """Predict encoder counts at equal intervals of time.
 
         Returns `number` counts: the first at `first_ns`, then one every `period_ns`.
 
@@ -148,9 +151,9 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return the present count, then all predicted counts that are certain.
+        """Return the present count, then the predicted counts.
 
-        The predictions are for `times_ns`.  Each count is increased by `offset`.
+        The predictions are for `times_ns`, as long as they are certain.  Each count is increased by `offset`.
         """
         if self.followed is None:
             return [self.count + offset]

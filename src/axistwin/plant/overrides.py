@@ -28,7 +28,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The machine setting, followed by the overriding values of all active defects."""
+        """The value of the setting, then the values of all active defects that override the setting."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:

@@ -59,7 +59,7 @@ class Source(Protocol):
         """Position of the controller's trajectory in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then all predicted positions that are certain.
+        """Return the present position, then the predicted positions.
 
         The predictions are for `times_ns`, up to the first time at which an input could change the motion.
         """
@@ -113,7 +113,10 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return only the present position, because a person can turn the shaft at any time."""
+        """Return only the present position, without a prediction.
+
+        A person can turn the shaft at any time.
+        """
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -334,9 +337,9 @@ class ServoAxis:
         raise AssertionError(f"cannot predict positions of the servo axis {self.name} at {times_ns}")
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then all predicted positions that are certain.
+        """Return the present position, then the predicted positions.
 
-        The predictions are for `times_ns`, and are valid until `on_replan`.
+        Only certain positions are predicted.  The predictions are for `times_ns`, and are valid until `on_replan`.
         """
         return self._source.positions_ahead(times_ns)
 

@@ -50,7 +50,7 @@ class EncoderView:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Ratio of encoder counts to motor pulses, and the maximum deviation in counts.
+        """Ratio of encoder counts to motor pulses.
 
         Three numbers: encoder counts, motor pulses, maximum deviation.
         """
@@ -146,8 +146,8 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # `_lost` is the net number of steps lost in finished moves
-        self._unmade = 0  # `_unmade` is the net number of pulses suppressed by finished holds
-        self._made: int | None = None  # `_made` is the pulse count of a held output, otherwise None
+        self._unmade = 0  # `_unmade` counts the pulses suppressed before the latest `let_go`
+        self._made: int | None = None  # `_made` is the pulse count of a held output; None if not held
         self._was_held = False
 
     # Interface for the controller
@@ -184,7 +184,7 @@ class StepperAxis:
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
-        """Return the ratio of encoder counts to motor pulses, and the maximum deviation in counts.
+        """Return the ratio of encoder counts to motor pulses.
 
         Three numbers: encoder counts, motor pulses, maximum deviation.  None while the motor loses steps, or its output
         is held.
@@ -324,7 +324,7 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Number of pulses that a held step output has suppressed, positive minus negative."""
+        """Net number of pulses that the method `hold` has suppressed."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
@@ -462,7 +462,10 @@ class StepperAxis:
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Round the number of lost steps to whole teeth, because a free rotor rests at a tooth."""
+        """Round the number of lost steps to whole rotor teeth.
+
+        A rotor that is not blocked comes to rest at a whole tooth.
+        """
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
 
@@ -494,7 +497,7 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Predict the future loss of steps again after a change of profile or load."""
+        """Predict the lost steps again after a change of profile or load."""
         if self._loses_no_steps and not self._held:
             self.on_motion.emit()
             return

@@ -79,7 +79,7 @@ class StepperMotor:
 
 @dataclass
 class Slip:
-    """A range of pulses in which the rotor loses steps.
+    """The part of a move in which the rotor loses steps.
 
     The rotor falls out of step at pulse `first`, and is in step again at pulse `last` (None: never).
     """
@@ -137,5 +137,5 @@ def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> i
 
 
 def whole_teeth(pulses: int, per_tooth: int) -> int:
-    """Round a number of pulses, 0 or more, to whole rotor teeth."""
+    """Round a non-negative number of pulses to whole rotor teeth."""
     return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth

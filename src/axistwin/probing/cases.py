@@ -38,7 +38,10 @@ class Case:
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
     def wait(self, number: int, otherwise: float) -> float:
-        """Return the number of seconds to wait for the answer to the request with this number."""
+        """Return the time in seconds to wait for the answer to a request.
+
+        `number`: number of the request in the test case.
+        """
         return dict(self.waits).get(number, otherwise)
 
 
@@ -102,7 +105,7 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the functions and data that a probe needs for this product."""
+    """Return the functions and data that a probe needs for this controller model."""
     found: Dialect = import_module(f"axistwin.probing.{FAMILIES[product.model]}").DIALECT
     return found
 

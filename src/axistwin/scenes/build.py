@@ -345,7 +345,7 @@ class Builder:
             raise UsageError(f"no controller {here!r}: {suggestion}")
         names = self.bench.faults.names
         if act.target == "mend" and act.value not in (*names, *KINDS, *self._scripted(), "all"):
-            raise UsageError(f"no fault {act.value!r} on this bench: there are {', '.join(names) or 'none'}")
+            raise UsageError(f"unknown fault {act.value!r}: known faults are {', '.join(names) or 'none'}")
         if not here and act.target not in FAULT_ACTS:
             raise UsageError(
                 f"the key `on` is missing: expected one of the controllers {', '.join(self.bench.controllers)}"

@@ -86,7 +86,7 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns`, unless another event is due in this time.
+        """Advance the clock by `duration_ns` if no event is due until then.
 
         Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 
@@ -99,7 +99,10 @@ class Clock(Environment):
         return False
 
     def later(self, duration_ns: int) -> int:
-        """Return the time `duration_ns` after now.  Raises UsageError for a time after the end of virtual time."""
+        """Return the time `duration_ns` after now.
+
+        Raises UsageError for a time after the end of virtual time (292 years).
+        """
         return _possible(self.now + duration_ns)
 
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
@@ -170,7 +173,9 @@ class Clock(Environment):
 
 
 def interrupt(process: Process) -> None:
-    """Interrupt a procedure: `simpy.Interrupt` is raised at its present `yield`, in the same nanosecond.
+    """Raise `simpy.Interrupt` in a procedure, without delay.
+
+    The procedure receives the exception at its present `yield`, in the same nanosecond.
 
     Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Procedures must
     not be interrupted in any other way.
@@ -186,9 +191,7 @@ def interrupt(process: Process) -> None:
 
 def _possible(time_ns: int) -> int:
     if time_ns >= MOST_NS:
-        raise UsageError(
-            "virtual time ends after 292 years, at 9.22e9 s: run for a shorter time, or begin with a new bench"
-        )
+        raise UsageError("virtual time ends after 292 years: expected a time before 9.22e9 s")
     return time_ns
 
 

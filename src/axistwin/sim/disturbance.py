@@ -30,7 +30,9 @@ def always() -> bool:
 
 @dataclass(eq=False)
 class Disturbance:
-    """A line disturbance, which applies `effect` to each character for which `strikes()` returns True.
+    """A disturbance of the characters on a serial line.
+
+    Applies `effect` to each character for which `strikes()` returns True.
 
     `left`: the number of characters still to be disturbed; None: no limit.
     """
@@ -47,9 +49,9 @@ class Disturbance:
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """Apply the disturbance to a character, and count the character.
+        """Apply the disturbance to a character.
 
-        No effect if `strikes()` returns False.
+        No effect if `strikes()` returns False.  Otherwise the number `left` decreases by 1.
         """
         if self.left == 0 or not self.strikes():
             return

@@ -185,7 +185,7 @@ class Frame:
 
     @property
     def end(self) -> int:
-        """Time at which the frame's last low level ends, in units of 1/`per` ns."""
+        """Time in units of 1/`per` ns at which the last low level of the frame ends."""
         return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 

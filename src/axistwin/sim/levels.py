@@ -43,7 +43,7 @@ class Levels:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of stored spaces of the wire."""
+        """Return the number of stored `Space` objects."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
@@ -67,7 +67,7 @@ class Levels:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
     def low(self, at: int, per: int) -> bool:
-        """True if the wire is at space at the time `at/per` ns.
+        """True if the wire is low at the time `at/per` ns.
 
         Earlier spaces are discarded.
         """
@@ -103,7 +103,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard the stored spaces of the wire that end at or before `at/per` nanoseconds."""
+        """Discard the stored `Space` objects that end at or before the time `at/per` ns."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
@@ -124,7 +124,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all stored spaces that end after the start of the space `first`."""
+        """Remove and return the stored `Space` objects that end after `first` begins."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -136,7 +136,7 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Merge the spaces that overlap.
+    """Merge `Space` objects that overlap.
 
     Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """

@@ -37,7 +37,7 @@ def check_torque(newton_metres: float) -> None:
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """Report no manual actions within a `with` block.
+    """Suppress the reports of manual actions within a `with` block.
 
     The bench itself performs the actions in the block, by a script or a fault.
     """

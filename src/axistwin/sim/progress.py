@@ -11,7 +11,7 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Notifies subscribers when a line of a stored program begins.
+    """Notifies subscribers when the execution of a program line begins.
 
     `attend()` is called whenever `wanted`, the set of subscribed lines, changes.
     """
@@ -27,14 +27,14 @@ class Progress:
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Notify the subscribers that a line of a program begins.
+        """Notify the subscribers that the execution of a program line begins.
 
         `index`: number of the line, from 0.
         """
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback(program, index)` when a line of a program begins.
+        """Call `callback(program, index)` when the execution of a program line begins.
 
         `only`: call `callback` for this line only.
 

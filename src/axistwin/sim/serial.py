@@ -68,7 +68,7 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        self._idle = 0, 1  # from the time `_idle` on, a falling edge is a start bit
+        self._idle = 0, 1  # a falling edge at or after the time `_idle` is a start bit
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # delayed characters occupy the line until `_free_ns`
@@ -129,9 +129,10 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put the device's own transmission on the wire that several devices share.
+        """Put the device's own transmission on the shared wire.
 
-        The device's receiver ignores the signal, but the signal garbles characters of other transmitters.
+        Several devices share the wire.  The device's receiver ignores the signal, but the signal garbles
+        characters of other transmitters.
         """
         if self.instant:
             return

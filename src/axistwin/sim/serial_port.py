@@ -203,7 +203,7 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """True while the host holds back its transmission.
+        """True while the host pauses its transmission.
 
         This is possible with any kind of flow control.  A character on the wire is completed.
         """

@@ -29,6 +29,9 @@ class Signal(Generic[P]):
         self._callbacks = tuple(left)
 
     def emit(self, *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call all present callbacks, even a callback that is unsubscribed during this call."""
+        """Call all subscribed callbacks.
+
+        A callback that is unsubscribed during the call of `emit` is still called.
+        """
         for callback in self._callbacks:
             callback(*args, **kwargs)

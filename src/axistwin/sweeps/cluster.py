@@ -45,7 +45,7 @@ class Cluster:
         """Real time of a run, on average over the latest runs."""
 
     def __enter__(self) -> Self:
-        from distributed import Client  # this import is lazy because it takes a second
+        from distributed import Client  # this import is lazy because Dask loads slowly
 
         self._levels = _silence()
         try:
@@ -162,7 +162,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends the first data
+        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends data before the client does
             raise OSError("the program at this address is not a Dask scheduler")
 
 

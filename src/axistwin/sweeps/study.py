@@ -88,7 +88,10 @@ class Study:
             yield {n: proposed[n - first] for n in range(len(self.trials), min(first + BATCH, count))}
 
     def _proposed(self, first: int) -> list[dict[str, Value]]:
-        """Return the values that Optuna proposes for a batch of trials; `first`: number of the first trial."""
+        """Return the values that Optuna proposes for a batch of trials.
+
+        `first`: number of the first trial of the batch.
+        """
         optuna = _optuna()
         sampler = optuna.samplers.TPESampler(seed=(self._seed << 20) + first, multivariate=True)
         study = optuna.create_study(direction=_direction(str(self.plan["goal"])), sampler=sampler)
@@ -113,7 +116,7 @@ def _direction(goal: str) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """True if the file is an SQLite database, as the file of a study is."""
+    """True if the file is an SQLite database, the file format of a study."""
     try:
         with path.open("rb") as file:
             return file.read(len(MAGIC)) == MAGIC
@@ -133,7 +136,7 @@ def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
 def _open(path: Path, *, create: bool) -> Any:
     optuna = _optuna()
     if not path.parent.is_dir() or (path.exists() and path.stat().st_size and not is_study(path)):
-        raise UsageError(f"cannot write the study to {path}: expected a new file or a file of axistwin tune")
+        raise UsageError(f"cannot write the study to {path}: expected a new file or a file written by 'axistwin tune'")
     try:
         storage = optuna.storages.RDBStorage(f"sqlite:///{path}")
         if create:
@@ -141,7 +144,9 @@ def _open(path: Path, *, create: bool) -> Any:
         return optuna.load_study(storage=storage, study_name=NAME)
     except Exception as error:  # noqa: BLE001  # of SQLAlchemy, which need not be there
         reason = str(error).splitlines()[0]
-        raise UsageError(f"cannot read a study of axistwin tune from {path}: {reason}") from None
+        raise UsageError(
+            f"cannot read the study in {path} ({reason}): expected a file written by 'axistwin tune'"
+        ) from None
 
 
 def _trial(stored: Any) -> Trial:
@@ -164,7 +169,7 @@ def _distribution(values: Values) -> Any:
 
 def _optuna() -> Any:
     require("optuna", "tune")
-    import optuna  # this import is lazy because it takes a second
+    import optuna  # this import is lazy because Optuna loads slowly
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     return optuna

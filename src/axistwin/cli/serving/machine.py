@@ -34,7 +34,7 @@ _OPTIONS = [
 
 
 def options(command: F) -> F:
-    """Add the options that `axistwin ioc` and `axistwin opcua` share to a click command."""
+    """Add options to a click command: the common options of `axistwin ioc` and `axistwin opcua`."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -58,7 +58,7 @@ class Wanted:
         """Check the options that the user has given, and return them.  Raises UsageError."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
-            raise UsageError("--model and --baud are only for a PORT: expected no --model or --baud for a scene")
+            raise UsageError("--model and --baud are only for a PORT: leave out these options for a scene")
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
@@ -91,7 +91,7 @@ class Wanted:
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():
             if not isinstance(found, dict):
-                raise UsageError(f"--option {name} names no controller of the scene: expected e.g. if1.{name}=1")
+                raise UsageError(f"--option {name} names no controller: expected e.g. --option if1.{name}=1")
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
             units=self.units, registers=self.registers, period_s=period_s,

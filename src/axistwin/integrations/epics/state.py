@@ -33,7 +33,7 @@ def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
 
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
-    """Return the status bits of a motor record, the value of its field MSTA."""
+    """Return the value of the field MSTA: the status bits of a motor record."""
     bits = {
         DIRECTION: forward,
         DONE: not busy,
