@@ -44,7 +44,10 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if a Python module with the name of the library, or with this name in lower case, is installed."""
+    """True if the library is installed.
+
+    The name of its Python module may be in lower case.
+    """
     return find_spec(library) is not None or find_spec(library.lower()) is not None
 
 

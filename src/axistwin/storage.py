@@ -73,8 +73,9 @@ class FileStore:
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
-        """Write the contents to a temporary file, flush that file to disk, and replace the old file by it.
+        """Replace the contents of the file.
 
+        The new contents are first written to a temporary file and flushed to disk; then the file is renamed.
         If writing fails, the contents stay in RAM; the first failure after each call of `end` is logged.
         """
         if self._given_up:
@@ -105,7 +106,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Description, for the log, of the state of the file after failed writes."""
+        """Return a sentence for the log about the state of the file after failed writes."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file holds the last whole image"
@@ -209,7 +210,10 @@ def _holder(path: Path) -> str:
 
 
 def _alive(number: int) -> bool:
-    """Return False if no process with this number exists; return True if this is unknown."""
+    """Return False if no process with this ID exists; otherwise return True.
+
+    Returns True also if the system cannot answer the question.
+    """
     if os.name == "nt":
         return True
     try:
@@ -260,7 +264,10 @@ def _sweep(path: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Flush the list of file names in a directory to disk, if the system supports this."""
+    """Flush the list of file names in a directory to disk.
+
+    Does nothing on a system without such a function.
+    """
     if os.name == "nt":
         return
     directory = os.open(path, os.O_RDONLY)
@@ -297,8 +304,9 @@ def excerpt(text: object) -> str:
 
 
 def encoding_of(data: bytes) -> str:
-    """Return the encoding of a text file: the encoding of its byte order mark, else UTF-8, else a code page.
+    """Return the encoding of a text file, e.g. UTF-8.
 
+    A byte order mark decides; without one, the encoding is UTF-8 if possible, otherwise a code page.
     In code pages 437 and 850 most national letters are bytes from 80h to 9Fh, which are no letters in Latin-1.
     """
     for mark, encoding in MARKS.items():

@@ -106,7 +106,7 @@ def test_a_conversation():
         ("= dtr low", "unknown name 'dtr'"),
         ("= shaft.pulses 3", "unknown name 'shaft.pulses'"),
         ("= brake.volts 3", "unknown name 'brake.volts'"),
-        ("chain: > RP", "no controller 'chain' on the bench: expected one of smartmotor"),
+        ("chain: > RP", "unknown controller 'chain': expected one of smartmotor"),
         ("nobody.rs485: > RP", "no controller 'nobody.rs485' on the bench: expected one of smartmotor"),
     ],
 )

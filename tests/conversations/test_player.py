@@ -131,7 +131,7 @@ def test_several_controllers_are_told_apart_by_name(bench):
         ("= X.position nan", "not a number"),
         ("= X.encoder 3", "no encoder"),
         ("! line fast", "invalid line format"),
-        ("middle: > E", "no controller 'middle'"),
+        ("middle: > E", "unknown controller 'middle'"),
     ],
 )
 def test_what_the_bench_does_not_have_is_told_before_anything_is_done(bench, if1, line, words):

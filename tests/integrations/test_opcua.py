@@ -204,7 +204,7 @@ def test_errors_of_the_command_line(tmp_path, capsys):
     for words, message in (
         (
             [*at, "--listen", "0.0.0.0"],
-            "--listen 0.0.0.0 admits other machines: add --users FILE and --certificates DIR",
+            "--listen 0.0.0.0 permits access from the network: add --users FILE and --certificates DIR",
         ),
         ([*at, "--users", str(users)], "users.txt:1: invalid user: expected NAME PASSWORD operator|viewer"),
         ([*at, "--users", str(tmp_path / "none")], "cannot be read"),

@@ -104,7 +104,7 @@ def test_drawn_values_are_checked_as_drawn(tmp_path):
         return Sweep(stepper(tmp_path)).vary("table.X.load.torque", text)
 
     made("normal(0.15, 0.02)").check(Design("lhs", 5))
-    with pytest.raises(AxistwinError, match=r"table\.X\.load\.torque=-0\."):
+    with pytest.raises(AxistwinError, match=r"cannot set table\.X\.load\.torque to -0\."):
         made("normal(0.02, 0.02)").check(Design("lhs", 50))
 
 
@@ -196,7 +196,7 @@ def test_the_command(tmp_path):
         (["--vary", "tabel.X.load.torque=1"], "did you mean 'table'?"),
         (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
         (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
-        (["--vary", "table.X.load.torque=-1"], "table.X.load.torque=-1"),
+        (["--vary", "table.X.load.torque=-1"], "cannot set table.X.load.torque to -1"),
         (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected NAME:SENTENCE"),
         (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
         (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "a: no pin"),
@@ -234,9 +234,16 @@ def test_a_sweep_file_is_run_and_checked(tmp_path):
     assert run("check", file).code == 0
     done = run("sweep", file, "--out", tmp_path / "s.parquet", "--workers", 0, "--summary")
     assert (done.code, done.out.splitlines()[0][:6]) == (0, "2 runs")
-    assert run("sweep", file, "--out", tmp_path / "s.parquet", "--seed", 3).err.endswith("set --seed in this file\n")
-    for wrong, line in (("final table.X.lots", 7), ("finally", 7)):
-        file.write_text(STUDY.replace("final table.X.lost", wrong))
+    assert run("sweep", file, "--out", tmp_path / "s.parquet", "--seed", 3).err.endswith(f"set --seed in {file}\n")
+    for old, wrong, line in (
+        ("final table.X.lost", "final table.X.lots", 7),
+        ("final table.X.lost", "finally", 7),
+        ("[0.1, 0.9]", "[-1, 0.9]", 5),
+        ("[0.1, 0.9]", '"0.1..0.9"', 5),
+        ("load.torque", "limits.5", 5),
+        ("load.torque", "lod.torque", 5),
+    ):
+        file.write_text(STUDY.replace(old, wrong))
         checked = run("check", file)
         assert checked.code == 1
         assert f"study.toml:{line}:1: error:" in checked.out

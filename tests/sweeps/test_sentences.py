@@ -233,7 +233,7 @@ def test_energy_of_a_move_and_of_axes_without_windings(tmp_path):
     short, long = (row["joules"] for row in rows)
     assert 0 < short < long < 1000
     assert [row["economical.robustness"] for row in rows] == [1000 - short, 1000 - long]
-    for axis, told in (("table.X", "no data sheet"), ("table.Q", "no axis")):
+    for axis, told in (("table.X", "the energy of axis table.X is unknown"), ("table.Q", "no axis")):
         with pytest.raises(AxistwinError, match=told):
             Sweep(stepper(tmp_path)).measure("joules", f"energy {axis}").check()
 

@@ -102,7 +102,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that the first word of a command line names.
+        """Find the command whose name is the first word of the command line.
 
         Raises UsageError for an unknown word; the message contains a similar name.
         """

@@ -46,7 +46,7 @@ class Compared:
 
     @property
     def same(self) -> bool:
-        """True if the real and the emulated controller sent the same bytes, or made the same change."""
+        """True if the action of the emulated controller equals the recorded action of the real controller."""
         return self.expected == self.got
 
     @property

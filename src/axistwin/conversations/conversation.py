@@ -59,7 +59,7 @@ class Conversation:
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """Settings at the beginning of the conversation by key, each with the comment that contains it."""
+        """Dictionary of the headers: each key with its comment and its value."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):

@@ -151,9 +151,7 @@ class Player:
         """Return the name of the port or bus at which the host sends or receives this line."""
         if act.controller:
             if act.controller not in self.received:
-                raise ProgramError(
-                    f"no controller {act.controller!r} on the bench: expected one of {', '.join(self.received)}"
-                )
+                raise ProgramError(f"unknown controller {act.controller!r}: expected one of {', '.join(self.received)}")
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))

@@ -196,7 +196,7 @@ class Recorder:
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Return the line for a break by the host, or for a change of DTR, RTS or format."""
+        """Return the recorded action for a break, or for a change of DTR, RTS or the character format."""
         if self.raw:
             return Comment(f"{target} {value} by the host did not reach the controller")
         return Do(target, value, controller=self._name(controller))

@@ -91,7 +91,10 @@ class DrivenAxis:
             raise RefusedError(f"the motion failed: {goal.failure}")
 
     async def begin(self, goal: Goal) -> None:
-        """Request a motion, which begins when the axis is at rest."""
+        """Request a motion.
+
+        The motion begins as soon as the axis is at rest.
+        """
         self.goal = self._starting = goal
         self.stopped = False
         self._now_busy()
@@ -124,7 +127,7 @@ class DrivenAxis:
             await self._end_motion(self.core.stop)
 
     def resume(self) -> None:
-        """Allow motions again after a call of `pause`."""
+        """End a pause: permit motions of the axis."""
         self.paused = False
         self._go.set()
 
@@ -135,7 +138,10 @@ class DrivenAxis:
         await self.station.polled()
 
     async def clear_faults(self) -> None:
-        """Clear the faults of the axis whose causes have gone."""
+        """Clear the stored faults of the axis.
+
+        A fault remains as long as its cause is present.
+        """
         await self.station.driver.run(self.core.clear_faults())
         self.station.wake()
 
@@ -203,7 +209,7 @@ class DrivenAxis:
     # Polls
 
     async def update(self, status: Status) -> None:
-        """Update the axis with its status from a poll."""
+        """Process the status of the axis that the last poll has read."""
         before, self.status, self.error = self.status, status, ""
         if status.moving:
             await self._moving(slower=abs(status.velocity) < abs(before.velocity))

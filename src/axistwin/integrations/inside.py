@@ -37,7 +37,10 @@ def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
 
 
 class InnerPort:
-    """A connection to an endpoint of a bench.  Its waits advance virtual time."""
+    """A driver's connection to an emulated controller, without a real port.
+
+    While the driver waits, virtual time advances.
+    """
 
     def __init__(self, bench: Bench, name: str) -> None:
         self._pacer = ManualPacer(bench)
@@ -79,8 +82,9 @@ class InnerPort:
 def _connect(
     bench: Bench, name: str, pacer: ManualPacer, received: bytearray
 ) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    """Connect a client to an endpoint of a bench; return the functions that send data and disconnect.
+    """Connect a client to the serial port or the bus of an emulated controller.
 
+    Returns two functions: the first sends data, the second ends the connection.
     The received bytes are stored in `received`.
     """
     if endpoints.at_a_bus(bench, name):
@@ -108,14 +112,14 @@ class _InnerClient:
         self._received += data
 
     def hung_up(self) -> bool:
-        """Return False, because only the driver ends the connection."""
+        """Return False, because this client stays connected until the driver closes it."""
         return False
 
     def drop(self) -> None:
         """Do nothing."""
 
     def pause(self) -> None:
-        """Do nothing, because a driver waits for each answer, so that few characters are queued."""
+        """Do nothing, because this client needs no flow control."""
 
     def resume(self) -> None:
         """Do nothing."""

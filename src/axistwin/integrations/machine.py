@@ -70,7 +70,7 @@ def at_port(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Return a machine with the controller at a port.
+    """Return a machine with one controller, which is connected to a port.
 
     Raises UsageError for an unknown model, option, axis or register.
     """
@@ -118,7 +118,7 @@ async def of_scene(
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
-    """Return the part of a driver that implements the protocol of a model.
+    """Return the protocol implementation of a driver, without its port.
 
     Raises UsageError for an unknown model or option.
     """

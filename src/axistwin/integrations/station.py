@@ -56,7 +56,10 @@ class Station:
                     await self._wake.wait()
 
     async def poll(self) -> None:
-        """Read the status of all axes, and every half second the pins and registers."""
+        """Read the status of all axes.
+
+        Pins and registers are read only every half second.
+        """
         polled, self._polled = self._polled, asyncio.Event()
         try:
             found = await self.driver.run(self.driver.core.statuses())

@@ -38,7 +38,10 @@ class Case:
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
     def wait(self, number: int, otherwise: float) -> float:
-        """Return the number of seconds to wait for the answer to the request with this number."""
+        """Return the time in seconds to wait for the answer to a request.
+
+        `number`: number of the request in the test case.
+        """
         return dict(self.waits).get(number, otherwise)
 
 

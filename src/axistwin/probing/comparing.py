@@ -28,7 +28,7 @@ class Motion(StrEnum):
 
 
 class Verdict(StrEnum):
-    """Result of the comparison between the answers of a controller and the answers of its twin."""
+    """Result of a test case, e.g. "same" if the twin answers like the controller."""
 
     SAME = "same"
     DIFFERS = "differs"
@@ -225,7 +225,7 @@ def _compare(
 
 
 def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
-    """True if the received bytes are the expected bytes, so that only their times can differ."""
+    """True if the received bytes are equal to the expected bytes."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
 
@@ -255,7 +255,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if answers may differ only because one controller has not defined the requested move or sequence."""
+    """True if one controller reports a move or sequence, and the other does not answer."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))
@@ -271,7 +271,7 @@ def _fits(
     tolerance: float | None,
     facts: Mapping[str, str],
 ) -> list[str]:
-    """Return the options that remove the most differences between the twin and the controller."""
+    """Return the options with which the twin is most similar to the controller."""
     received = {result.case: result.received for result in found.results if result.received}
     suggested = family.candidates(
         {case.name: b"".join(answer.data for answer in answers) for case, answers in received.items()}

@@ -148,7 +148,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0x14, "14 01", "33 00 00 00 14", "14 00", "33 00 00 00 14", name="sense of CW"),
         case(0x0D, "0D 01", "97", "0D 02", "97", "0D 00", "97"),
         *(
-            # the board does not answer 00h, so the probe waits until the move has ended
+            # command 00h has no answer, so the probe waits for the end of the move
             case(code, f"{code:02X} 01", there, "00", back, "00", f"{code:02X} 00", "33 00 00 00 14")
             for code in range(0xA0, 0xA6)
         ),
@@ -163,7 +163,10 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> list[Case]:
-    """Return test cases that read the effect of a setting by another request or from the user bits."""
+    """Return the test cases for settings that no request reports directly.
+
+    Each test case sends a setting, then checks its effect by another request or by the user bits.
+    """
     return [
         case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
              "97", "78", "0F 03 00 00", "0D 06", "97", name="a bit that shows motion", wait_s=0.1),
@@ -323,7 +326,7 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """If the board has a test plug, connect the outputs and inputs of the twin in the same way."""
+    """Connect outputs of the twin to its inputs, if a test plug does so on the board."""
     if facts.get("plug") == str(True):
         connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")
@@ -357,7 +360,7 @@ def examine(end: End, _: Product) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return the opcodes of the messages in an answer, for a comparison without values.
+    """Return an answer without its values: only the opcode of each message.
 
     A status byte becomes `.`.
     """

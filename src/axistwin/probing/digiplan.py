@@ -201,7 +201,7 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """If the interface has a test plug, connect the outputs and inputs of the twin in the same way."""
+    """Connect outputs of the twin to its inputs, if a test plug does so on the interface."""
     if facts.get("plug") == str(True):
         for number, output in zip("123", PLUGGED, strict=True):
             connect(controller, f"output{output}", f"input{number}")
@@ -263,7 +263,7 @@ def _condition(end: End, terminator: str) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer in which `0` replaces each number, for a comparison without values."""
+    """Replace each number in an answer by `0`, so that a comparison ignores numbers."""
     if len(answer) == 1:
         return b"."
     return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))

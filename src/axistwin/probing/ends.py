@@ -86,11 +86,14 @@ class End(ABC):
         """Discard received data that belong to an earlier request."""
 
     def set_line(self, line: UartFormat) -> None:  # noqa: B027  # a bus has no line format
-        """Change the baud rate and frame of the port; a bus ignores the call."""
+        """Change the baud rate and frame of a serial port.
+
+        For a board on a bus, the function does nothing.
+        """
 
     @property
     def user_bits(self) -> int:
-        """User bits (bits 0 to 2) of the status byte of a board on a bus; otherwise 0."""
+        """User bits (bits 0 to 2) of a board's status byte; 0 for a serial controller."""
         return 0
 
     @abstractmethod
@@ -214,7 +217,7 @@ class SerialEnd(End):
 
 
 class BusEnd(End):
-    """Host side of a connection to a board on a bus, through a bus socket.
+    """Host side of a TCP connection to the bus of an indexer board.
 
     Commands and messages use the handshake of the manual's chapter Reading and writing.
     """
@@ -257,7 +260,7 @@ class BusEnd(End):
         return message
 
     def drain(self) -> None:
-        """Discard all messages that the board has ready."""
+        """Read and discard all waiting messages of the board."""
         while self.receive():
             pass
 

@@ -74,7 +74,7 @@ def of_recorded_files(
     lines = conversation.read_text(encoding="utf-8").splitlines() if conversation.exists() else []
     try:
         found = read(trace)
-    except (TraceError, UsageError):  # a trace file without level changes raises an error
+    except (TraceError, UsageError):  # `read` raises an error if the trace file has no level changes
         return Page(title, verdict, good, lines, {}, details=details)
     return Page(title, verdict, good, lines, found.about, of_trace(found), details=details)
 

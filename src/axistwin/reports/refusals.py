@@ -61,7 +61,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Finds the errors of one program in the messages of a run."""
+    """Assigns each error of a host program to the message that contains the error."""
 
     def __init__(self, program: HostProgram) -> None:
         self.program = program
@@ -76,7 +76,7 @@ class _Sender:
         """True until the host has sent the data format, which is not part of the program."""
 
     def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the errors of the program in the next message of the run.
+        """Return the program errors that begin in the next message of the run.
 
         If the message is not part of the program, the list is empty.
         """

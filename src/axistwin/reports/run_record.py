@@ -113,7 +113,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # 0 V and the full voltage of an analog input are already recorded as level changes
+            # an analog input at 0 V or at full voltage is already recorded as a level change
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

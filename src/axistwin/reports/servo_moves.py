@@ -128,7 +128,7 @@ class ServoMoves:
         import numpy as np
 
         positions = whole[WINDOW:]
-        # sample i moves from trajectory[i] to trajectory[i + 1], because trajectory[0] is the position before the block
+        # trajectory[0] is the position before the block, so sample i ends at trajectory[i + 1]
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
         for first, end, is_new in self._spans(samples, times, trajectory, active):
             if is_new:

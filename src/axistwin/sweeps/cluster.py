@@ -45,7 +45,7 @@ class Cluster:
         """Real time of a run, on average over the latest runs."""
 
     def __enter__(self) -> Self:
-        from distributed import Client  # this import is lazy because it takes a second
+        from distributed import Client  # this import is lazy because Dask loads slowly
 
         self._levels = _silence()
         try:

@@ -41,14 +41,14 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions of a value: the truth of a comparison with a number, and the margin to this number."""
+    """Parse a comparison with a number; return functions for its truth and its robustness."""
     limit = real(number)
     holds, margin = _SIGNS[sign]
     return lambda x: holds(x, limit).astype(float), lambda x: margin(x, limit)
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions of a level: the truth of the condition "high" or "low", and its robustness."""
+    """Return functions for the truth and the robustness of the condition "high" or "low"."""
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 
@@ -71,9 +71,9 @@ class _Reader:
         return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Remove and return the next token of the condition, or return an empty text if the token is not wanted.
+        """Remove and return the next token, if it is one of the tokens `wanted`.
 
-        Every token is wanted if `wanted` is empty.
+        Returns an empty text for any other token.  If `wanted` is empty, every token is returned.
         """
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""

@@ -61,7 +61,7 @@ def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
     for path, values in varied.items():
         if not values.listed and ".." in values.text:
-            raise UsageError(f"{path}={values.text}: expected a number of values for a grid, e.g. {values.text}:5")
+            raise UsageError(f"the range {path}={values.text} needs a number of values: expected e.g. {values.text}:5")
     return {path: values.listed for path, values in varied.items() if values.listed}
 
 
@@ -75,7 +75,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random values to each combination, one for each path with a distribution.
+    """Complete each combination of values with random values for the other paths.
 
     Each path has its own random sequence.
     """
@@ -111,7 +111,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert rows of fractions from 0 to 1 to points of the sweep, with one value for each path."""
+    """Convert rows of fractions (0 to 1) to rows of values, one value for each path."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 
@@ -123,7 +123,7 @@ def _count(runs: int | None) -> int:
 
 def _qmc() -> Any:
     require("scipy", "sweeps")
-    from scipy.stats import qmc  # this import is lazy because it takes half a second
+    from scipy.stats import qmc  # this import is lazy because SciPy loads slowly
 
     return qmc
 

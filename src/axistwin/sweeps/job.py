@@ -78,7 +78,7 @@ class Runner:
                 recording.check(self.variation.base.build(), sentence.signals, sentence.events, sentence.axes)
             except UsageError as error:
                 reason = str(error).partition("when=")[2] or str(error)
-                raise UsageError(f"{measure_or_claim}: {reason}") from None
+                raise UsageError(f"cannot evaluate {measure_or_claim}: {reason}") from None
 
     def _program(self) -> running.Program:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
@@ -146,7 +146,10 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return the files with which the user can repeat a run: texts of the scene and its programs by file name."""
+        """Return the scene file and the program files that repeat a run of the sweep.
+
+        The keys are the names of the files, and the values are their texts.
+        """
         scene = self.variation.scene([row[path] for path in self.job.paths])
         scene.build()
         data = {key: _without_ports(value) for key, value in scene.data.items()}
@@ -178,7 +181,7 @@ def _named(measure_or_claim: str, text: str, read: Callable[[str], Sentence]) ->
     try:
         return read(text)
     except UsageError as reason:
-        raise UsageError(f"{measure_or_claim}: {reason}") from None
+        raise UsageError(f"cannot evaluate {measure_or_claim}: {reason}") from None
 
 
 def _function(name: str) -> Callable[[Bench], object]:

@@ -38,7 +38,7 @@ _CODE = r"""(?:"[^"]*"|[^'"])*?"""
 
 @dataclass(frozen=True)
 class Place:
-    """Location of a varied value: keys of the scene, or a variable in a program file."""
+    """Location of a varied value: a key in the scene file, or a variable in a program file."""
 
     path: str
     keys: Keys
@@ -78,11 +78,14 @@ class Variation:
             alone.scene([value]).build()
         except (SceneError, UsageError) as error:
             reason = error.message if isinstance(error, SceneError) else str(error)
-            raise UsageError(f"{place.path}={value}: {reason}") from None
+            raise UsageError(f"cannot set {place.path} to {value}: {reason}") from None
 
 
 def states(scene: Scene) -> list[str]:
-    """Return the names of the controllers that have a state directory, which a sweep ignores."""
+    """Return the names of the controllers with a state directory.
+
+    A sweep ignores state directories.
+    """
     return [_called(table) for table in scene.data["controller"] if table.get("state") is not None]
 
 
@@ -123,7 +126,9 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
         if not rest[0].isdecimal() or int(rest[0]) >= len(tables):
-            raise UsageError(f"{path}: expected an index below {len(tables)}, the number of [[{kind}]] tables")
+            raise UsageError(
+                f"invalid index in {path}: expected an index below {len(tables)}, the number of [[{kind}]] tables"
+            )
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
         raise UsageError(f"{path}: a sweep cannot vary {'.'.join(rest[1:])!r}, {_suggestion(rest[1], known)}")
@@ -172,13 +177,13 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Return `keys` unchanged.  Raises UsageError if an index in `keys` does not exist in the scene."""
+    """Raise UsageError if an index in `keys` does not exist in the scene; return `keys`."""
     at: Any = scene.data
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(f"{path}: the scene has no list with an element {key}")
-            raise UsageError(f"{path}: expected an index below {len(at)}, the length of the list")
+                raise UsageError(f"{path} is not in the scene: expected a list for the index {key}")
+            raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
         else:
@@ -221,9 +226,9 @@ def _program(scene: Scene, file: str) -> str:
 
 
 def _assigned(text: str, place: Place, value: Value) -> str:
-    """Return the text of a program in which `value` replaces the first number that is assigned to the variable."""
+    """Replace the first number that a program assigns to a variable; return the new program."""
     if type(value) is not int:
-        raise UsageError(f"{place.path}={value}: expected a whole number for a program, e.g. {place.variable}=100")
+        raise UsageError(f"cannot set {place.path} to {value}: expected a whole number, e.g. {place.variable}=100")
     number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)
     lines = text.split("\n")
     for n, line in enumerate(lines):

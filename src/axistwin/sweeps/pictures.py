@@ -80,7 +80,10 @@ def _is_number(table: "pa.Table", path: str) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Convert values to an array of numbers; a list becomes its mean, None and infinity become nan."""
+    """Convert values to an array of numbers.
+
+    A list is replaced by its mean; None and infinity are replaced by nan.
+    """
     flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
     found = np.array(flat, float)
     found[~np.isfinite(found)] = np.nan

@@ -125,7 +125,7 @@ class Recording:
             raise UsageError(f"the bench has no axis {name!r}: {instead(name, [*axes])}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
             raise UsageError(
-                f"axis {name} has no data sheet for its energy: expected a servo axis, e.g. with motor = 'frame23'"
+                f"the energy of axis {name} is unknown: expected a servo axis with a motor, e.g. motor = 'frame23'"
             )
         return axis.energy
 

@@ -30,13 +30,16 @@ def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
         raise UsageError("--search needs a claim: add --claim 'NAME: SENTENCE'")
     for path, values in varied.items():
         if not values.ordered:
-            raise UsageError(f"{path}={values.text}: expected numbers for a search, e.g. 0.05..0.4")
+            raise UsageError(f"--search cannot vary {path}={values.text}: expected numbers, e.g. 0.05..0.4")
     if not varied:
         raise UsageError("--search needs a value to vary: add --vary PATH=VALUES")
 
 
 def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
-    """Return the results of an interrupted search by run number: the robustness of each claim."""
+    """Return the results of an interrupted search.
+
+    The keys are run numbers, and the values contain the robustness of each claim.
+    """
     import pyarrow.parquet as pq
 
     columns = ["run", *(f"{name}.robustness" for name in claims)]
@@ -45,7 +48,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest robustness of all claims in a run; the search minimises this number.
+    """Return the number that the search minimises: the smallest robustness of all claims.
 
     The number is limited to ±`FAR`, and is `FAR` if no claim has a robustness.
     """

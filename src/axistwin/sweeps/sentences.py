@@ -39,7 +39,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A parsed measure or claim, with the names of the signals, events and axes to record for its result."""
+    """A parsed measure or claim.
+
+    Contains the names of the signals, events and axes that a run must record.
+    """
 
     text: str
     signals: tuple[str, ...]
@@ -50,7 +53,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """A form that a measure or claim can have, e.g. `count EVENT`, and a function that parses this form."""
+    """Syntax of one kind of measure or claim, e.g. `count EVENT`, with its parser."""
 
     form: str
     pattern: str
@@ -60,12 +63,12 @@ class Form:
 
 
 def measure(text: str) -> Sentence:
-    """Parse the sentence of a measure.  Raises UsageError."""
+    """Parse a measure, e.g. `final table.X.position`.  Raises UsageError."""
     return _read(text, MEASURES, "measure")
 
 
 def claim(text: str) -> Sentence:
-    """Parse the sentence of a claim.  Raises UsageError."""
+    """Parse a claim, e.g. `never table.X passes 12000`.  Raises UsageError."""
     return _read(text, CLAIMS, "claim")
 
 
@@ -100,7 +103,10 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return the values of a signal while the condition `where` is true, and the duration of each value."""
+    """Return only the values of a signal at which a condition is true.
+
+    `where`: the condition as a signal.  The second result is the duration of each value.
+    """
     if where is None:
         return series.values, series.seconds
     both = combined(lambda values, holds: np.stack((values, holds), axis=1), series, where)
@@ -351,7 +357,7 @@ def _until_value(first: Series, second: Series, end_ns: int) -> float:
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    # `before` contains the least earlier value of `first` at each time
+    # `before[n]` is the smallest earlier value of the signal `first`
     before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 

@@ -15,7 +15,10 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """A signal over time: `values[n]` is valid from `times[n]` to `times[n + 1]`, the last value until `end_ns`."""
+    """A signal over time, stored as values with their start times.
+
+    `values[n]` is valid from `times[n]` to `times[n + 1]`; the last value is valid until `end_ns`.
+    """
 
     times: Times
     values: NDArray[Any]
@@ -23,7 +26,10 @@ class Series:
 
     @classmethod
     def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
-        """Make a signal from its changes in order of time; the last of several changes at the same time counts."""
+        """Create a signal from its changes, which are in order of time.
+
+        Of several changes at the same time, only the last is used.
+        """
         last = np.append(np.diff(times) > 0, True)
         return cls(times[last], values[last], end_ns)
 

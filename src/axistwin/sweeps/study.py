@@ -113,7 +113,7 @@ def _direction(goal: str) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """True if the file is an SQLite database, as the file of a study is."""
+    """True if the file is an SQLite database, the file format of a study."""
     try:
         with path.open("rb") as file:
             return file.read(len(MAGIC)) == MAGIC
@@ -164,7 +164,7 @@ def _distribution(values: Values) -> Any:
 
 def _optuna() -> Any:
     require("optuna", "tune")
-    import optuna  # this import is lazy because it takes a second
+    import optuna  # this import is lazy because Optuna loads slowly
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     return optuna

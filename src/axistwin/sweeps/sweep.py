@@ -43,7 +43,10 @@ Progress = Callable[[int, int, int], object]
 
 @dataclass(frozen=True)
 class Design:
-    """The settings that determine which points a sweep runs.  `search`: number of runs for a search."""
+    """Settings that determine the values of each run of a sweep.
+
+    `search`: number of runs for a search.
+    """
 
     name: str = "grid"
     runs: int | None = None
@@ -52,7 +55,10 @@ class Design:
 
 
 class Sweep:
-    """Many runs of a scene with varied values.  `program` and `host` are part of every run."""
+    """A sweep: many runs of a scene with different values.
+
+    `program`: a program that every run executes.  `host`: a Python function that every run calls.
+    """
 
     def __init__(
         self, scene: Scene | str | Path | Mapping[str, Any], program: str | Path | None = None, host: str | None = None
@@ -70,7 +76,7 @@ class Sweep:
     def vary(self, path: str, values: Value) -> Self:
         """Vary the value at a path, e.g. `.vary("table.X.load.torque", "0.05..0.4:8")`.  Raises UsageError."""
         if path in self.varied:
-            raise UsageError(f"{path} is varied twice: expected one list of values")
+            raise UsageError(f"the path {path} is varied twice: expected one list of values")
         try:
             self.varied[path] = read(values)
         except UsageError as reason:
@@ -212,7 +218,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return the values of a path that are checked before the first run, e.g. the least and the greatest."""
+    """Return a few values of a path, e.g. the smallest and the largest, for a check before the sweep."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

@@ -15,6 +15,7 @@ cycle = "from table.output1 rises to table.output1 falls"
 safe = "never table.X passes 12000 while table.output1 high"
 """
 
+import re
 import tomllib
 from collections.abc import Callable
 from functools import partial
@@ -74,7 +75,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the settings that determine which points the sweep runs."""
+        """Return the settings that determine the values of each run of the sweep."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
@@ -111,15 +112,22 @@ def check(file: Path) -> None:
     except PlacedError:
         raise
     except AxistwinError as error:
-        named = str(error).partition("=")[0].partition(":")[0]
         tables = ((key, name) for key in ("vary", "measure", "claim") for name in getattr(contents, key))
-        at = next((keys for keys in tables if keys[1] == named), ("design",))
+        at = next((keys for keys in tables if _names(str(error), keys[1])), ("design",))
         line, column = place_of(at, places(text))
         raise SceneError(message=str(error), file=str(file), line=line, column=column) from None
 
 
+def _names(message: str, name: str) -> bool:
+    """True if the message contains the whole name of a path, measure or claim."""
+    return re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", message) is not None
+
+
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Return the result of `do()`; an error gets the line and column of `keys` in the file."""
+    """Call the function `do`, and add a line and column to an error of this function.
+
+    The place in the sweep file is the line and column of `keys`.
+    """
     try:
         return do()
     except PlacedError:

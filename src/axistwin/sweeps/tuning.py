@@ -42,7 +42,10 @@ Progress = Callable[[int, int, Trial | None, Trial], object]
 
 
 class Tuning:
-    """A search for the values of a scene with the best result.  `goal`: the measure to minimise or maximise."""
+    """Finds the values of a scene that give the best result.
+
+    `goal`: the measure to minimise or maximise.
+    """
 
     def __init__(
         self,
@@ -63,16 +66,19 @@ class Tuning:
         """Let the search choose the value at a path, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError."""
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
-            raise UsageError(f"{path} is changed or varied twice: expected one range of values for each path")
+            raise UsageError(f"the path {path} is given twice: expected either --change or --vary, and only once")
         if given.interval is None and not given.listed:
             raise UsageError(f"{path}={given.text}: expected a range or a list of values, e.g. 10..400")
         self.changed[path] = given
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary the value at a path within each trial; the worst run determines the score of the trial."""
+        """Perform each trial with several values at the path `path`.
+
+        The worst run determines the score of the trial.
+        """
         if path in self.changed:
-            raise UsageError(f"{path} is changed or varied twice: expected one range of values for each path")
+            raise UsageError(f"the path {path} is given twice: expected either --change or --vary, and only once")
         self._scatter.vary(path, values)
         return self
 
@@ -133,7 +139,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield the lines that set the given values in the user's programs and scene file."""
+        """Yield program lines and scene lines with the given values, for the user to copy."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):
@@ -206,7 +212,10 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return the amount by which a claim fails in a run, or 0 or less if the claim holds."""
+    """Return a positive number if a claim fails in a run, otherwise 0 or a negative number.
+
+    The number is the negated robustness of the claim.
+    """
     robustness = row[f"{name}.robustness"]
     if robustness is None:
         return FAR if row["ended"] in ("error", "limit", "killed") else 0.0

@@ -28,7 +28,10 @@ _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Values:
-    """The values of one varied path.  `listed`: values for a grid; empty if a design must draw random values."""
+    """The values of one varied path.
+
+    `listed`: the values for a grid; empty if the values are random.
+    """
 
     text: str
     listed: Sequence[Value]
@@ -41,7 +44,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """A few of the values, which are checked before the first run."""
+        """A few values, e.g. the first and the last, for a check before the first run."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -72,7 +75,10 @@ def read(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text without quotation marks as a value.  Raises UsageError for an unfinished list or quotation."""
+    """Return a text as a value, unless it begins like a list or a quoted text.
+
+    Raises UsageError for such a text.
+    """
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"invalid value {shortened(text)}: expected e.g. {EXAMPLES}")
     return text

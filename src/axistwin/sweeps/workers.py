@@ -137,7 +137,10 @@ class Workers:
         rows.put(None)
 
     def _row(self, worker: "_Worker") -> Row | None:
-        """Return the row of results of the worker's first task, or None if the worker repeats the task."""
+        """Wait for the results of a worker's current task.
+
+        Returns None without results, e.g. if the worker process was killed and repeats the task.
+        """
         with suppress(EOFError, OSError, pickle.UnpicklingError):
             return worker.receive()
         if self._ended:
@@ -192,7 +195,7 @@ class _Worker:
             self._write(task)
 
     def send(self, task: Task) -> None:
-        """Send a task to the worker process; `receive` returns its row of results."""
+        """Send a task to the worker process, which then performs the run."""
         self.tasks.append(task)
         self._write(task)
         if self._ready and self._since_s is None:
@@ -205,7 +208,7 @@ class _Worker:
             self._pipe(self.process.stdin).flush()
 
     def receive(self) -> Row:
-        """Wait for the results of the first task, and return its row.
+        """Wait until the worker process has performed its current task, and return the results.
 
         Raises EOFError or OSError if the worker process ends.
         """
@@ -231,13 +234,19 @@ class _Worker:
         return 0.0 if since_s is None else monotonic() - since_s
 
     def interrupt(self) -> None:
-        """Kill the worker process; `receive` then raises EOFError in its thread."""
+        """Kill the worker process.
+
+        A thread that waits in `receive` then gets an EOFError.
+        """
         self._since_s = None
         if self.process is not None:
             self.process.kill()
 
     def kill(self) -> None:
-        """Kill the worker process and close its pipes, while no other thread uses the pipes."""
+        """Kill the worker process, and close its pipes.
+
+        No other thread may use the pipes at the same time.
+        """
         self._since_s = None
         if self.process is not None:
             self.process.kill()
@@ -257,12 +266,12 @@ def work() -> None:
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # output of the user's host goes to stderr, rows go to stdout
+    os.dup2(2, 1)  # the output of the user's code goes to stderr, because stdout carries the results
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
     with suppress(EOFError, BrokenPipeError):  # these errors mean that the parent process has ended
-        pickle.dump(True, rows)  # the first object tells the parent process that the worker is ready
+        pickle.dump(True, rows)  # the value True means that the worker is ready
         rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301

@@ -6,7 +6,7 @@ _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 
 def own_command(line: str) -> tuple[str, str] | None:
-    """Return the name and the argument of a command to the terminal, e.g. `:why`.
+    """Split a terminal command, e.g. `:why`, into its name and its argument.
 
     The result is None for a line that is sent to the controller.  A sequence of an IF1 also begins with a colon, but is
     upper case.

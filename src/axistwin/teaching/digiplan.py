@@ -110,7 +110,7 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the reason why no move begins if the command K has not cleared past faults."""
+        """Yield the reason why a past fault still inhibits motion."""
         if locked and MotionFault.EMERGENCY_STOP in faults:
             yield Reason(
                 "after an emergency stop a locked interface is reset only by its power, not by K",
@@ -178,7 +178,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings of a number: as answer to request K, F or I."""
+        """Yield the meanings that a number has in answers to the requests K, F and I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"

@@ -90,7 +90,7 @@ class HostCall:
 
 
 class _Service(NamedTuple):
-    """The server of a twin, with its thread and its clock, during the `with` block."""
+    """Thread, server and clock that a `Twin` uses within its `with` block."""
 
     loop: LoopThread
     server: Server
@@ -255,7 +255,7 @@ def _bench(
         bench.add(what, **options)
         return bench, []
     if options:
-        raise UsageError(f"unexpected options {', '.join(options)}: expected options only for a model, not for a scene")
+        raise UsageError(f"a scene does not accept the options {', '.join(options)}: expected a model, e.g. if1")
     if isinstance(what, Bench):
         return what, []
     from axistwin.scenes.scene import Scene  # lazy import, because pydantic is slow to import

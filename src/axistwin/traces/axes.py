@@ -77,7 +77,10 @@ class StepperTrace:
     def _velocities(
         self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """Yield each change of the axis velocity, at most one at the same time."""
+        """Yield each change of the axis velocity.
+
+        Of several changes at the same time, only the last is yielded.
+        """
         changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
@@ -132,12 +135,15 @@ class StepperTrace:
         return Part(self._places["step"], times[order], levels[order])
 
     def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Move, int, int]]:
-        """Yield each move in a time span, with the numbers of its first and last pulse within the span."""
+        """Yield the moves in a time span, each with its first and last pulse number.
+
+        Only pulses within the time span count.
+        """
         moves: list[Move] = []
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # `<=` would be wrong: a move may start at the last pulse of another move
+            if move.start_ns < since_ns:  # not `<=`, because a move may start at the last pulse of another move
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -145,7 +151,10 @@ class StepperTrace:
 
 
 def _rates(move: Move) -> Iterator[tuple[int, float]]:
-    """Yield the start time and the velocity in pulses/s of each segment of a move, and velocity 0 at the end."""
+    """Yield the velocity segments of a move: the start time in ns and the velocity in pulses/s.
+
+    The velocity 0 follows at the end of the move.
+    """
     profile, direction = move.profile, move.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
         yield move.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
@@ -181,7 +190,10 @@ class ServoTrace:
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Remove the samples before the time `before_ns`, and return the changes of each signal."""
+        """Return the changes of each signal before the time `before_ns`.
+
+        The samples before this time are deleted.
+        """
         times, positions, commanded = self.rows.take(before_ns)
         if not len(times):
             return []
@@ -189,7 +201,10 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def present(self, now_ns: int) -> list[Part]:
-        """Return the signals that a command has changed since the last sample, with their present values."""
+        """Return the present values of signals that have changed since the last sample.
+
+        Such a change is caused by a command, e.g. one that sets the position.
+        """
         import numpy as np
 
         values = {"position": self.axis.position, "commanded": self.axis.setpoint}

@@ -40,12 +40,13 @@ class Batch:
         return len(self.times)
 
     def part(self, begin: int, end: int) -> "Batch":
-        """Return the changes with the indices `begin` to `end` - 1."""
+        """Return a part of the batch: from index `begin` up to, but not including, index `end`."""
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return an index near the middle that divides the batch between two different times.
+        """Return the index at which the batch can be cut into two halves.
 
+        Changes at the same time stay in the same half.
         If all changes have the same time, return the number of changes.
         """
         import numpy as np
@@ -107,7 +108,7 @@ class Rows:
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Append changes as rows, given as columns of integers."""
+        """Append changes, given as one array of integers for each column."""
         import numpy as np
 
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))

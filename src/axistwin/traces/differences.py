@@ -104,10 +104,10 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the first time at which a value of `this` does not occur in `that` within the time tolerance.
+    """Return the first time at which a value of one trace is missing in the other trace.
 
-    It is sufficient to check the times at which `this` changes, and the times at which `that` changes, shifted by the
-    tolerance.
+    A value is missing if `that` does not have the value of `this` within the time tolerance.  It is sufficient to
+    check the times at which `this` changes, and the times at which `that` changes, shifted by the tolerance.
     """
     import numpy as np
 
@@ -127,7 +127,9 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return True for each value of `this` that no value of `that` matches within the tolerance.
+    """Return an array: True for each value of one trace without a match in the other trace.
+
+    A match is a value of `that` that differs from the value of `this` by no more than the tolerance.
 
     `here`: the indices of the values in `this`.  `first` and `last`: for each value, the range of indices in `that`.
     `most`: largest difference that is a match.

@@ -40,7 +40,7 @@ class TextSink:
     """Base class of the writers of text files, e.g. CSV files."""
 
     def flush(self) -> None:
-        """Do nothing, because a text file contains each line as soon as it is written."""
+        """Do nothing, because each line is written to the file immediately."""
 
 
 class CsvSink(TextSink):
@@ -175,7 +175,7 @@ class SigrokSink(VcdSink):
 
 
 def units(signals: Iterable[Signal]) -> dict[str, str]:
-    """Return the unit of each signal that has a unit, by the full name of the signal."""
+    """Return the units of signals; the keys are the full names of the signals."""
     return {signal.full: signal.unit for signal in signals if signal.unit}
 
 
@@ -186,7 +186,10 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Return the values of a batch; `show` formats floating-point numbers and texts."""
+    """Return the values of the changes in a batch.
+
+    The function `show` formats floating-point numbers and texts.
+    """
     import numpy as np
 
     found: list[float | str] = values.tolist()

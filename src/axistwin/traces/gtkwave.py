@@ -42,7 +42,10 @@ def _contents(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int
 
 
 def _add(save: "GTKWSave", signal: Signal) -> None:
-    """Add a signal to a GTKWave save file; GTKWave draws the signal of a number as a curve."""
+    """Add a signal to a GTKWave save file.
+
+    GTKWave draws numbers as a curve.
+    """
     from vcd.gtkw import GTKWFlag
 
     name = f"{signal.full} [{signal.unit}]" if signal.unit else signal.full

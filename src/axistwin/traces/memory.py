@@ -100,7 +100,7 @@ class _Changes:
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Return the signal in the form of a signal that is read from a trace file."""
+        """Convert the signal to a `Track`, the type of a signal from a trace file."""
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())

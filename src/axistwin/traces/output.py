@@ -33,7 +33,10 @@ class Output:
         self.replace_end(data, 0)
 
     def replace_end(self, data: bytes, of: int) -> None:
-        """Replace the last `of` bytes of the file by `data`.  Raises OSError, after which the file is unchanged."""
+        """Replace the last bytes of the file by new data.
+
+        `of`: number of bytes to replace.  Raises OSError; the file is then unchanged.
+        """
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
             size = f"{self._limit / 1e6:g} MB" if self._limit >= 1000 else f"{self._limit} bytes"

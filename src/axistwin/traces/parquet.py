@@ -67,7 +67,8 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        # the current row group begins at `_place`; the next flush overwrites `_rewritable` bytes from there
+        # `_place` is the position of the current row group in the file, in bytes
+        # `_rewritable` is the number of bytes at the end of the file that the next flush replaces
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
@@ -78,7 +79,10 @@ class ParquetSink:
         self.flush()
 
     def write(self, batch: Batch) -> None:
-        """Add changes to the current row group; write a full row group, and begin a new one."""
+        """Add changes to the trace.
+
+        As soon as a row group is full, it is written to the file.
+        """
         table = self._table(batch)
         while self._rows + len(table) >= self._full:
             room = self._full - self._rows
@@ -93,7 +97,7 @@ class ParquetSink:
         self._new |= len(table) > 0
 
     def _close_group(self) -> None:
-        """Write the current row group for the last time, and begin a new row group."""
+        """Complete the current row group, write it to the file, and begin a new row group."""
         self.flush()
         self._place += self._body
         self._rewritable -= self._body
@@ -178,7 +182,10 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file in memory that stores bytes only if `parts` is a list, and otherwise ignores them."""
+    """A file in memory, which can store or discard written bytes.
+
+    The bytes are discarded if `parts` is None.
+    """
 
     def __init__(self) -> None:
         self.parts: list[bytes] | None = None

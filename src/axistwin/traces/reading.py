@@ -28,9 +28,9 @@ COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number":
 
 @dataclass
 class Track:
-    """One signal of a trace, which has the value `values[n]` from `times[n]` on.
+    """One signal of a trace, stored as times and values.
 
-    Control characters in texts are escaped as `\\r`.
+    The signal has the value `values[n]` from the time `times[n]` on.  Control characters in texts are escaped as `\\r`.
     """
 
     name: str
@@ -266,7 +266,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
     value, _, identifier = line[1:].partition(" ") if sign in "bBrRsS" else (sign, "", line[1:])
     track = tracks.get(identifier)
     if track is None:
-        raise ValueError(f"no signal has the identifier {identifier!r}: expected one from a $var line")
+        raise ValueError(f"unknown signal identifier {identifier!r}: expected an identifier from a $var line")
     if sign in "bB":
         number = whole(value, 0, ALL_BITS, base=2)
         value = str(number - (1 << 64) if number >> 63 else number)
@@ -314,7 +314,7 @@ def _parquet_table(path: Path) -> Any:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    with path.open("rb"):  # `open` raises the same OSError as for a CSV or VCD file
+    with path.open("rb"):  # `open` raises OSError if the file cannot be read
         pass
     try:
         table = pq.ParquetFile(path).read()

@@ -45,7 +45,10 @@ class ReportedRegisters:
         """Changes reported by the controller: times, indices of registers, new values."""
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Remove the reports before the time `before_ns`, and return the changes of each register."""
+        """Return the changes of each register before the time `before_ns`.
+
+        The reports before this time are deleted.
+        """
         import numpy as np
 
         times, which, values = self.rows.take(before_ns)

@@ -69,7 +69,10 @@ class Signal:
 
 
 def catalogue(bench: Bench) -> list[Signal]:
-    """Return all signals of a bench: first those of controllers, then those of shared lines."""
+    """Return all signals that can be traced.
+
+    The signals of controllers come before the signals of shared lines.
+    """
     found = [signal for controller in bench.controllers.values() for signal in _of(bench, controller)]
     lines = [name for name in endpoints.names(bench) if name not in bench.controllers]
     return found + [signal for name in lines for signal in _streams(name)]
@@ -98,7 +101,7 @@ def pin_signal(pin: str) -> str:
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # a silent pin is a step output, and the axis has the signal `step` for this output
+        if not pin.silent:  # step outputs are left out, because each axis has its own signal `step`
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

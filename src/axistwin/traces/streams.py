@@ -55,7 +55,10 @@ class _Message:
 
     @property
     def complete(self) -> bool:
-        """True if the message is complete, so that the next character, unless LF, begins a new message."""
+        """True if the message is complete.
+
+        The next character then begins a new message, except LF, which belongs to the old message.
+        """
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
     def extend(self, time_ns: int, data: bytes) -> None:
@@ -64,7 +67,7 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the signal of this end of the line, because the other end transmits.
+        """Set the signal to an empty text, because the other side transmits.
 
         `answered`: True if the stored message is deleted, too.
         """

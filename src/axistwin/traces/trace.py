@@ -145,10 +145,10 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # the samples of servo axes are computed ahead of the clock
+        self._computing_ahead: list[ServoAxis] = []  # servo axes compute their samples in advance
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []  # servo axes and controllers report their changes as rows
+        self._rows: list[Rows] = []  # contains the changes that axes and controllers report
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -180,7 +180,7 @@ class Tracer:
             self.sink.flush()
 
     def show_present(self) -> None:
-        """Pass all changes up to now to the function `consumer`.
+        """Call the function `consumer` with all changes up to now.
 
         Further changes may follow at this time, e.g. an action of a user.  A later call passes the changes at this time
         again, so a consumer drops samples that are equal to the sample before.
@@ -259,7 +259,10 @@ class Tracer:
         self._begin.append(lambda stack: stack.callback(self.bench.faults.subscribe(changed)))
 
     def _faults(self, name: str, over: Fault | None) -> bytes:
-        """Return the names of the active faults of a controller, except `over`, a fault that is just ending."""
+        """Return the names of the active faults of a controller.
+
+        `over`: a fault that is just ending and is left out.
+        """
         there = (fault for fault in self.bench.faults if fault.on and fault is not over)
         return ", ".join(sorted(fault.name for fault in there if fault.spot.name.partition(".")[0] == name)).encode()
 
@@ -336,7 +339,10 @@ class Tracer:
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write all changes before the time `before_ns`; divide a time span with too many pulses."""
+        """Write all changes before the time `before_ns`.
+
+        A time span with many pulses is written in several parts.
+        """
         since_ns = self.written_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)

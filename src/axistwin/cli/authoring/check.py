@@ -81,7 +81,10 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
 
 
 def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
-    """Split the arguments of the command into a model and files; the model is None if it is left out."""
+    """Split the arguments of `axistwin check` into a model and a list of files.
+
+    The model is None if the user has named only files.
+    """
     first = arguments[0] if arguments else ""
     named = first.lower() in FAMILIES or not Path(first).suffix
     made = product(first) if arguments and named else None
@@ -136,7 +139,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # the check of the scene reports this error
+        except ProgramError:  # the user already gets this error from the check of the scene
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))

@@ -6,7 +6,7 @@ from axistwin.errors import UsageError
 
 
 def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
-    """Return the error for an unknown name, with a similar valid name or all valid names in its message."""
+    """Return an error that suggests valid names instead of an unknown name."""
     from difflib import get_close_matches  # this import is lazy because only errors need it
 
     listed = list(names)

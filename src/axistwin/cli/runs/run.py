@@ -158,7 +158,7 @@ def _page(
 
 
 def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outcome, bool]:
-    """Run the program on the bench, and return its outcome, and True if the user has interrupted the run."""
+    """Run the program; return the outcome, and a flag that is True if the user has interrupted the run."""
     try:
         return loaded.perform(bench, None if seconds is None else to_ns(seconds)), False
     except KeyboardInterrupt:
@@ -201,7 +201,10 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
 
 
 def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
-    """Add a note to the outcome of a run: the number of refused lines, and the command that explains the lines."""
+    """Add the number of refused program lines to the outcome of a run.
+
+    The note also contains the command `axistwin check`, which explains the errors.
+    """
     lines = len({(each.file, each.error.line) for each in refused})
     note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
     return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))

@@ -69,6 +69,9 @@ def _is_own(error: BaseException) -> bool:
 
 
 def _modules(error: BaseException) -> Iterator[str]:
-    """Yield the names of the modules in the traceback of an error, each followed by a dot."""
+    """Yield the name of each module in the traceback of an error.
+
+    A dot is added to each name, e.g. `axistwin.panel.`.
+    """
     for frame, _ in walk_tb(error.__traceback__):
         yield f"{frame.f_globals.get('__name__', '')}."

@@ -34,7 +34,7 @@ _OPTIONS = [
 
 
 def options(command: F) -> F:
-    """Add the options that `axistwin ioc` and `axistwin opcua` share to a click command."""
+    """Add options to a click command: the common options of `axistwin ioc` and `axistwin opcua`."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -91,7 +91,7 @@ class Wanted:
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():
             if not isinstance(found, dict):
-                raise UsageError(f"--option {name} names no controller of the scene: expected e.g. if1.{name}=1")
+                raise UsageError(f"--option {name} names no controller: expected e.g. --option if1.{name}=1")
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
             units=self.units, registers=self.registers, period_s=period_s,

@@ -56,7 +56,7 @@ def opcua(
     """
     require("asyncua", "opcua")
     if listen != LOOPBACK and (users is None or certificates is None):
-        raise UsageError(f"--listen {listen} admits other machines: add --users FILE and --certificates DIR")
+        raise UsageError(f"--listen {listen} permits access from the network: add --users FILE and --certificates DIR")
     wanted = of.Wanted.read(what, model, given)
     return asyncio.run(_serve(wanted, listen, port, users, certificates, as_json=as_json))
 

@@ -33,7 +33,10 @@ product(sys.argv[1]).prepare(None, 1)
 
 @contextmanager
 def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
-    """Prepare the controllers of a bench in a thread, and yield an event that is set when all are prepared."""
+    """Prepare the controllers of a bench in a thread.
+
+    Yields an event, which is set when all controllers are prepared.
+    """
     models = Counter(controller.product.model for controller in bench.controllers.values())
     for model in models:
         if note := product(model).note():
@@ -62,7 +65,7 @@ class _Preparation:
         self._stopped.set()
 
     def run(self) -> None:
-        """Main function of the thread: prepare each model of the bench."""
+        """Prepare each controller model.  This is the main function of the thread."""
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():
@@ -94,7 +97,10 @@ class _Preparation:
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Let other threads run often within a `with` block, and delay garbage collection to its end."""
+    """Switch threads more often within a `with` block.
+
+    The garbage collector is off until the end of the block.
+    """
     before_s = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
     gc.disable()

@@ -119,7 +119,10 @@ def _headers(device: str, model: str | None, line: UartFormat, on_for: float) ->
 
 
 def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:
-    """Record each change of a control line: of the host as an action, of the controller as a state."""
+    """Record each change of the control lines DTR and RTS.
+
+    A change by the host is recorded as an action, a change by the controller as a state.
+    """
     port = relay.port
     for subject, line in (("dtr", port.dtr_line), ("rts", port.rts_line)):
         line.subscribe(partial(_record_shown, recorder, name, subject))

@@ -173,7 +173,7 @@ def _served(
     if not what.endswith(".toml"):
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
-        raise UsageError("--state, --line, --rs485 and --option are only for a MODEL: set them in the scene file")
+        raise UsageError("--state, --line, --rs485 and --option need a MODEL: use the scene file instead")
     return what_is.scene(what, given, alone=with_panel)
 
 
@@ -192,7 +192,10 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
 
 
 def _headers(model: str, options: tuple[str, ...], line: str | None) -> dict[str, str]:
-    """Return the header of a recording, with which `axistwin run` can build the same bench."""
+    """Return the header of a recording: model, options and line format.
+
+    `axistwin run` creates the same controller from the header.
+    """
     import shlex  # this import is lazy because only --record needs it
 
     return {"model": model, "options": shlex.join(options), "line": line or ""}
@@ -232,9 +235,9 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the files when the session goes back in time.
+        """Return a function that closes the trace and the recording.
 
-        The session calls the function with each new bench.
+        The session calls the function with each new bench, e.g. after the user has gone back in time.
         """
 
         def end(another: Bench) -> None:
@@ -250,7 +253,10 @@ class _Files:
 def _tracing(
     bench: Bench, path: str | None, signals: str | None, limit: int | None
 ) -> Iterator[Callable[[], None] | None]:
-    """Write a trace within a `with` block, and yield a function that writes pending data, or None."""
+    """Write a trace within a `with` block.
+
+    Yields a function that writes pending data, or None if the user has not requested a trace.
+    """
     if path is None:
         yield None
         return
@@ -263,7 +269,10 @@ def _tracing(
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Record conversations within a `with` block, and yield a function that writes pending data, or None."""
+    """Record conversations within a `with` block.
+
+    Yields a function that writes pending data, or None if the user has not requested a recording.
+    """
     if path is None:
         yield None
         return
@@ -300,7 +309,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # an error while virtual time advances ends the program
+    server.pacer.on_defect = partial(fail, ended)  # the function `fail` ends the program after an internal error
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -317,7 +326,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the files are closed here because they must not contain the power-off
+        files.close()  # the trace and the recording end before power-off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

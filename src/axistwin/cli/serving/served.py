@@ -40,7 +40,7 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
         bench = Bench()
         made = bench.add(name, **options)
         if second:
-            bench.port(f"{made.name}.rs485")  # `port` creates the second channel of the motor
+            bench.port(f"{made.name}.rs485")  # the motor creates its RS-485 channel when `port` is called
         return bench
 
     def ports(bench: Bench) -> Ports:

@@ -9,9 +9,9 @@ OURS = "axistwin"
 
 
 class Sparing(logging.Filter):
-    """Log filter that passes the first records of each logger, and later only the number of records.
+    """Log filter that limits the number of log records of each logger.
 
-    The number is reported at 16, 32, 64, … records.
+    After the first records, only the number of records is reported.  The number is reported at 16, 32, 64, …
 
     Limited are records with a traceback and all records of libraries, but not one-line records of axistwin.
     """

@@ -88,8 +88,9 @@ class _Run:
     """One run of `axistwin stand-in`, with its boards, its driver and its journal."""
 
     def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int] | None, panel: str | None) -> None:
-        """Prepare a run; `positions`: positions of the motors at the end of the last run, None if unknown.
+        """Prepare a run of `axistwin stand-in`.
 
+        `positions`: positions of the motors at the end of the last run; None if the positions are unknown.
         `panel`: address of the page that shows the state and has a stop button.
         """
         self.bench, self.plan, self._at_start, self._panel = bench, plan, positions, panel
@@ -164,7 +165,7 @@ class _Run:
                 return await ended
         if self._driver.failed:
             return 1
-        import_module("numpy")  # the import is slow, so it must end before the motors are live
+        import_module("numpy")  # this slow import must end before the motors start
         gc.collect()
         gc.freeze()  # `freeze` shortens the pauses of the garbage collector
         for name, url in ports:
@@ -247,7 +248,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call `said` with each line that the user types."""
+    """Call the function `said` with each line that the user types."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

@@ -183,7 +183,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
 
 
 async def _watch(commands: LocalCommands, lines: Lines) -> None:
-    """Check the user's progress in a lesson at regular intervals, and end the input after the last step."""
+    """Check the user's progress in a lesson at regular intervals; close the terminal after the last step."""
     while not commands.check_lesson():
         await asyncio.sleep(LOOK_S)
     lines.put_nowait(None)
@@ -246,7 +246,10 @@ def _greet(what: str) -> None:
 
 
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
-    """Initialise a virtual IF1 or IF2 before the user types the first line, without waiting in real time."""
+    """Initialise a virtual IF1 or IF2 before the user types the first line.
+
+    The initialisation takes only virtual time.
+    """
     ends = (
         controller.serial.subscribe_sent(screen.show_sent),
         controller.serial.subscribe_received(lambda byte, _: screen.show_received(bytes([byte]))),

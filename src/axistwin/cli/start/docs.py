@@ -70,7 +70,7 @@ def docs(
 def _playground(out: Path | None, engine: Path | None) -> None:
     if out is None or engine is None:
         raise UsageError("--playground needs two folders: expected --engine DIR --out DIR")
-    from axistwin.playground import build  # this import is lazy because the playground is rarely built
+    from axistwin.playground import build  # this import is lazy because only --playground needs it
 
     try:
         page = build(out, engine)

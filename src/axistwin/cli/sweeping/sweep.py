@@ -132,7 +132,7 @@ def path_and_values(option: str, text: str) -> tuple[str, str]:
 
 
 def named(option: str, text: str) -> tuple[str, str]:
-    """Split an argument NAME:SENTENCE into its two parts.  Raises UsageError."""
+    """Split an argument at its first colon, e.g. `end: final table.X.position`.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
         raise UsageError(f"invalid --{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
@@ -143,7 +143,7 @@ def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, fl
     given = ("vary", "measure", "claim", "seconds", "design", "runs", "seed", "search", "program", "host")
     given_options = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
     if given_options:
-        raise UsageError(f"{target} is a sweep file: set {', '.join(given_options)} in this file")
+        raise UsageError(f"options cannot be combined with a sweep file: set {', '.join(given_options)} in {target}")
     contents = load(target)
     return contents.sweep(target), contents.chosen(), contents.seconds
 

@@ -47,7 +47,8 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            self.port.clock.call_later(0, self._serve)  # `_serve` runs after the present step of the board
+            # `_serve` runs at the same virtual time, after the present callback
+            self.port.clock.call_later(0, self._serve)
 
     def _serve(self) -> None:
         self._due = False

@@ -173,13 +173,13 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Connect the control lines of the interface through the given cable.
+    """Connect the pins DTR, RTS, DSR and CTS of the interface as the cable defines.
 
     DSR and CTS are inputs of the interface.  The result contains the pins inside the interface.
     """
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return the pin inside the interface for DSR or CTS.
+        """Return the internal pin of the interface for the signal DSR or CTS.
 
         `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
         the pin is off.

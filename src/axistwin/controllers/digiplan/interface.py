@@ -176,9 +176,10 @@ class Interface(State):
         return None
 
     def _report_full(self, full: bool) -> None:
-        """Stop or continue the host by DTR, and by X-off or X-on if the data format has them.
+        """Stop or restart the transmission of the host, by DTR and optionally by X-off and X-on.
 
-        The host is stopped at 80 % of the buffer, and continued at 20 %.
+        X-off and X-on need a data format with this flow control.  The host is stopped at 80 % of the buffer, and
+        restarted at 20 %.
         """
         self.lines.dtr.set(not full)
         if self.stage is Stage.READY and self.frame.x_on_x_off:
@@ -230,9 +231,9 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Carry out a message after an earlier, waiting message has begun.
+        """Wait until the previous message starts, then carry out this message.
 
-        Before that, answer the status requests that arrive after the message.  The command `#` drops both messages.
+        While waiting, answer the status requests that arrive after the message.  The command `#` drops both messages.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()

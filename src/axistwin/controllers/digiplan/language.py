@@ -98,7 +98,7 @@ class Direction(Written):
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Return +1 or -1 for the sign, and True.
+        """Return two values: +1 or -1 for the sign, and True.
 
         The second value is always True, because every sign is within the range.
         """
@@ -160,7 +160,7 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Report a problem between two indices of the text.
+        """Report a problem in a part of the text.
 
         The problem begins at index `at` and ends before index `end`.  `at` None: the index of the next character.
         """

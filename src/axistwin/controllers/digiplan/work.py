@@ -60,7 +60,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # a step cancels itself if it switches an output that is wired to a fault input
+            # a step that switches an output wired to a fault input calls this method itself
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -76,7 +76,7 @@ class Work:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give control of a sequence to the host, and return the event of the next step.
+        """Give control of a sequence to the host, and return an event for the host's next step.
 
         The value of the event is the step that the host sends; None means that the sequence continues.
         """

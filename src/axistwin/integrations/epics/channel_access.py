@@ -35,9 +35,9 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class Channel(ChannelData):
-    """A channel of Channel Access; a record processes the writes of clients.
+    """One process variable of the Channel Access server.
 
-    `put` is None for a channel that can only be read.
+    A record processes the writes of clients.  `put` is None for a channel that can only be read.
     """
 
     put: Put | None = None
@@ -112,7 +112,10 @@ class _Motor:
         return _make(field, self._record.values[name], allowed, self._alarm, "motor")
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish a field of the record; an empty name stands for the alarm and the metadata."""
+        """Publish the field `name` of the record.
+
+        If the name is empty, publish the alarm and the metadata.
+        """
         if not name:
             await self.describe()
             return
@@ -134,7 +137,10 @@ class _Motor:
 
 
 class _Circuit(VirtualCircuit):
-    """A client's connection, which sends each update before the answer to the write that caused the update."""
+    """A client's connection to the Channel Access server.
+
+    After a write, the client receives the update of the value before the answer to the write.
+    """
 
     async def send(self, *commands: Any) -> None:
         """Send messages of Channel Access to the client."""

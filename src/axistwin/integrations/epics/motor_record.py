@@ -179,7 +179,7 @@ class MotorRecord:
             await self._set(**{field: 0})
 
     def _runs_out(self, direction: int) -> bool:
-        """True if the stopping distance of a run in this direction reaches the position limit."""
+        """True if a jog in this direction could not stop before the position limit."""
         low, high = self.values["DLLM"], self.values["DHLM"]
         distance = self.values["JVEL"] * self.values["ACCL"] / 2
         dial = self._dial(self.axis.status.position)
@@ -332,7 +332,10 @@ class MotorRecord:
             await self._set(DIFF=self.values["VAL"] - user, RDIF=self.values["RVAL"] - raw)
 
     async def _ended(self) -> None:
-        """Complete a motion; unless a move has reached its target, set VAL to the position."""
+        """Update the record at the end of a motion.
+
+        VAL is set to the position, unless a move has reached its target.
+        """
         goal = self.axis.ended
         if goal is None or goal.target is None or goal.failure:
             await self._follow_readback()

@@ -76,7 +76,10 @@ class _Motor:
         return _Channel(field, self._record.values[name], put if self._record.writable(name) else None)
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish a field of the record; an empty name stands for the alarm and the metadata."""
+        """Publish the field `name` of the record.
+
+        If the name is empty, publish the alarm and the metadata.
+        """
         record = self._record
         if name:
             self.channels[name].post(value, record.alarm, {})

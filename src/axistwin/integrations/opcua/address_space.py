@@ -61,8 +61,7 @@ class AddressSpace:
                 try:
                     await write(each.Value.Value.Value)
                 except (DriverError, TypeError, ValueError) as error:
-                    status_code = _code(error)
-                    raise UaStatusCodeError(status_code) from None
+                    raise UaStatusCodeError(_opc_ua_status_code(error)) from None
 
     def _id(self, *names: str) -> tuple[ua.NodeId, ua.QualifiedName]:
         return ua.NodeId(".".join(names), self._index), ua.QualifiedName(names[-1], self._index)
@@ -92,7 +91,10 @@ class AddressSpace:
     async def add_variable(
         self, parent: Node, names: tuple[str, ...], kind: ua.VariantType, value: Any, write: Write | None = None
     ) -> Node:
-        """Create a variable; clients can write the variable if `write` is given."""
+        """Create a variable in the address space.
+
+        Clients can write the variable if the function `write` is given.
+        """
         found = await parent.add_variable(*self._id(*names), ua.Variant(value, kind, is_array=isinstance(value, list)))
         if write is not None:
             await found.set_writable()
@@ -113,7 +115,7 @@ class AddressSpace:
             try:
                 await act(*(float(each.Value) for each in given))
             except (DriverError, TypeError, ValueError) as error:
-                return ua.StatusCode(_code(error))
+                return ua.StatusCode(_opc_ua_status_code(error))
             return ua.StatusCode()
 
         listed = [ua.Argument(Name=name, DataType=ua.NodeId(ua.ObjectIds.Double), ValueRank=-1) for name in arguments]
@@ -219,7 +221,10 @@ class AxisNodes:
     # Methods
 
     async def _begin(self, goal: Goal) -> None:
-        """Request a motion; return when the motion has begun, or waits for another axis."""
+        """Request a motion, and wait a short time for its start.
+
+        The motion may start later, e.g. if another axis is moving.
+        """
         self._error = ""
         self._axis.status.known_position() if goal.target is not None else None
         await self._axis.begin(goal)
@@ -273,7 +278,7 @@ def _kind(value: Any) -> ua.VariantType:
     return BOOL if isinstance(value, bool) else DOUBLE if isinstance(value, float) else TEXT
 
 
-def _code(error: Exception) -> int:
+def _opc_ua_status_code(error: Exception) -> int:
     """Return the OPC UA status code for an error."""
     match error:
         case PositionLostError():

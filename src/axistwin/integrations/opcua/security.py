@@ -48,7 +48,7 @@ def read_users(path: Path) -> dict[str, Account]:
             raise UsageError(f"{path}:{number}: invalid user: expected {form}")
         found[words[0]] = Account(words[1], words[2])
     if not found:
-        raise UsageError(f"{path} has no users: expected a line such as anna k7Rw2p operator")
+        raise UsageError(f"{path} has no users: expected at least one line, e.g. 'anna k7Rw2p operator'")
     return found
 
 

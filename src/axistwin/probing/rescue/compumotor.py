@@ -107,7 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the commands and trigger levels that give a new board the same contents."""
+    """Return the commands and trigger levels that copy the old board's data to a new board."""
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)
     actions = [f"trigger{number} low" for number in range(2, 6) if not levels >> number & 1]

@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """The part of a scene that gives a new controller the contents of an old controller."""
+    """Part of a scene that copies the data of an old controller to a new controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""
@@ -51,7 +51,10 @@ class Restoring:
 
 @dataclass(frozen=True)
 class Reader:
-    """The functions that read and restore the contents of one family of controllers."""
+    """Functions that save and restore the programs and data of a controller.
+
+    Each family of controllers has its own functions.
+    """
 
     read: Callable[[Exchange], Contents]
     """Reads all contents without motion.  Raises LinkError if the controller does not answer or is moving."""
@@ -62,6 +65,6 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    """Return the functions that read and restore the contents of this model."""
+    """Return the functions that save and restore the programs and data of this model."""
     found: Reader = import_module(f"{__package__}.{FAMILIES[product(model).model]}").READER
     return found

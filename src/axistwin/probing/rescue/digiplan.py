@@ -76,7 +76,7 @@ def _format(exchange: Exchange, end: bytes) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions that give a new interface the input levels of the old interface."""
+    """Return the actions that set the inputs of a new interface as on the old interface."""
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(

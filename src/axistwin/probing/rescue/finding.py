@@ -68,7 +68,7 @@ def _kind(model: str) -> str:
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:
-    """Yield the line formats to try, each with a kind of controller and the test for this kind.
+    """Yield each attempt: a line format, a controller model, and the test for this model.
 
     The most usual line formats come first.  The first test of each kind cannot be taken for the open bracket of an
     interface that has no baud rate yet.
@@ -89,7 +89,7 @@ def _formats(kind: str) -> Iterator[UartFormat]:
 
 
 def _motor(exchange: Exchange, first: bytes = smartmotor.FIRST) -> bool:
-    """True if a SmartMotor answers the request for its variable a.
+    """True if a SmartMotor answers the request for the value of variable `a`.
 
     The first report can end, and spoil, an incomplete command of another host.
     """
@@ -103,7 +103,10 @@ def _interface(exchange: Exchange) -> bool:
 
 
 def _uninitialised(exchange: Exchange) -> bool:
-    """Raise LinkError if an IF1 or IF2 waits for its data format; return False."""
+    """Raise LinkError if an IF1 or IF2 waits for its data format.
+
+    Otherwise the function returns False.
+    """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
             "the interface waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "

@@ -25,7 +25,7 @@ PORTS = {False: "tcp://127.0.0.1:5001", True: "bus://127.0.0.1:1811"}
 
 @dataclass
 class Rescue:
-    """Result of a rescue: the contents of a controller, and the differences of its twin."""
+    """Result of a rescue: the controller's data, and the differences between controller and twin."""
 
     found: Found
     contents: Contents
@@ -44,8 +44,9 @@ class Rescue:
 
 
 def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = lambda answers: None) -> Rescue:
-    """Read the contents of the controller at `end`, and write the contents into the new directory `out`.
+    """Read the programs and data of a controller, and save both in a new directory.
 
+    `end`: the connection to the controller.  `out`: the directory.
     `report` is called with the number of answers, after each answer.  Raises LinkError if the controller does not
     answer or is moving; what has been received by then is written into the directory.
     """
@@ -57,7 +58,7 @@ def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = la
     except AxistwinError as error:
         if (file := _saved_talk(exchange, out)) is None:
             raise
-        raise LinkError(f"{error}; received data: {file}") from None
+        raise LinkError(f"{error}; the data received before this error are in {file}") from None
     done = Rescue(found, contents)
     done.files = _scene(found, contents) | {TALK: exchange.talk()}
     scratch = _scratch(out)
@@ -107,7 +108,10 @@ def _write(directory: Path, files: dict[str, str]) -> None:
 
 
 def _scene(found: Found, contents: Contents) -> dict[str, str]:
-    """Return the scene of the twin and the files that the scene uses: texts by file name."""
+    """Return the scene file of the twin, and the files that the scene needs.
+
+    The keys are the names of the files, and the values are their texts.
+    """
     made = product(found.model)
     restoring = reader(found.model).restore(contents, new(found.model))
     controller: dict[str, Any] = {"model": found.model, "ports": [PORTS[made.line is None]]}

@@ -55,7 +55,7 @@ def read(exchange: Exchange) -> Contents:
         found.values[f"al[{index}]"] = exchange.line(f"Ral[{index}]\r".encode())
     found.program = _upload(exchange, found)
     if before == "0" and exchange.line(b"RBs\r") == "1":
-        exchange.end.send(b"Zs\r")  # a request that the firmware does not know has set flag Bs
+        exchange.end.send(b"Zs\r")  # an unknown request has set flag Bs
     silent = [name for name, value in found.values.items() if not value]
     if silent:
         found.missing.append(f"no answer to {', '.join(silent)}")
@@ -74,7 +74,7 @@ def _first(exchange: Exchange) -> None:
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one motor sends only two lines
+    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one motor sends at most two answers to two requests
         raise LinkError("several motors answer: connect one motor at a time")
 
 
@@ -103,7 +103,7 @@ def _block(answer: bytes) -> bool:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the program, variables and input levels that a new motor needs for the same contents."""
+    """Return the data that a new motor needs: program, variables and input levels."""
     found = Restoring()
     values = contents.values
     if contents.program:

@@ -83,9 +83,9 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer in which `0` replaces each number and checksum, for a comparison without values.
+    """Replace each number in an answer by `0`, so that a comparison ignores numbers.
 
-    `P` replaces the letter of a mode.
+    `0` also replaces each checksum, and `P` replaces the letter of a mode.
     """
     return re.sub(rb"\b[0-9A-F]{6}\b|-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
 

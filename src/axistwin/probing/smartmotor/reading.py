@@ -47,7 +47,7 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
             # variable zzz saves the value of the setting until the end of the test case
-            shown = f"PRINT({code[:-1]},#13)"  # RV and RP report the actual motion, PRINT the setting
+            shown = f"PRINT({code[:-1]},#13)"  # RV and RP would report the actual motion instead of the setting
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))
     return found

@@ -81,7 +81,7 @@ def set_sigma(board: State, sigma: int) -> None:
 
 
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
-    """Command B3h: define the correction law: the velocity is K·e (1), K·√e (2) or K·e² (3) for a position error e.
+    """Command B3h: select the correction velocity K·e (1), K·√e (2) or K·e² (3), where e is the position error.
 
     The velocity is at most `maximum`.  The law and `maximum` are in units of the velocity range.  Ignored if `maximum`
     is beyond the range.

@@ -94,7 +94,7 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move the motor back to the position `target` after the search.  Return True if the motor is there."""
+        """Move the motor back to the position `target` after the search.  Return True after arrival at `target`."""
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:

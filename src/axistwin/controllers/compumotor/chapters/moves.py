@@ -27,7 +27,7 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
         board.library.default = move
 
 
-def define(  # the function has one argument for each parameter of the command
+def define(  # `define` has one argument for each parameter of the command
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
     """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, or replace the definition of this move.

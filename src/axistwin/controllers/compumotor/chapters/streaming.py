@@ -77,9 +77,9 @@ class StreamOutput:
             board.clock.skip(len(segments) * self._period_ns)
 
     def _ahead(self, most: int) -> list[Segment]:
-        """Remove up to `most` velocities from the streaming buffer, and return one segment for each velocity.
+        """Remove the next velocities from the streaming buffer, and return one segment for each velocity.
 
-        The velocities are in the present direction.
+        The velocities are in the present direction.  Their number is at most `most`.
         """
         segments: list[Segment] = []
         setting, markers = self._setting, self._stream.markers

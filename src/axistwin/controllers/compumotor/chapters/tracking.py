@@ -33,7 +33,7 @@ def phase_changed(board: State, phase: Phase) -> None:
 
 
 def _end_move(board: State) -> None:
-    """At the end of a move, set the desired position.
+    """Update the desired position at the end of a move.
 
     The present position becomes the desired position, unless a closed-loop move has another target.
     """

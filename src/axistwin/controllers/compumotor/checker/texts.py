@@ -79,7 +79,7 @@ class Words:
         return _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
-        """Return the meaning of a message as text, with the values in the message."""
+        """Convert a message of the board to text: its meaning and its values."""
         opcode, data = message[0], message[1:]
         command = COMMANDS_1811.get(opcode)
         if not isinstance(command, language.Opcode):

@@ -29,7 +29,7 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        # opcode of each enabled message, with the number of moves that had begun at that time
+        # for each requested message: its opcode, and the number of moves begun before the request
         self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:

@@ -35,7 +35,7 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Velocity of the move in pulses/s; None if the velocity is beyond its range."""
+        """Velocity of the move in pulses/s; None if the velocity number is too high for its range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property

@@ -137,7 +137,7 @@ class PulseGenerator:
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
     def within(self, duration_ns: int) -> int:
-        """Return the number of pulses in the next `duration_ns` of the present profile."""
+        """Return the number of pulses in the next `duration_ns` nanoseconds of the present profile."""
         elapsed_ns = self._elapsed_ns
         return self._output.pulses_by(elapsed_ns + duration_ns) - self._output.pulses_by(elapsed_ns)
 

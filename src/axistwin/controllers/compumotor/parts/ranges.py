@@ -20,7 +20,7 @@ FULL = 65_536
 
 @dataclass(frozen=True)
 class VelocityRange:
-    """One of the velocity ranges, with its smallest velocity and its clock.
+    """A velocity range of the board, with its lowest velocity and its clock frequency.
 
     `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz.
     """

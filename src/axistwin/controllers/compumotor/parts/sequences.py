@@ -112,7 +112,7 @@ class Sequencer:
             self.waiting = None
 
     def wake(self) -> None:
-        """End a wait for CONTINUE."""
+        """Continue the sequence if the sequence is waiting for CONTINUE (48h)."""
         if self.waiting is not None and not self.waiting.triggered:
             self.waiting.succeed()
 

@@ -37,7 +37,7 @@ class Setting:
 
     @cached_property
     def clock(self) -> Fraction:
-        """The effective clock in Hz."""
+        """Effective clock frequency in Hz: the base clock, divided by the divisor."""
         return BASE_CLOCKS[self.base] / self.divisor
 
     @cached_property
@@ -141,7 +141,7 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the next entries that can be output without the buffer empty alarm.
+        """Return the next entries whose output does not raise the buffer empty alarm.
 
         The result has at most `most` entries.  Each entry is one word.
         """
@@ -183,7 +183,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # if the process itself calls this method, the process ends because `performing` is False
+            # the active process cannot kill itself, and ends because `performing` is now False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

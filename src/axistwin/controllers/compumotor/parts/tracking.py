@@ -12,7 +12,7 @@ from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
-    """Convert a count to the value of a signed 32-bit counter, which may overflow."""
+    """Convert an unlimited count to the value of a signed 32-bit counter."""
     return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
 
 
@@ -77,7 +77,7 @@ class Encoder:
 
 
 class Use(Enum):
-    """Present use of the motor, on which position tracking depends."""
+    """Possible uses of the motor, e.g. an open-loop move or joystick control."""
 
     OPEN_LOOP = "an open-loop move, or none"
     CLOSED_LOOP = "a closed-loop move"

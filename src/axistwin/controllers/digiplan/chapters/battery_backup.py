@@ -60,7 +60,7 @@ class Retained:
                 raise ValueError(f"invalid value of {parameter} in the memory")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """Yield each stored value as a pair: its name, and True if the value is valid."""
+        """Yield the name of each stored value, and True if the value is valid."""
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high

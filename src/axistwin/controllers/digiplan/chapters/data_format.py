@@ -30,12 +30,12 @@ class Frame:
 
     @property
     def echo(self) -> bool:
-        """True if each character is sent back once it has been processed."""
+        """True if the interface sends each processed character back to the host."""
         return self.x2 in (2, 5, 6)
 
     @property
     def x_on_x_off(self) -> bool:
-        """True if the interface stops the host by X-off and continues it by X-on."""
+        """True if the interface stops and restarts the host with X-off and X-on."""
         return self.x2 >= 7
 
     @cached_property
@@ -54,7 +54,7 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return a byte with bit 8 as the data format requires.
+        """Return the byte, with bit 8 cleared if the data format has seven data bits or requires a 0.
 
         Bit 8 is data, always 0, always 1, or (7 data bits) absent.  The quick status needs all eight bits, so the byte
         is unchanged if the format fixes bit 8 at 1.
@@ -62,7 +62,7 @@ class Frame:
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Return a character of an answer with bit 8 as the data format requires."""
+        """Adapt bit 8 of a character in an answer to the data format."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 

@@ -30,7 +30,7 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """Return the problem of an interpolated move, or None if the move is valid.
+    """Return a Problem if an interpolated move violates a limit of the manual, otherwise None.
 
     The manual limits speed, acceleration, distances and speed range.
     """
@@ -53,7 +53,7 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Return the problem of a move, or None if the move is valid.
+    """Return a Problem if a move violates a limit, e.g. the maximum speed; otherwise None.
 
     A move must not be too fast.  An interpolated move must also keep the limits of interpolation.
     """

@@ -72,9 +72,9 @@ def too_fast(parameters: Parameters) -> Problem | None:
 
 
 def setting(name: str, step: Step, value: int) -> None:
-    """Commands > < ^ @ D: set the parameter `name`.
+    """Commands > < ^ @ D: set one parameter, e.g. the acceleration.
 
-    The parameter keeps its value until the command is sent again.
+    The parameter `name` keeps its value until the command is sent again.
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.
