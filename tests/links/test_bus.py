@@ -168,7 +168,7 @@ def test_a_board_without_power_drives_nothing(served, port):
 @pytest.mark.parametrize(
     ("request_", "answer"),
     [
-        ("x", "error: unknown request 'x': expected r, w, i, s or init, e.g. r 0"),
+        ("x", "error: unknown request 'x': expected a command r, w, i, s or init, e.g. r 0"),
         ("r", "error: unknown request 'r'"),
         ("r 2", "error: invalid offset '2': expected a number from 0 to 1"),
         ("r -1", "error: invalid offset '-1'"),

@@ -55,7 +55,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     name = _model_name(out)
     scene = _alone(scene if isinstance(scene, Scene) else Scene.load(scene))
     texts = _files(scene)
-    inputs(scene.build(), commands)  # this call raises UsageError for an invalid command
+    inputs(scene.build(), commands)  # check the commands: `inputs` raises UsageError for an invalid command
     settings = _settings(scene, texts, commands)
     with TemporaryDirectory() as folder:
         root = Path(folder)

@@ -37,7 +37,7 @@ _PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True)
 class Input:
-    """An input of an FMU, which is a level or a number.
+    """An input of an FMU: the level of a terminal, or a number.
 
     `unit`: the unit of a number; empty for a level.
     `set` is called only with a new value.
@@ -52,7 +52,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """An output of an FMU, which is a level or a number."""
+    """An output of an FMU: the level of a terminal, or a number."""
 
     name: str
     doc: str

@@ -146,7 +146,7 @@ class Master(Connection):
                 self.slot.bus.init()
                 return "ok"
         request = " ".join(words)
-        raise UsageError(f"unknown request {_shown(request)}: expected r, w, i, s or init, e.g. r 0")
+        raise UsageError(f"unknown request {_shown(request)}: expected a command r, w, i, s or init, e.g. r 0")
 
     def _store(self, offset: int, values: list[int]) -> str:
         if len(values) > MAX_BLOCK:
@@ -219,7 +219,7 @@ def _number(text: str, base: int, highest: int, parameter: str) -> int:
     if not set(text) <= set(digits) or len(text) > 3 or int(text, base) > highest:
         if base == 16:
             raise UsageError(f"invalid byte {_shown(text)}: expected two hex digits, e.g. 8F")
-        raise UsageError(f"invalid {parameter} {_shown(text)}: expected a number from 0 to {highest}")
+        raise UsageError(f"invalid {parameter} {_shown(text)}: expected a number from 0 to {highest}, e.g. 0")
     return int(text, base)
 
 

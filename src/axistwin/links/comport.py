@@ -221,7 +221,7 @@ class ComPort:
     # A command with an invalid value changes no setting; the answer contains the present setting
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # an empty value asks for the server's signature
+        if not value:  # with an empty value, the client requests the server's signature
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:

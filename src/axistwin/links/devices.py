@@ -185,7 +185,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # a failed write loses characters; the reading thread detects a lost device
+        except DEVICE_ERRORS:  # count the lost characters; the reading thread detects a lost device
             lost = len(data)
         self._call(self._count, len(data), lost)
 

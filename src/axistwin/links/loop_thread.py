@@ -55,8 +55,8 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the event loop's thread after the pending callbacks have been executed."""
-        self.do(lambda: None)  # asyncio closes connections during this pass of the loop
-        self.run(self._loop.shutdown_default_executor())  # this call ends the threads that resolve addresses
+        self.do(lambda: None)  # the empty call lets asyncio close its connections
+        self.run(self._loop.shutdown_default_executor())  # end the threads that resolve network addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

@@ -42,7 +42,7 @@ class ManualPacer(Pacer):
         self.flush()
 
     async def receive_all(self) -> int:
-        """Receive all data that hosts have already sent, and return the total number of inputs."""
+        """Receive all data that hosts have already sent, and return the number of inputs since the start."""
         idle = 0
         while idle < IDLE_TURNS:
             before = self.arrivals
@@ -66,7 +66,7 @@ class ManualPacer(Pacer):
         return stop_ns >= end_ns
 
     def _advance_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
-        """Advance virtual time at most to `stop_ns`.
+        """Advance virtual time, but not beyond the time `stop_ns`.
 
         The advance stops earlier if output is pending or `condition()` is true.
         Returns True if output is pending or the condition is true.

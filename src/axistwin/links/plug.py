@@ -155,7 +155,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True while virtual time is late and many characters are queued."""
+        """True if virtual time is late and many received characters are queued."""
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:

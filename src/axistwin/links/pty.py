@@ -31,7 +31,7 @@ EXTPROC = 0o200000  # with this flag, Linux reports every change of the settings
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
-TERMIOS2 = struct.Struct("4I20s2I")  # struct termios2 has four flag words, control characters and two speeds
+TERMIOS2 = struct.Struct("4I20s2I")  # layout of struct termios2
 CBAUD, BOTHER = 0o010017, 0o010000
 
 
@@ -104,7 +104,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # the method `_hold` has caused this packet
+            return  # ignore the packet that the method `_hold` has caused
         if self._connect():
             self._take(packet[0], packet[1:])
 

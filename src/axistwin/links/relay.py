@@ -115,7 +115,7 @@ class Relay:
     # Data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # a break has errors; `_break` forwards each break
+        if not errors:  # characters with errors are part of a break, which `_break` forwards
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
@@ -152,7 +152,7 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            asyncio.wrap_future(self._latest)  # with this call, asyncio logs unexpected exceptions
+            asyncio.wrap_future(self._latest)  # `wrap_future` makes asyncio log unexpected exceptions
 
     # Functions that run in the thread that writes to the device
 

@@ -112,7 +112,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # silence on the line ends an incomplete request
+            self._complete = True  # an incomplete request ends when the line becomes silent
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
@@ -121,7 +121,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send a client's characters if the client has the turn, otherwise queue the client."""
+        """Send a client's characters, or queue the client while another client is sending."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)
@@ -145,7 +145,7 @@ class Hub:
         self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
 
     def _silent(self) -> None:
-        """Give the turn to the next client after silence on the line.
+        """Let the next client send after the line has been silent.
 
         While characters of the present request are pending, the timer is restarted.
         """

@@ -104,11 +104,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
-        if not self._has_sent:  # without a reply, TCP would delay the acknowledgement
+        if not self._has_sent:  # TCP delays the acknowledgement if no reply is sent
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
-        """Keep the connection open for late replies after the client has finished sending."""
+        """Keep the connection open for late replies when the client has finished sending."""
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)

@@ -104,7 +104,7 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """Parse one Telnet command from the index `iac`.
+    """Parse the Telnet command that begins at the index `iac`.
 
     Return the data or the command, and the index of its end.
     Returns None if the command is incomplete.

@@ -74,7 +74,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the object that `make(session)` creates; each object is created only once."""
+        """Return the result of `make(session)`; `make` is called only once per session."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])
@@ -91,7 +91,7 @@ class Context:
 
     @property
     def bench(self) -> Bench:
-        """The simulated bench of the session."""
+        """The session's simulation: its controllers and their machines."""
         return self.session.bench
 
     @property

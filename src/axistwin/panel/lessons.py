@@ -50,7 +50,7 @@ class Lessons:
             session.run()
 
     def end(self, name: str) -> None:
-        """End the lesson of a controller, if one has begun."""
+        """End the present lesson of a controller, if any."""
         _, pupil = self._pupils.pop(name, (0, None))
         if pupil is not None:
             pupil.close()

@@ -65,7 +65,7 @@ async def page(enter: Callable[[], Context]) -> None:
     ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # this call also returns if the browser does not connect
+    await client.connected()  # `connected` also returns if no browser connects
     if client.is_deleted:
         return
     execute(client, LOAD)

@@ -65,4 +65,4 @@ def _shared(found: object) -> Shared:
         case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
             if all(isinstance(part, str) for item in files.items() for part in item):
                 return Shared(files, at_ns, version)
-    raise ValueError("invalid contents of the link: expected files, at_ns and version")
+    raise ValueError("invalid share link: expected the keys files, at_ns and version")

@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # the advance is repeated if an action has failed during the advance
+        while not found:  # repeat an advance that a failed action has ended early
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

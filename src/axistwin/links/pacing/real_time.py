@@ -34,7 +34,7 @@ class RealTime:
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time to the time of the wall clock.
+        """Advance virtual time until virtual time matches the wall clock.
 
         The computation takes at most one slice of real time.
         """

@@ -63,7 +63,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
     Values after `now_ns` are unknown.
     """
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    # the row before the window contains the value at the window's start
+    # the last row before the window gives the value at the start of the window
     rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
@@ -73,7 +73,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the points of the line that draws a signal from `from_ns` to `to_ns`.
+    """Return the points of a signal's line in the plot from `from_ns` to `to_ns`.
 
     Many changes are reduced to the least and the greatest value of each pixel.
     """
@@ -98,7 +98,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # index of the first pixel that has a value at its start
+    known = begins.searchsorted(0, "right")  # no row begins before an earlier pixel
     held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1
@@ -111,7 +111,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Include the merged intervals in the least and greatest values of the pixels."""
+    """Extend the minimum and maximum of each pixel by the values of merged intervals."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -136,7 +136,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # of the least and the greatest value, the value nearer to the previous value is drawn first
+    # draw the minimum first if the previous value is nearer to the minimum
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy

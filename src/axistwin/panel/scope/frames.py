@@ -140,7 +140,7 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the greatest round number up to a tenth of `size`.
+    """Return the greatest round number that is at most a tenth of `size`.
 
     Round numbers are 1, 2 and 5 × 10ⁿ.
     """

@@ -82,7 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time after which no changes are missing in the record.
+    """Return the time from which the record contains every change.
 
     `names`: the signals to check.
     """

@@ -244,7 +244,7 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the trigger's signal, and the latest time for an edge.
+        """Return the history of the trigger's signal, and the latest usable trigger time.
 
         The data after the edge must fill the screen.
         """

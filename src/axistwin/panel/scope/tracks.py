@@ -59,7 +59,7 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the intervals that a slice selects."""
+        """Return the rows in the index range `part`."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
@@ -84,7 +84,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # a single change has no area under its curve
+    if rows.begin is not rows.end:  # only merged intervals have an area under the curve
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -225,7 +225,7 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the index range of the times from `from_ns` to `to_ns`.
+    """Return the index range that contains the times from `from_ns` to `to_ns`.
 
     The range also contains the last time at or before `from_ns`.
     """

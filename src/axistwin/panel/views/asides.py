@@ -172,7 +172,7 @@ class PanelRemedies(Remedies):
         return f"press {button.name} again" if button.latching else f"release {button.name}"
 
     def mend(self, pin: str) -> str:
-        """Return an instruction to end the fault at a terminal."""
+        """Return the tutor's instruction to end the fault at a terminal."""
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:

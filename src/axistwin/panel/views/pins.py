@@ -92,7 +92,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return the source of a terminal's level, e.g. "driven" or "wired".
+    """Return a word for the source of a terminal's level, e.g. "driven" or "wired".
 
     An empty text stands for an open terminal.
     """
