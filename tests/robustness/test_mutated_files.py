@@ -95,7 +95,7 @@ def test_a_parquet_file_that_is_torn(tmp_path, table):
     path = tmp_path / "b.parquet"
     pq.write_table(table, path)
     path.write_bytes(path.read_bytes()[:-50])
-    with pytest.raises(TraceError, match="is not a Parquet file, or damaged"):
+    with pytest.raises(TraceError, match="is damaged or is not a Parquet file"):
         read(path)
 
 
