@@ -420,8 +420,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # If several blocks were computed at once, only the last block counts.
-        # A host often sends at equal intervals, so the next block is slightly longer than the present interval.
+        in_last = samples % LONGEST  # Number of samples after the last complete block.
+        # A host often sends at equal intervals, so the next block is slightly longer than the last interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

@@ -28,7 +28,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 )
 
 # Events at which the kernel stops after a sample.
-# At the events of BEFORE_SAMPLE, the kernel stops before a sample.
+# The bit mask BEFORE_SAMPLE contains the events at which the kernel stops before a sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
 VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
