@@ -148,7 +148,7 @@ class Motor(Processor):
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
-        """Replace the program and its code.
+        """Replace the compiled program in the memory.
 
         The place in a running program does not change.
         """
@@ -239,7 +239,7 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the values of a statement that the kernel cannot compute, such as GETCHR.
+        """Fetch the values, such as GETCHR, that a statement needs from outside the kernel.
 
         A negative `number` instead reports the start of the statement `~number`.
         """
