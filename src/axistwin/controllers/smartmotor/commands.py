@@ -74,7 +74,7 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """Return a handler that stores a parameter if its value is within the range of `field`."""
+    """Return a handler that stores a motion parameter if the value is within the limits of the parameter."""
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 
