@@ -173,7 +173,7 @@ class _LineSender:
                 break
         else:
             raise ProgramError(
-                f"{self.controller.name} does not answer the character ( at {wanted.baudrate} baud: expected the reply U",
+                f"{self.controller.name} does not answer the character ( at {wanted.baudrate} baud: expected U",
                 file=self.file,
             )
         unsubscribe()

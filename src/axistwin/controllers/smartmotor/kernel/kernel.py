@@ -225,7 +225,9 @@ def advance(
     log: Ints,
     most: int,
 ) -> int:
-    """Compute up to `most` samples.  Return the reason for stopping.
+    """Compute samples until an event stops the kernel, and return the reason for stopping.
+
+    At most `most` samples are computed.
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
     `shaft` and `commanded` receive the actual and the commanded position of each sample, in counts of the machine.
