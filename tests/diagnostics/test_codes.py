@@ -93,7 +93,7 @@ def test_codes_are_selected_by_their_beginning():
 
 
 def test_an_unknown_code():
-    with pytest.raises(UsageError, match="no code 'DP310': did you mean DP30"):
+    with pytest.raises(UsageError, match="unknown diagnostic code 'DP310': did you mean DP30"):
         explain("--codes", "DP310")
 
 

@@ -189,9 +189,9 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters that a program sends to each controller, in sessions.
+    """Return the characters that a program sends to each controller, divided at each power-off.
 
-    A power-off ends a session.
+    The characters between two power-offs are one session.
     """
     match suffix:
         case ".talk":
@@ -206,7 +206,7 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
 
 @dataclass
 class _SentData:
-    """The characters that a program sends to one controller, in sessions.
+    """The characters that a program sends to one controller, divided at each power-off.
 
     A power-off ends a session.
     """

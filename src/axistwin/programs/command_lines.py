@@ -113,7 +113,7 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True if a line of the program is sent without a pause before the line.
+    """True if a line of the program is sent immediately after the previous line.
 
     Such a line is a `!` line or a status request.
     """
@@ -173,7 +173,7 @@ class _LineSender:
                 break
         else:
             raise ProgramError(
-                f"{self.controller.name} does not answer the open bracket at {wanted.baudrate} baud: expected U",
+                f"{self.controller.name} does not answer the character ( at {wanted.baudrate} baud: expected U",
                 file=self.file,
             )
         unsubscribe()

@@ -28,8 +28,8 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# A title with a number is a chapter of the 4.76 manual.
-# A title without a number is a chapter of the guide to the base language.
+# Chapter titles that begin with a number are from the 4.76 manual.
+# Chapter titles without a number are from the guide to the base language.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -74,7 +74,7 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """Return a handler that stores a parameter if its value is within the range of `field`."""
+    """Return a handler that stores a motion parameter if the value is within the limits of the parameter."""
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 

@@ -56,11 +56,9 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the statements whose start the program must report to Python.
+        """Return the numbers of the statements that the program must report to Python.
 
         The reports give the start of each given line; None means all lines.
-
-        None means all lines.
         """
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]

@@ -137,7 +137,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # This compilation is complete, or a newer program is being compiled.
+            return  # The compilation was completed early, or replaced by a newer compilation.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -148,7 +148,7 @@ class Motor(Processor):
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
-        """Replace the program and its code.
+        """Replace the compiled program in the memory.
 
         The place in a running program does not change.
         """
@@ -175,7 +175,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # All latched flags are set, so no new fault is reported.
+            i[slot] = slot in LATCHED  # A latched flag that is already set reports no new fault.
 
     def leave(self) -> None:
         """Store the state of the motor's mechanics and windings for the next power-up."""
@@ -239,7 +239,7 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the values of a statement that the kernel cannot compute, such as GETCHR.
+        """Fetch the values, such as GETCHR, that a statement needs from outside the kernel.
 
         A negative `number` instead reports the start of the statement `~number`.
         """

@@ -48,10 +48,7 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that filters the changes for this follower.
-
-        The function passes on only the changes of the follower's own registers.
-
+        """Return a function that reports to the follower only the changes of its own registers.
         `names`: all followed registers, in the order in which changes are reported.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}
@@ -111,7 +108,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all followed registers, and a function that reports all changes.
+        """Return the names of all followed registers, and one function that reports their changes.
 
         The function passes each change to all followers of the register.
         """

@@ -40,7 +40,7 @@ class EncoderPin(UserPin):
 
     @property
     def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the level can change without an event, and must be read on demand."""
+        """True if the external encoder sets the level, so that the level is read on demand."""
         return self.shows_encoder
 
     @property
@@ -134,7 +134,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the nearest positions of the axis at which the pin's level changes."""
+        """Subscribe to the two nearest axis positions at which the level of the pin changes."""
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)

@@ -132,7 +132,7 @@ def stack(motor: Processor) -> None:
 
 
 def wait(motor: Processor, value: int) -> None:
-    """WAIT=exp: execute the next statement after `value` samples.
+    """WAIT=exp: pause the program for the given number of samples.
 
     Only a call of C2 ends the wait early.
     """

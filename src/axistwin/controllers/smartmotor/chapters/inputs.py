@@ -200,7 +200,7 @@ class Inputs:
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder relative to the shaft by `counts`."""
+        """Shift the encoder relative to the motor shaft, by a number of counts."""
         machine.slip(self.motor.i, counts)
 
     def replan(self) -> None:

@@ -53,7 +53,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def origin(motor: Processor, value: int) -> None:
-    """O=exp: define the present shaft position as `value` counts; nothing moves.
+    """O=exp: give the present shaft position a new value, in counts; the shaft does not move.
 
     SLN and SLP keep their values (3.2).
     """
@@ -231,7 +231,7 @@ def decelerate(motor: Processor) -> None:
 
 
 def _buffer_position(motor: Processor) -> None:
-    """Make the next G a position move.
+    """Select position mode for the next command G.
 
     The move is to P or by D, whichever was assigned last.
     """

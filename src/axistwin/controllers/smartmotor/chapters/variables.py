@@ -161,7 +161,9 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """Return the indices from a named variable to the end of its group, e.g. from c to z.
+    """Return the indices of consecutive variables, e.g. from c to z.
+
+    The range begins with the variable `letters`, and ends at the end of its group.
 
     Returns None for an unknown name.
 

@@ -134,7 +134,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index in the code after an expression."""
+        """Return the index of the code word that follows an expression."""
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1

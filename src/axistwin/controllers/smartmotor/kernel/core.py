@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """The state of the block that is computed ahead."""
+    """State of the computation of samples, e.g. planned or stopped."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -162,7 +162,7 @@ class Core:
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard computed samples whose prediction of the external encoder is outdated.
+        """Discard samples that were computed from an outdated prediction of the external encoder.
 
         The next sample is kept, because its edges were read before now.
         """
@@ -282,7 +282,7 @@ class Core:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report to the follower the changes that the log of a committed block contains."""
+        """Send the logged changes of a committed block to the follower."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -420,8 +420,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # If several blocks were computed at once, only the last block counts.
-        # A host often sends at equal intervals, so the next block is slightly longer than the present interval.
+        in_last = samples % LONGEST  # Number of samples after the last complete block.
+        # A host often sends at equal intervals, so the next block is slightly longer than the last interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -460,14 +460,14 @@ class _Engine:
 
     @property
     def longest(self) -> int:
-        """Largest number of samples that may be computed at once.
+        """Largest number of samples that may be computed in one call.
 
         More samples would delay an answer to the host noticeably.
         """
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` samples; return the reason for stopping and the number of computed samples."""
+        """Compute samples; return the reason for stopping and the number of computed samples."""
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -507,7 +507,7 @@ class _Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Enlarge the arrays, if necessary, for `most` samples and for the followed values."""
+        """Enlarge the arrays if they are too small for the next samples and the followed values."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())

@@ -201,9 +201,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Copy each module's global variables, and replace the functions by compiled functions.
+    """Return a copy of each module's global variables, with compiled functions.
 
-    Returns the copies by the name of the module.
+    The given functions are compiled.  The copies are listed by the name of the module.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}

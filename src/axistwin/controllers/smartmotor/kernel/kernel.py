@@ -28,7 +28,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 )
 
 # Events at which the kernel stops after a sample.
-# At the events of BEFORE_SAMPLE, the kernel stops before a sample.
+# The bit mask BEFORE_SAMPLE contains the events at which the kernel stops before a sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
 VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
@@ -225,7 +225,9 @@ def advance(
     log: Ints,
     most: int,
 ) -> int:
-    """Compute up to `most` samples.  Return the reason for stopping.
+    """Compute samples until an event stops the kernel, and return the reason for stopping.
+
+    At most `most` samples are computed.
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
     `shaft` and `commanded` receive the actual and the commanded position of each sample, in counts of the machine.

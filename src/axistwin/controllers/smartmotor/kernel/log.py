@@ -70,14 +70,14 @@ def empty() -> "array[int]":
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a value of the processor may change without the execution of a statement."""
+    """True if a processor value can change although no statement is executed."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Return a new log for changes of the given values of the motor's processor.
+    """Create a log that records changes of the given processor values.
 
     A value is given by its kind and its index.  Last values are taken from `before`, if known.
     """
@@ -109,7 +109,7 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the indices and the new values of all changed values.
+        """Return the index and the new value of each variable that has changed.
 
         The new values are stored in the log.
         """
@@ -126,7 +126,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the slice of a log that precedes the logged changes."""
+    """Return the slice of a log that contains the header and the followed values."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

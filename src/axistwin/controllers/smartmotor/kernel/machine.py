@@ -172,7 +172,7 @@ def set_encoder(i: Ints, of: int, out_of: int) -> None:
 
 
 def slip(i: Ints, counts: int) -> None:
-    """Turn the encoder on its shaft by a number of counts."""
+    """Shift the encoder relative to the motor shaft, by a number of counts."""
     i[s.SHAFT] += counts
     i[s.SLIPPED] -= counts
 

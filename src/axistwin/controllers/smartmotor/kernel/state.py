@@ -126,7 +126,7 @@ INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 # Levels of the user pins, from bit 0 (pin A) to bit 6 (pin G)
 PINS = next(_slots)
 # GO_LEVEL is the debounced level of pin G.
-# GO_COUNT is the number of samples in which pin G has had the other level.
+# GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
     DEBOUNCE,  # Number of samples for which a new level of pin G must last.
@@ -156,8 +156,8 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 # HEAT is the sum of HEAT_SAMPLES squared currents, in (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder reports COUNTS_OF counts instead of COUNTS_OUT_OF counts.
-# COUNTS_OF and COUNTS_OUT_OF are 0 for a good encoder.
+# The ratio of reported counts to true counts of a defective encoder is COUNTS_OF / COUNTS_OUT_OF.
+# For an encoder without defect, COUNTS_OF and COUNTS_OUT_OF are 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
 UNCOUNTED = next(_slots)  # Remainder of the division that computes the counts of a defective encoder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.

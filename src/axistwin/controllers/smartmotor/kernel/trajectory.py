@@ -76,7 +76,7 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the count of the external encoder by one sample.
+    """Update the count of the external encoder for one sample.
 
     The count is predicted, or changes at constant speed.
     """

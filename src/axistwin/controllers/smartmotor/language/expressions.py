@@ -85,7 +85,7 @@ class Computed:
     """Pins whose level the expression assigns to a variable (5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the values of the operand that the interpreter cannot compute.
+        """Fetch the values, such as GETCHR, that the operand needs from outside the interpreter.
 
         Each value is stored for the interpreter.
         """

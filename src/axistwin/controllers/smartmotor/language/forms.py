@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """The sources from which a command is accepted."""
 
-    HOST = auto()  # A host sends the command over a serial channel.
-    PROGRAM = auto()  # The stored program contains the command.
+    HOST = auto()  # A host may send the command over a serial channel.
+    PROGRAM = auto()  # A stored program may contain the command.
     BLOCK = auto()  # Only a stored program may contain the command, e.g. a label or LOOP.
-    REMOVED = auto()  # Firmware 4.76 has removed the command, which is never accepted (1.3).
+    REMOVED = auto()  # The command is never accepted, because firmware 4.76 has removed it (1.3).
 
 
 class Form(Enum):

@@ -90,7 +90,7 @@ class Statement:
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the values that the interpreter cannot compute, such as GETCHR.
+        """Fetch the values, such as GETCHR, that the statement needs from outside the interpreter.
 
         The interpreter then executes the assignment or tests the condition.
         """

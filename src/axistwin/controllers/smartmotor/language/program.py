@@ -91,11 +91,11 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return an equivalent program that reports these statements to Python before their execution."""
+        """Return an equivalent program that reports the given statements to Python before their execution."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement whose code begins at `head`.
+        """Return the number of the statement whose code begins at the index `head`.
 
         At the end of the code, this is the number of statements.
         """
@@ -206,7 +206,7 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost open block, or None if another keyword begins the block."""
+        """Return the innermost open block if the block begins with `keyword`, otherwise None."""
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
