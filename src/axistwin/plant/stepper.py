@@ -147,7 +147,7 @@ class StepperAxis:
         self._slips: list[Slip] = []
         self._lost = 0  # `_lost` is the net number of steps lost in finished moves
         self._unmade = 0  # `_unmade` counts the pulses suppressed before the latest `let_go`
-        self._made: int | None = None  # `_made` is the pulse count of a held output; None if not held
+        self._made: int | None = None  # `_made`: number of pulses made when the axis was blocked, or None
         self._was_held = False
 
     # Interface for the controller

@@ -309,7 +309,7 @@ def open_end(target: str, line: UartFormat | None) -> End:
     if target.startswith("bus://"):
         if line is not None:
             raise UsageError(
-                f"{target} is a bus socket: expected a serial port, e.g. /dev/ttyUSB0 or tcp://127.0.0.1:5001"
+                f"{target} is the socket of a register bus: expected a serial port, e.g. /dev/ttyUSB0 or tcp://127.0.0.1:5001"
             )
         url = parse(target)
         return BusEnd(target, url.host, url.port)

@@ -138,7 +138,7 @@ class _LineSender:
         interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
         if len(interfaces) != 1:
             raise ProgramError(
-                f"an .if1 file needs exactly one IF1 or IF2, not {len(interfaces)}: use a .talk file instead",
+                f"an .if1 file needs exactly one IF1 or IF2, not {len(interfaces)}: write a .talk conversation instead",
                 file=self.file,
             )
         return interfaces[0]

@@ -90,7 +90,7 @@ def _only_board(bench: Bench, file: str) -> Controller:
     boards = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
     if len(boards) != 1:
         raise ProgramError(
-            f"a .181x file needs exactly one 1810 or 1811, not {len(boards)}: use a .talk file instead",
+            f"a .181x file needs exactly one 1810 or 1811, not {len(boards)}: write a .talk conversation instead",
             file=file,
         )
     return boards[0]

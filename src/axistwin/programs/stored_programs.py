@@ -125,13 +125,13 @@ def only_motor(bench: Bench, file: str) -> Controller:
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
         raise ProgramError(
-            f"a stored program needs exactly one SmartMotor, not {len(motors)}: use a .talk file instead",
+            f"a stored program needs exactly one SmartMotor, not {len(motors)}: write a .talk conversation instead",
             file=file,
         )
     motor = motors[0]
     if motor.name not in motor.ports:
         raise ProgramError(
-            f"{motor.name} shares its serial line with other controllers: use a .talk file instead", file=file
+            f"{motor.name} shares its serial line with other controllers: write a .talk conversation instead", file=file
         )
     return motor
 
