@@ -100,7 +100,7 @@ class Runner:
         return row
 
     def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Return the row of a run without results."""
+        """Return the row of a run that has no results yet."""
         row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
         row |= dict.fromkeys(self.measures)
         for name in self.claims:
@@ -146,7 +146,7 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return the scene file and the program files that repeat a run of the sweep.
+        """Return the scene file and the program files with which the user can repeat a run.
 
         The keys are the names of the files, and the values are their texts.
         """

@@ -66,7 +66,7 @@ class Tuning:
         """Let the search choose the value at a path, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError."""
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
-            raise UsageError(f"the path {path} is given twice: expected either --change or --vary, and only once")
+            raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
         if given.interval is None and not given.listed:
             raise UsageError(f"{path}={given.text}: expected a range or a list of values, e.g. 10..400")
         self.changed[path] = given
@@ -78,7 +78,7 @@ class Tuning:
         The worst run determines the score of the trial.
         """
         if path in self.changed:
-            raise UsageError(f"the path {path} is given twice: expected either --change or --vary, and only once")
+            raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
         self._scatter.vary(path, values)
         return self
 
