@@ -134,7 +134,7 @@ class Runner:
         return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
 
     def _finish(self, bench: Bench) -> str:
-        """Run the bench until the run ends, and return the reason, e.g. "rest" if nothing moves any more."""
+        """Simulate the scene until the run ends; return the reason, e.g. "rest" if all axes are at rest."""
         if self.job.for_s is not None:
             bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
             return "for"

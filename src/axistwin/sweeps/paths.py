@@ -67,7 +67,7 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if no bench can be built from the scene with this value.
+        """Raise UsageError if the scene is invalid with this value.
 
         `number`: index of the path that gets the value.
         """
