@@ -91,7 +91,9 @@ class Wanted:
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():
             if not isinstance(found, dict):
-                raise UsageError(f"--option {name} names no controller: expected e.g. --option if1.{name}=1")
+                raise UsageError(
+                    f"the name of the controller is missing in --option {name}: expected e.g. --option if1.{name}=1"
+                )
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
             units=self.units, registers=self.registers, period_s=period_s,
