@@ -62,7 +62,7 @@ class Wanted:
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed is only for a scene: expected no --speed for a controller at a port")
+            raise UsageError("--speed is only for a scene: leave out this option for a PORT")
         if model is not None:
             product(model)
         return cls(
