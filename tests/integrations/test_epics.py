@@ -173,7 +173,7 @@ def test_p4p_moves_by_pv_access(ioc):
     found = client(ioc, P4P)
     assert found["moved"] == [1234, 1, 0] and found["menu"] == "Go" and found["pin"] == 1
     assert found["LAB:motor:shaft.RBV"] == "this field can only be read"
-    assert found["LAB:motor:shaft.VELO"].startswith("VELO=-1 is out of range: expected above 0")
+    assert found["LAB:motor:shaft.VELO"].startswith("VELO=-1 is out of range: expected a value above 0")
 
 
 def test_a_port_needs_a_model_that_answers(tmp_path, capsys):

@@ -297,7 +297,7 @@ REFUSED = [
     ("SPMG", "Run", "expected Stop, Pause, Move, Go"),
     ("DIR", 2, "DIR has no choice 2: expected one of"),
     ("ACCL", 0, "ACCL=0 is out of range: expected a value above 0"),
-    ("VMAX", 1e9, "at most 546133"),
+    ("VMAX", 1e9, "not above 546133"),
 ]
 
 
