@@ -66,7 +66,7 @@ class Advancer(ABC):
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Call `advance` to advance virtual time, then apply changes of the speed.
+        """Advance virtual time with `advance()`, then apply changes of the speed.
 
         An event may have started or stopped virtual time, or changed its speed.
         """
@@ -107,7 +107,7 @@ class Advancer(ABC):
         """Apply a requested start, stop or speed change of virtual time."""
 
     def flush(self) -> None:
-        """Send the pending output of all ports, then notify the subscribers of the advance."""
+        """Send the pending output of all ports, then notify the subscribers."""
         while self._to_flush:
             ports, self._to_flush = self._to_flush, []
             for port in ports:
