@@ -104,7 +104,7 @@ class _Scope:
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
-            screen.live()  # a restart has deleted the recording that the screen shows
+            screen.live()  # show live data, because a restart has deleted the shown recording
         for view in self._views:
             view()
         self._frames += 1
