@@ -21,7 +21,7 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected or may have disconnected.
+        """True if the client is possibly disconnected.
 
         Another client may then replace this client.
         """

@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # repeat an advance that a failed action has ended early
+        while not found:  # a failed action ends the advance early: advance again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

@@ -122,7 +122,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time from which each change of the signal is stored separately.
+        """Earliest time after which each change of the signal is stored separately.
 
         Earlier changes are merged into intervals.
         """
@@ -225,7 +225,7 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the index range that contains the times from `from_ns` to `to_ns`.
+    """Return the index range of the times from `from_ns` to `to_ns`.
 
     The range also contains the last time at or before `from_ns`.
     """

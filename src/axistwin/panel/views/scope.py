@@ -141,7 +141,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # a paused screen keeps the time under the mouse pointer
+                    screen.pause()  # pause the screen, so that the time under the mouse pointer stays the same
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
