@@ -174,7 +174,7 @@ class _ConversationHost:
     def _check(self, name: str) -> None:
         if name not in endpoints.names(self.bench):
             raise UsageError(
-                f"no controller {name!r} on the bench: expected one of {', '.join(endpoints.names(self.bench))}"
+                f"no controller {name!r} in the scene: expected one of {', '.join(endpoints.names(self.bench))}"
             )
 
     def _listen(self, name: str) -> None:

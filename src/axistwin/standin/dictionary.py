@@ -78,7 +78,7 @@ class Dictionary:
         """Encode a command as bytes.  Raises LinkError if the firmware does not have the command."""
         if name not in self.commands:
             raise LinkError(
-                f"the board's firmware has no command {name!r}: expected a build of Klipper with this command"
+                f"the board's firmware has no command {name!r}: expected Klipper firmware that has the command"
             )
         command = self.commands[name]
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
