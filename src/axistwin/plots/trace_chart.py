@@ -85,7 +85,7 @@ class _Drawn:
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
-        except UsageError:  # the user may have written an invalid unit
+        except UsageError:  # ignore an invalid unit in the trace file
             return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:

@@ -120,7 +120,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # actions only in the deleted part lose their numbers
+        for act in self._acts[cursor.known :]:  # delete the numbers of actions that occur only in the deleted part
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]

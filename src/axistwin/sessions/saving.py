@@ -37,11 +37,11 @@ def files(
         found.texts.update(scene.programs)  # programs keep their names, because the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # `before`: number of earlier saved sessions in the scene
+    before = max(map(rank_of, headers), default=0)  # highest rank of the hosts in the scene
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # a scene with an earlier saved session needs conversations, because a script acts before them
+        # a script would act before the conversations of an earlier saved session
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
