@@ -259,7 +259,7 @@ class Session:
             self.run()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Call `read` at the present virtual time, and return its result."""
+        """Call the function `read` at the present virtual time, and return the function's result."""
         return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
