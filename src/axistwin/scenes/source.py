@@ -59,7 +59,7 @@ class Source:
         self.places = toml_places.places(self.text)
 
     def with_data(self, data: dict[str, Any]) -> Self:
-        """Return a copy of this source with other contents, for the same file."""
+        """Return a copy of this source that has the same file name and the contents `data`."""
         other = copy(self)
         other.data = data
         return other
