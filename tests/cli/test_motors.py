@@ -236,7 +236,8 @@ def test_a_program_for_a_motor_in_a_chain(tmp_path):
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
     assert (
-        "p.sms: left shares its serial line with other controllers: use a .talk file" in run("run", scene, program)[2]
+        "p.sms: left shares its serial line with other controllers: write a .talk conversation"
+        in run("run", scene, program)[2]
     )
 
 

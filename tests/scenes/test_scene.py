@@ -235,7 +235,7 @@ WRONG = {
     ),
     "lists in lists, but not so many": (
         controllers("if1", more="options.a = " + 300 * "[" + 300 * "]"),
-        "3:613: not TOML: tables or lists are nested too deep: expected at most 50",
+        "3:613: not TOML: tables or lists are nested too deeply: expected at most 50",
     ),
     "a motor without a number": (
         controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),

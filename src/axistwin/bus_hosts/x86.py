@@ -127,7 +127,7 @@ class Computer:
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # the hook `_instruction` stops the processor
+        self._uc.emu_start(begin, MEMORY)  # execute instructions until `_instruction` stops the processor
         self._halted = self._has_just_halted()
         self._catch_up()
 

@@ -72,7 +72,7 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points of one piece of the path.
+        """Yield the points in one piece of the path, each as the text `X,Y`.
 
         The last point is the first point of the next piece.
         Each piece is one SVG element.

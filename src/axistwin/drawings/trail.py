@@ -84,7 +84,7 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times of the next points of the path.
+        """Return the times at which the path gets new points.
 
         Each start and end of a move since the previous update is a point.
         In each interval in which both axes move, `PIECES` - 1 times are added.
@@ -123,7 +123,7 @@ def _remembered(axis: Axis) -> int:
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """Yield the start and end times of the moves of this axis in a time span."""
+    """Yield the start and end times of an axis's moves between two times."""
     if not isinstance(axis, StepperAxis):
         return
     for move in reversed(axis.train.moves):

@@ -42,7 +42,7 @@ class Port(Protocol):
         """Wait for some seconds."""
 
     def time(self) -> float:
-        """Return the time in seconds since an arbitrary moment."""
+        """Return the present time of the clock in seconds."""
 
     async def close(self) -> None:
         """Close the port."""
@@ -56,7 +56,7 @@ class WallClock:
         await asyncio.sleep(seconds)
 
     def time(self) -> float:
-        """Return the time in seconds since an arbitrary moment."""
+        """Return the present time of the clock in seconds."""
         return time.monotonic()
 
 

@@ -34,7 +34,10 @@ class Pause:
 
 @dataclass(frozen=True)
 class Clock:
-    """A request for the time in seconds since an arbitrary moment."""
+    """A request for the present time of a clock in seconds.
+
+    The clock starts at an arbitrary moment.
+    """
 
 
 Step = Write | Read | Pause | Clock

@@ -107,7 +107,7 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """Return True if no part of the scene sets the level of this terminal."""
+    """Return True if the terminal is not wired and can be driven from outside."""
     return not pin.wired and (isinstance(pin, UserPin) or pin.drivable)
 
 
@@ -151,7 +151,7 @@ def _axis_outputs(controller: str, name: str, axis: Axis) -> Iterator[Output]:
 
 
 def _command(bench: Bench, line: str) -> Callable[[float], object]:
-    """Return a function that executes a command or an action.
+    """Return a function that executes the command or the action in `line`.
 
     `line`: a line of a conversation that begins with > or !.
     """

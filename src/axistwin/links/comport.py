@@ -128,7 +128,7 @@ class Purge:
 
 @dataclass(frozen=True)
 class Suspend:
-    """Request to suspend or resume the transfer of data to the client."""
+    """Request to stop or resume sending data to the client."""
 
     on: bool
 
@@ -293,7 +293,7 @@ class ComPort:
     # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """Report the client's inputs DSR and CTS if a level has changed.
+        """Send the levels of DSR and CTS to the client if a level has changed.
 
         `moved`: lines that have changed, even if they have changed back.
         """

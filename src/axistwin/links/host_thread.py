@@ -61,7 +61,7 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """End the host's sleep, and wait until the host's thread runs."""
+        """Wake the host's thread, and wait until the thread runs."""
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()
@@ -85,7 +85,7 @@ class HostThread:
 
     @property
     def current(self) -> bool:
-        """True when called from the host's own thread."""
+        """True if the caller runs in the host's own thread."""
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
@@ -136,7 +136,7 @@ def _sleep(seconds: float | SupportsIndex, /) -> None:
 
 @contextmanager
 def _sleeping(host: HostThread) -> Iterator[None]:
-    """Let `time.sleep` take virtual time in the host's thread, within a `with` block."""
+    """Make `time.sleep` use virtual time in the host's thread, within a `with` block."""
     with _lock:
         _hosts[threading.get_ident()] = host
         time.sleep = _sleep

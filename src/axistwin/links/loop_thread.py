@@ -55,7 +55,7 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the event loop's thread after the pending callbacks have been executed."""
-        self.do(lambda: None)  # the empty call lets asyncio close its connections
+        self.do(lambda: None)  # run the event loop once more, so that asyncio closes its connections
         self.run(self._loop.shutdown_default_executor())  # end the threads that resolve network addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

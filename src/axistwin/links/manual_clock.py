@@ -95,7 +95,7 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Do nothing, because virtual time does not wait for hosts."""
+        """Do nothing: virtual time follows the wall clock, and does not wait for hosts."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()

@@ -34,7 +34,7 @@ class ManualPacer(Pacer):
         """Do nothing, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
-        """Count one input from a host."""
+        """Increment the counter of inputs from hosts."""
         self.arrivals += 1
 
     def work(self) -> None:

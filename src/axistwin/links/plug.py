@@ -64,7 +64,7 @@ class HostPort(Protocol):
 
     @property
     def to_device(self) -> Line:
-        """The serial line from the host to the device."""
+        """The serial line that carries characters from the host to the device."""
 
     def write(self, data: bytes) -> None:
         """Queue data for transmission to the device."""
@@ -169,7 +169,7 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Change the line format or a control line, as the client has requested."""
+        """Call `change()`, which changes the line format or a control line."""
         self.pacer.sync()
         change()
         self.pacer.work()

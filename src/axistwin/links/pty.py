@@ -67,7 +67,7 @@ class PtyPort:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # a killed server has left this link
+                self._link.unlink()  # delete the link that a killed server has left
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
@@ -120,7 +120,7 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """Connect this client to the controller if possible; return True if the client is connected.
+        """Connect this client if possible; return True if the client is now connected.
 
         A refused client is not tried again before the client closes the device.
         """

@@ -170,7 +170,7 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Change a setting of the device with `do()`; an error is logged."""
+        """Call `do()` to change a setting of the device, and log any error."""
         try:
             do()
         except DEVICE_ERRORS as error:

@@ -163,7 +163,7 @@ class Server:
 
 
 async def _open(plug: Plug, url: PortUrl) -> OpenPort:
-    """Open a serial port of the kind that the scheme of the URL selects."""
+    """Open a serial port; the scheme of the URL selects the kind of port."""
     match url.scheme:
         case "pty":
             if sys.platform != "linux":

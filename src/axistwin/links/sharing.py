@@ -145,7 +145,7 @@ class Hub:
         self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
 
     def _silent(self) -> None:
-        """Let the next client send after the line has been silent.
+        """Let the next client send, because the line has been silent.
 
         While characters of the present request are pending, the timer is restarted.
         """

@@ -21,7 +21,7 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected or may have disconnected.
+        """True if the client is possibly disconnected.
 
         Another client may then replace this client.
         """
@@ -79,12 +79,12 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # becomes True if the client disconnects while the gate is closed
+        self._has_disconnected = False  # True if the client has disconnected while the gate was closed
         self.gate.changes.subscribe(self._gate_changed)
 
     @property
     def full(self) -> bool:
-        """True while no data are read from the client.
+        """True while the server must not read data from the client.
 
         The gate is then closed.
         """
@@ -125,7 +125,7 @@ class SingleClient(Generic[G]):
         return True
 
     def disconnect(self, client: G) -> None:
-        """Allow the next client to connect after a client has disconnected."""
+        """Free the endpoint for the next client after `client` has disconnected."""
         if self.client is client and self.gate.closed:
             self._has_disconnected = True
         elif self.client is client:

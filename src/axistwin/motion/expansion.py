@@ -47,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # the pulse patterns need at most half the memory of the array `out`
+    patterns: dict[int, NDArray[np.int64]] = {}  # needs at most half the memory of the array `out`
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:

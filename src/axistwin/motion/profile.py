@@ -115,7 +115,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # count all pulses whose exact time is before the next nanosecond
+        # count all pulses whose exact time is before elapsed_ns + 1
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:

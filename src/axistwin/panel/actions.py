@@ -86,8 +86,9 @@ class ActionQueue:
             self._waiting.popleft()(False)
 
     def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
-        """Call `observer` when the session becomes quiet, and after each `step` or `go_to`; return an unsubscribe
-        function.
+        """Call `observer` when virtual time pauses, and after each `step` or `go_to`.
+
+        Virtual time also pauses when no event is left.  Returns an unsubscribe function.
         """
         return self._quiet.subscribe(observer)
 

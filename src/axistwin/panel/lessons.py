@@ -15,7 +15,7 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Continue all lessons at their present steps with a new simulation."""
+        """Connect all lessons to a new simulation, and keep the present step of each lesson."""
         for name, (number, pupil) in self._pupils.items():
             pupil.close()
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)

@@ -58,7 +58,7 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Remove all references from an element of a page.
+    """Remove the references that a page element holds to other objects.
 
     No reference cycle then keeps the element in memory.
     """

@@ -65,7 +65,7 @@ async def page(enter: Callable[[], Context]) -> None:
     ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # `connected` also returns if no browser connects
+    await client.connected()  # wait until a browser connects, or until the page is deleted
     if client.is_deleted:
         return
     execute(client, LOAD)
@@ -83,7 +83,7 @@ async def page(enter: Callable[[], Context]) -> None:
 
 
 class Visits:
-    """The open pages of a session, and a few pages whose browser has disconnected."""
+    """Stores the pages of a session: all open pages, and a few disconnected pages."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
@@ -248,7 +248,7 @@ class _Frames:
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
-                # the browser must draw the page once to compute the sizes of terminals
+                # the sizes of page elements are known only after the browser has drawn the page
                 await self._drawn(State.BUSY)
             while not client.is_deleted:
                 began_s = loop.time()

@@ -68,7 +68,7 @@ def _wheel(engine: Path) -> tuple[str, bytes]:
     except PackageNotFoundError:
         installed = []
     if not any(path == "axistwin/__init__.py" for path, _ in installed):
-        raise UsageError(f"no file {name} in {engine}: expected the wheel of axistwin, e.g. from `make engine`")
+        raise UsageError(f"the Python wheel {name} is missing in {engine}: get the wheel with `make engine`")
     return name, _archive(installed)
 
 

@@ -40,7 +40,7 @@ class Curves:
 
     @property
     def samples(self) -> int:
-        """Number of samples of each axis up to now.
+        """Number of recorded samples of each axis.
 
         The first sample is at the virtual time 0.
         """

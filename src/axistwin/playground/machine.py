@@ -306,7 +306,7 @@ class Playground:
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
-        """Return a ZIP archive of a scene that repeats this session.
+        """Return a ZIP archive with a scene; the scene repeats this session.
 
         The command `axistwin run` runs the scene.
         """

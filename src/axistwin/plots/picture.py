@@ -101,7 +101,7 @@ def show(chart: Chart) -> None:
 
 
 def _layout_engine() -> "LayoutEngine":
-    """Return Matplotlib's constrained layout with rounded positions.
+    """Return Matplotlib's constrained layout, changed to round the positions of the axes.
 
     Its positions can differ by 1e-16 between two runs, and rounding makes the SVG files of two runs equal.
     """

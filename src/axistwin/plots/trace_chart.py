@@ -85,7 +85,7 @@ class _Drawn:
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
-        except UsageError:  # the user may have written an invalid unit
+        except UsageError:  # ignore an invalid unit in the trace file
             return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:
@@ -158,7 +158,7 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the texts that a signal has between two times.
+    """Return the values of a text signal between two times.
 
     The text that is already valid at `from_ns` is included.
     """
@@ -168,7 +168,7 @@ def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield the faults in a recorded signal whose values name the active faults.
+    """Yield the faults from a recorded signal that lists the active faults.
 
     A value is e.g. `jam, lose`.
     """
@@ -199,7 +199,7 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """Return the difference of two signals, `of` minus `less`, as a curve."""
+    """Subtract the signal `less` from the signal `of`, and return the result as a curve."""
     import numpy as np
 
     (times, values), (others, those) = of.columns(), less.columns()

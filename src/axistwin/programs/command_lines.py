@@ -113,9 +113,9 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True if a line of the program is sent immediately after the previous line.
+    """True if a line of the program is a `!` line or a status request.
 
-    Such a line is a `!` line or a status request.
+    If such a line is sent at once, the next line is sent at once too.
     """
     return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 

@@ -353,7 +353,7 @@ class Builder:
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:
-        """Return the name of a scene's only controller, or "" if there are several controllers."""
+        """Return the controller's name if the scene has exactly one controller, otherwise ""."""
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:

@@ -59,7 +59,7 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a conversation to the copied scene, as a simulated host of the endpoint `name`."""
+        """Add a simulated host of the endpoint `name` to the copied scene."""
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
     # Methods that copy a scene file

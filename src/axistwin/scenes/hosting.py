@@ -66,7 +66,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return a number that orders the hosts' actions of the same time, lowest first.
+    """Return a host's rank: at the same time, a host with a lower rank acts first.
 
     `outside 2` comes after `outside`.
     """
@@ -134,7 +134,7 @@ def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation
 
 
 class _ConversationHost:
-    """A simulated host that sends the data of a conversation and waits for the expected replies.
+    """A simulated host that sends the data of a conversation file and waits for the expected replies.
 
     Assertions (`=`) are skipped.
     """
@@ -174,7 +174,7 @@ class _ConversationHost:
     def _check(self, name: str) -> None:
         if name not in endpoints.names(self.bench):
             raise UsageError(
-                f"no controller {name!r} on the bench: expected one of {', '.join(endpoints.names(self.bench))}"
+                f"no controller {name!r} in the scene: expected one of {', '.join(endpoints.names(self.bench))}"
             )
 
     def _listen(self, name: str) -> None:
@@ -220,7 +220,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait for the expected number of characters, until no more characters arrive."""
+        """Wait until the expected number of characters has arrived or no further character arrives."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:

@@ -195,7 +195,7 @@ class Scene:
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a copy of the scene with other contents, for the same file.
+        """Return a copy of the scene that has the same file name and the contents `data`.
 
         `texts` replaces the texts of programs, by path.  Raises SceneError with the place of an invalid value in the
         file.
@@ -234,6 +234,6 @@ class Scene:
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
                 raise self._source.error(
-                    f"{table.called} follows its own motion through {table.master}: expected another axis",
+                    f"{table.called} follows itself through its master {table.master}: expected another master",
                     ("controller", number, "master"),
                 )

@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # pydantic's error for a pair with only one number
+    "missing": "expected two numbers",  # pydantic reports "missing" if a pair has only one number
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -55,11 +55,11 @@ class Source:
         except ValueError as error:  # `tomllib` raises ValueError for a number with thousands of digits
             raise self._not_toml(message=str(error).partition(":")[0]) from None
         if nested:
-            raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED} levels")
+            raise self._not_toml(f"tables or lists are nested too deeply: expected at most {MOST_NESTED} levels")
         self.places = toml_places.places(self.text)
 
     def with_data(self, data: dict[str, Any]) -> Self:
-        """Return a copy of this source with other contents, for the same file."""
+        """Return a copy of this source that has the same file name and the contents `data`."""
         other = copy(self)
         other.data = data
         return other

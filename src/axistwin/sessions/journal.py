@@ -35,7 +35,7 @@ class Cursor:
 
     offset: int = 0
     time_ns: int = 0
-    """Time of the preceding moment."""
+    """Time of the preceding actions."""
     known: int = 0
     """Number of different actions before this position."""
 
@@ -90,7 +90,7 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return the next recorded actions after the position `cursor`, and the position after them.
+        """Return the next recorded actions after the position `cursor`, and the new position.
 
         Return None at the end of the journal.
         """
@@ -120,7 +120,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # actions only in the deleted part lose their numbers
+        for act in self._acts[cursor.known :]:  # delete the numbers of actions that occur only in the deleted part
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -168,7 +168,7 @@ def _size(act: Act) -> int:
 
 
 def check(act: Act) -> None:
-    """Check that the value of an action fits into one line of a scene or a conversation.
+    """Check that the value of an action has one line and no semicolon.
 
     Raises UsageError.
     """

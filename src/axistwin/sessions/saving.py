@@ -37,11 +37,11 @@ def files(
         found.texts.update(scene.programs)  # programs keep their names, because the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # `before`: number of earlier saved sessions in the scene
+    before = max(map(rank_of, headers), default=0)  # highest rank of the scene's hosts
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # a scene with an earlier saved session needs conversations, because a script acts before them
+        # a script would act before the conversations of an earlier saved session
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -76,7 +76,7 @@ def _is_script(moment: Moment) -> bool:
 
 
 def _names_a_fault(act: Do) -> bool:
-    """True if the action contains the name of another fault.
+    """True if the action refers to a fault by its name.
 
     A script would have to define that fault first.
     """
@@ -113,13 +113,13 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the endpoint in whose conversation the given actions are saved."""
+        """Choose the endpoint whose conversation contains the given actions."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return a copy of an action without a controller name that the conversation implies."""
+        """Copy an action, and omit the endpoint's name in the endpoint's own conversation."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

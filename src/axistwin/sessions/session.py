@@ -259,7 +259,7 @@ class Session:
             self.run()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Call `read` at the present virtual time, and return its result."""
+        """Call the function `read` at the present virtual time, and return the function's result."""
         return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
@@ -538,7 +538,7 @@ class Session:
         if self.pacer.passes % DRAIN_EVERY == 0:
             for name, port in self.bench.ports.items():
                 if not self.client(name):
-                    port.read()  # characters for a port without a client are lost, as on an open cable
+                    port.read()  # discard the characters sent to a port that has no client
 
     def _end_replay(self) -> None:
         """End the replay, and unblock the hosts at real ports."""

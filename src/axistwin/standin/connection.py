@@ -151,7 +151,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the latest possible arrival time of a command sent now, in ticks of the board's clock."""
+        """Return the latest arrival time of a command that is sent now, in clock ticks."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -78,7 +78,7 @@ class Dictionary:
         """Encode a command as bytes.  Raises LinkError if the firmware does not have the command."""
         if name not in self.commands:
             raise LinkError(
-                f"the board's firmware has no command {name!r}: expected a build of Klipper with this command"
+                f"the board's firmware has no command {name!r}: expected Klipper firmware that has the command"
             )
         command = self.commands[name]
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
@@ -118,7 +118,7 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Expand the ranges of an enumeration: {"PC0": [16, 8]} becomes PC0 to PC7 with the numbers 16 to 23."""
+    """Expand ranges of numbered names: {"PC0": [16, 8]} gives 8 names, PC0 to PC7, the numbers from 16."""
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():
         if isinstance(value, int):

@@ -168,7 +168,7 @@ class Driver:
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # an earlier call has dropped the last pulses of the motion
+                # the axes were already at rest in an earlier call of this method
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:

@@ -156,7 +156,7 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the pulses up to the time `mark`: their direction and their times.
+        """Return the direction and the times of the pulses up to the time `mark`.
 
         `smooth` is the smooth position at this time.
         """

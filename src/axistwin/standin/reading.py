@@ -24,7 +24,7 @@ class _Bounds(TypedDict):
 
 
 class _Stops(TypedDict):
-    """The direction of motion that an input stops, and the level that stops the motion."""
+    """The direction of motion that a limit input stops, and the input's active level."""
 
     stops: int | None
     stops_at: bool

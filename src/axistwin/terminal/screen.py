@@ -18,7 +18,7 @@ characters.
 
 
 class Line(Enum):
-    """Content of the last line on the screen."""
+    """Kind of text in the last line on the screen."""
 
     EMPTY = "nothing yet"
     PROMPT = "the prompt and unfinished input"

@@ -60,13 +60,13 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # repeat an advance that a failed action has ended early
+        while not found:  # a failed action ends the advance early: advance again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Call `advance` to advance virtual time, then apply changes of the speed.
+        """Advance virtual time with `advance()`, then apply changes of the speed.
 
         An event may have started or stopped virtual time, or changed its speed.
         """
@@ -107,7 +107,7 @@ class Advancer(ABC):
         """Apply a requested start, stop or speed change of virtual time."""
 
     def flush(self) -> None:
-        """Send the pending output of all ports, then notify the subscribers of the advance."""
+        """Send the pending output of all ports, then notify the subscribers."""
         while self._to_flush:
             ports, self._to_flush = self._to_flush, []
             for port in ports:

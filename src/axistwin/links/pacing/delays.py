@@ -14,7 +14,7 @@ class Delays:
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Count an advance of virtual time that began `late_s` seconds late."""
+        """Record the delay of one advance of virtual time, in seconds."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1

@@ -43,7 +43,7 @@ class FullSpeed:
 
     @property
     def _idle(self) -> bool:
-        """True if no event is left, apart from background events that repeat for ever."""
+        """True if no event is planned, except background events that repeat for ever."""
         clock = self._clock
         if clock.quiet and clock.now >= self._bench.agenda_ns:
             return True

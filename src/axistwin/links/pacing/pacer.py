@@ -78,7 +78,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Replace the clock that this pacer advances.
+        """Replace the virtual clock that this pacer advances.
 
         This is not allowed while the bench is being advanced.
         """

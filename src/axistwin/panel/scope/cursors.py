@@ -42,7 +42,7 @@ def value_at(track: Track, time_ns: int) -> float:
 
 
 def between(track: Track, a_ns: int, b_ns: int) -> Reading:
-    """Measure a signal at two times and between these times."""
+    """Return a signal's values at two times, and statistics for the time between."""
     from_ns, to_ns = sorted((a_ns, b_ns))
     rows = track.rows(from_ns, to_ns + 1)
     begun = int(np.searchsorted(rows.begin, to_ns, "right"))
@@ -110,5 +110,5 @@ def duration(time_ns: float) -> str:
 
 
 def rate(time_ns: int) -> str:
-    """Format the frequency that corresponds to a period, e.g. `50 Hz`."""
+    """Format the reciprocal of a period as a frequency, e.g. `50 Hz`."""
     return f"{S / abs(time_ns):.6g} Hz" if time_ns else "–"

@@ -37,7 +37,7 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a stepped line.
+    """Points of a line that changes its value only in steps.
 
     The value is constant from each point to the next.
     """
@@ -63,7 +63,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
     Values after `now_ns` are unknown.
     """
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    # the last row before the window gives the value at the start of the window
+    # the last change before the window determines the value at the start of the window
     rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
@@ -98,7 +98,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # no row begins before an earlier pixel
+    known = begins.searchsorted(0, "right")  # first time in `edges` that is later than the first change
     held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1
@@ -111,7 +111,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Extend the minimum and maximum of each pixel by the values of merged intervals."""
+    """Include the values of merged intervals in the minimum and maximum of each pixel."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -152,9 +152,9 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Divide a period into equal parts, and return the first text of each part.
+    """Divide a time span into `most` parts, and return the first text that begins in each part.
 
-    `most`: the number of parts.  Each text is returned with its start time.
+    Each text is returned with its start time.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

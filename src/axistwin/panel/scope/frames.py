@@ -92,7 +92,7 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
 
 
 def _range(meaning: Meaning, low: float, high: float) -> str:
-    """Return the label for the scale of a signal: the least and the greatest value, with their units."""
+    """Format the least and the greatest value of a signal with their units."""
     told = f"{low:.9g} … {high:.9g} {meaning.unit}".rstrip()
     return f"{told} = {meaning.in_unit(low)} … {meaning.in_unit(high)}" if meaning.units is not None else told
 
@@ -123,7 +123,7 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the vertical range in which a signal is drawn.
+    """Return the least and the greatest value on the vertical axis of a signal.
 
     The range of a level is 0 to 1; other ranges end at round numbers.
     """
@@ -140,9 +140,6 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the greatest round number that is at most a tenth of `size`.
-
-    Round numbers are 1, 2 and 5 × 10ⁿ.
-    """
+    """Return the greatest number 1, 2 or 5 × 10ⁿ that is at most `size` / 10."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

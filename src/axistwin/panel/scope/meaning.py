@@ -65,9 +65,9 @@ def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the signals that are useful in a scene.
+    """Return the signal names of a scene's axes, wired terminals and messages.
 
-    Useful are axes with a machine, wired terminals and messages.
+    Axes without a machine are left out.
     """
     names = {signal.full for signal in signals}
     wired = [_terminal(end) for wire in bench.wires for end in wire]

@@ -82,7 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time from which the record contains every change.
+    """Return the earliest time after which every change of the signals is stored.
 
     `names`: the signals to check.
     """

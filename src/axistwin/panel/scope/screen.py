@@ -133,7 +133,7 @@ class Screen:
 
     @property
     def edges(self) -> tuple[int, int]:
-        """Start and end of the time that the screen shows."""
+        """Start time and end time of the screen's time axis."""
         if self.frozen is not None:
             return self._to_ns - self.span_ns, self._to_ns
         self._find_last()
@@ -188,7 +188,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Time from which all signals on the screen are recorded."""
+        """Earliest time from which the record contains all signals on the screen."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -221,7 +221,7 @@ class Screen:
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Find the newest edge at which the trigger can show a full screen."""
+        """Find the newest edge that is followed by enough data to fill the screen."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
@@ -244,7 +244,7 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the history of the trigger's signal, and the latest usable trigger time.
+        """Return the history of the trigger's signal, and the latest time at which an edge can trigger.
 
         The data after the edge must fill the screen.
         """

@@ -70,12 +70,12 @@ def changes(times: Times, values: Numbers) -> Rows:
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Concatenate several groups of intervals."""
+    """Join several tables of intervals into one table."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge all intervals that begin in the same period.
+    """Merge intervals so that at most one interval begins in each period.
 
     A period has a length of `2 ** shift` ns.
     """
@@ -84,7 +84,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # only merged intervals have an area under the curve
+    if rows.begin is not rows.end:  # add the areas of merged intervals; a single change has no area
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -122,7 +122,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time from which each change of the signal is stored separately.
+        """Earliest time after which each change of the signal is stored separately.
 
         Earlier changes are merged into intervals.
         """
@@ -185,7 +185,7 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest changes of the signal into intervals.
+        """Merge the oldest single changes into intervals that cover several changes.
 
         The intervals are those of the first level, or of the second level if there are few changes.
         """
@@ -197,9 +197,9 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge older parts of the history into longer intervals.
+        """Merge older intervals, and add them to one level of the history.
 
-        `level`: the level of the intervals.  If this level is full, its older half is moved to the next level.
+        `level`: the index of the level.  If this level is full, its older half is moved to the next level.
         """
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
@@ -225,7 +225,7 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the index range that contains the times from `from_ns` to `to_ns`.
+    """Return the index range of the times from `from_ns` to `to_ns`.
 
     The range also contains the last time at or before `from_ns`.
     """
@@ -252,7 +252,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time from which all texts of the signal are stored."""
+        """Earliest time after which all texts of the signal are still stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

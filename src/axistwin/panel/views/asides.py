@@ -180,6 +180,6 @@ class PanelRemedies(Remedies):
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:
-        """Return the operator button that drives the input `pin`; None without such a button."""
+        """Return the operator's button for the input `pin`; None if no button drives the input."""
         buttons = self._context.session.operator.button
         return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

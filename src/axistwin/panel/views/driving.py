@@ -315,7 +315,7 @@ def _timeline(context: Context) -> Refresh:
     def refresh() -> None:
         if not dragged:
             end = max(round(context.session.recorded_seconds, 3), 0.001)
-            # each assignment is sent to the browser, so unchanged values are not assigned
+            # assign only changed values, because each assignment is sent to the browser
             if slider.props["max"] != end:
                 slider.props["max"] = end
                 words.text = f"time 0 \u2026 {end:,.1f} s"
@@ -339,7 +339,7 @@ def _seconds(moment: float | str) -> float:
 
 
 def _stems(bench: Bench) -> list[str]:
-    """Return suggestions for breakpoint conditions, e.g. `table.X passes 0`.
+    """Return the breakpoint conditions that the panel suggests, e.g. `table.X passes 0`.
 
     See `fault_injection/triggers.py`.
     """

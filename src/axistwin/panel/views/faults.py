@@ -54,7 +54,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # the next frame shows the actual temperature instead of an invalid input
+        known = None  # `None` makes the next update show the actual temperature
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 
@@ -118,7 +118,7 @@ def _row(context: Context, fault: Fault) -> None:
 
 
 def _who(context: Context, spot: str) -> str:
-    """Return the controller that a fault affects.
+    """Return the name of the controller that a fault affects.
 
     For a line with several motors, return the first motor.
     """

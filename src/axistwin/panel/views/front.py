@@ -50,7 +50,7 @@ NOTHING = object()
 
 
 class _Source:
-    """A terminal or a register, with the functions that show its value on the page."""
+    """A terminal or a register whose value a front panel shows."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -92,7 +92,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return a word for the source of a terminal's level, e.g. "driven" or "wired".
+    """Return how the level of a terminal is set, e.g. "driven" or "wired".
 
     An empty text stands for an open terminal.
     """
@@ -179,7 +179,7 @@ def _encoder(context: Context, name: str) -> None:
 
 
 class _Joystick:
-    """A joystick with spring return.
+    """Page element that imitates a joystick with spring return.
 
     The mouse, a finger or the arrow keys deflect the joystick.
     """
@@ -196,7 +196,7 @@ class _Joystick:
         self._client.on_disconnect(self._release)
 
     def refresh(self) -> None:
-        """Show the pulse rate that the joystick sets."""
+        """Show the present pulse rate of the joystick."""
         rate = self._context.bench.controllers[self._name].joystick.rate
         text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
         if self._label.text != text:

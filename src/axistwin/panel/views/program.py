@@ -106,7 +106,7 @@ class _View:
             self.context.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
-        """Return a line number in the notation of breakpoints: `12`, or `3:12` for line 12 of sequence 3."""
+        """Format a line number for a breakpoint: `12`, or `3:12` for line 12 of sequence 3."""
         return f"{self._number(str(self._choice.value))}{index + 1}"
 
     def _number(self, which: str) -> str:

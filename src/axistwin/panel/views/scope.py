@@ -104,7 +104,7 @@ class _Scope:
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
-            screen.live()  # a restart has deleted the recording that the screen shows
+            screen.live()  # show live data, because a restart has deleted the shown recording
         for view in self._views:
             view()
         self._frames += 1
@@ -141,7 +141,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # a paused screen keeps the time under the mouse pointer
+                    screen.pause()  # pause the screen, so that the time under the mouse pointer stays the same
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))

@@ -274,7 +274,7 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store the value of an input element in an attribute after each change.
+    """Copy each new value of an input element to an attribute.
 
     The attribute belongs to `owner`; `then` is called afterwards.
     Returns a function that updates the element if the attribute has changed.
@@ -388,7 +388,7 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
 
 
 def _with_unit(meaning: Meaning, value: float) -> str:
-    """Format a value, with the value in the machine unit in parentheses.
+    """Format a value and, in parentheses, the same value in the machine unit.
 
     The parentheses are left out if no machine unit is defined.
     """

@@ -178,7 +178,7 @@ class HalBoard:
             track.add(direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions of the axes up to `until_s` to the HAL component.
+        """Send the positions of the axes up to the time `until_s` to the HAL component.
 
         All pulses before `until_s` have been queued.
         """

@@ -126,7 +126,7 @@ class HalSender:
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Call a function of the HAL board, then send the resulting commands and events."""
+        """Call a function of the HAL board, then send the commands and deliver the events."""
         with self._lock:
             act(*values)
             self._flush()
@@ -153,7 +153,7 @@ class HalSender:
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions of the axes up to `until_s` to the HAL component.
+        """Send the positions of the axes up to the time `until_s` to the HAL component.
 
         All pulses before `until_s` have been queued.
         """

@@ -233,7 +233,7 @@ def decelerate(motor: Processor) -> None:
 def _buffer_position(motor: Processor) -> None:
     """Select position mode for the next command G.
 
-    The move is to P or by D, whichever was assigned last.
+    This requires the option `stop_buffers` = "position".  The move is to P or by D, whichever was assigned last.
     """
     if motor.options.stop_buffers == "position":
         buffer(motor, s.M_POSITION)

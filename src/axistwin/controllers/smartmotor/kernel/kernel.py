@@ -27,8 +27,8 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Events at which the kernel stops after a sample.
-# The bit mask BEFORE_SAMPLE contains the events at which the kernel stops before a sample.
+# Events at which the kernel stops.
+# The kernel stops before a sample at the events in the bit mask BEFORE_SAMPLE, otherwise after a sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
 VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
