@@ -157,7 +157,10 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
     ("arguments", "words"),
     [
         (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here: "),
-        (["--serial", "socket://127.0.0.1:1", "--model", "1811"], "the 1811 is on a bus and cannot be recorded"),
+        (
+            ["--serial", "socket://127.0.0.1:1", "--model", "1811"],
+            "cannot record the 1811, because it has no serial port",
+        ),
         (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid line format 'quick'"),
     ],
 )

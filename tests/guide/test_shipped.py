@@ -49,7 +49,7 @@ def test_nothing_is_overwritten(tmp_path):
         ),
         (
             ["examples", "drill"],
-            "the directory for the example is missing: try axistwin examples drill my-drill",
+            "the directory for the example is missing: expected e.g. 'axistwin examples drill my-drill'",
         ),
         (["docs", "prots"], "no page 'prots': did you mean ports?"),
     ],

@@ -141,7 +141,7 @@ print(json.dumps(found))
 def test_caproto_reads_and_writes_fields_pins_and_registers(ioc):
     found = client(ioc, CAPROTO)
     too_fast, too_far = found.pop("refused")
-    assert "VELO=1e+09 is out of range: expected above 0, and at most 546.133" in too_fast
+    assert "VELO=1e+09 is out of range: expected a value above 0 and not above 546.133" in too_fast
     assert "position 3.5 is outside the limits: expected -2.14748e+06 to 3" in too_far
     assert found == {
         "position": 2.0, "violation": 1, "control": [-2147483.647, 3, "mm", 3], "register": 42, "pin": 0, "fault": "",
@@ -173,7 +173,7 @@ def test_p4p_moves_by_pv_access(ioc):
     found = client(ioc, P4P)
     assert found["moved"] == [1234, 1, 0] and found["menu"] == "Go" and found["pin"] == 1
     assert found["LAB:motor:shaft.RBV"] == "this field can only be read"
-    assert found["LAB:motor:shaft.VELO"].startswith("VELO=-1 is out of range: expected above 0")
+    assert found["LAB:motor:shaft.VELO"].startswith("VELO=-1 is out of range: expected a value above 0")
 
 
 def test_a_port_needs_a_model_that_answers(tmp_path, capsys):

@@ -76,7 +76,7 @@ GROUPS = {
     "Write programs and scenes": (
         Command("check", "authoring", "Find errors in programs and scenes."),
         Command("commands", "authoring", "List every command of a model."),
-        Command("faults", "authoring", "List every fault that a bench can have."),
+        Command("faults", "authoring", "List every fault that a scene can contain."),
         Command("schema", "authoring", "The JSON Schema of a scene file, for editors."),
         Command("lsp", "authoring", "The language server, for editors."),
     ),

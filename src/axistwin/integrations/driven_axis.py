@@ -73,7 +73,7 @@ class DrivenAxis:
         await self.request(Goal(lambda: self.core.move_to(target), target))
 
     async def move_at(self, velocity: float) -> None:
-        """Run at a signed velocity; return when the run has been stopped.  Raises RefusedError if the run fails."""
+        """Jog at a signed velocity; return when the jog has been stopped.  Raises RefusedError if the jog fails."""
         await self.request(Goal(lambda: self.core.move_at(velocity)))
 
     async def home(self, direction: int) -> None:

@@ -21,7 +21,7 @@ from axistwin.units import to_ns, to_seconds
 
 
 def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
-    """Return a driver for a controller of a bench, without a port.
+    """Return a driver that is connected to an emulated controller without a real port.
 
     `options`: options of the driver.  Raises UsageError.
     """
@@ -99,7 +99,7 @@ def _connect(
 
 
 class _InnerClient:
-    """A client at a serial port of a bench, which stores the received characters."""
+    """A client at the serial port of an emulated controller; it stores the received characters."""
 
     name = "a driver"
     flow: Flow | None = None
@@ -126,7 +126,7 @@ class _InnerClient:
 
 
 class _InnerMaster(Master):
-    """A client at a board on a bus, which stores the received messages."""
+    """A client of a board on a bus; it stores the received messages."""
 
     def __init__(self, slot: Slot, received: bytearray) -> None:
         super().__init__(slot)

@@ -92,7 +92,7 @@ async def of_scene(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Serve a bench on local ports, start virtual time, and return a machine with the controllers.
+    """Start the controllers of a scene on local ports, and return a machine that is connected to them.
 
     `options`: options of drivers by controller; `without`: endpoints that have other hosts.  Raises UsageError.
     """

@@ -255,7 +255,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if one controller reports a move or sequence, and the other does not answer."""
+    """True if only one controller answers a request, and all answers report moves or sequences."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))

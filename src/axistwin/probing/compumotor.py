@@ -326,7 +326,7 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect outputs of the twin to its inputs, if a test plug does so on the board."""
+    """Connect the twin's outputs to its inputs if the real board has a test plug with these connections."""
     if facts.get("plug") == str(True):
         connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")

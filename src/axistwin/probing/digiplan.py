@@ -201,7 +201,7 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect outputs of the twin to its inputs, if a test plug does so on the interface."""
+    """Connect the twin's outputs to its inputs if the real interface has a test plug with these connections."""
     if facts.get("plug") == str(True):
         for number, output in zip("123", PLUGGED, strict=True):
             connect(controller, f"output{output}", f"input{number}")

@@ -71,7 +71,7 @@ class End(ABC):
     @property
     @abstractmethod
     def now(self) -> float:
-        """Time in seconds: virtual time on a bench, real time at a port."""
+        """Time in seconds: virtual time for a virtual controller, real time for a controller at a port."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
@@ -145,7 +145,7 @@ class VirtualEnd(End):
             self.controller.serial.write(data)
 
     def receive(self) -> bytes:
-        """Run the bench until the controller sends data, for at most 20 ms, and return the data."""
+        """Advance virtual time until the controller sends data, at most 20 ms, and return the data."""
         if not self._messages:
             self.bench.run_until(lambda: self._messages, self._STEP_S)
         data = bytes(self._messages)

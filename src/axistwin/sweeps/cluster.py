@@ -162,7 +162,9 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        if found.scheme == "tcp" and not connection.recv(1):  # a scheduler sends data before the client does
+        if found.scheme == "tcp" and not connection.recv(
+            1
+        ):  # a Dask scheduler sends the first message after a connection
             raise OSError("the program at this address is not a Dask scheduler")
 
 

@@ -29,9 +29,10 @@ _TOKEN = re.compile(r"\s*(<=|>=|!=|[()|<>=]|[^\s()|<>=!]+)")
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition on signals, with two functions that compute its truth and its robustness over time.
+    """A condition on signals, e.g. `table.X.velocity > 100`.
 
-    Truth is 1 or 0; robustness is the margin, which is negative while the condition is false.
+    The function `truth` computes 1 or 0 over time; the function `robustness` computes the margin by which the
+    condition holds, which is negative while the condition is false.
     """
 
     text: str
@@ -41,14 +42,20 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions for a comparison with a number: one computes the truth, the other the margin."""
+    """Return two functions that compare values with a number.
+
+    The first returns 1 (true) or 0; the second returns the margin, which is negative if the comparison is false.
+    """
     limit = real(number)
     holds, margin = _SIGNS[sign]
     return lambda x: holds(x, limit).astype(float), lambda x: margin(x, limit)
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions for the condition "high" or "low": one computes the truth, the other the margin."""
+    """Return two functions for the condition "high" or "low".
+
+    The first returns 1 (true) or 0; the second returns an infinite margin, which is negative if the level is wrong.
+    """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 

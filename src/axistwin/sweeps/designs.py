@@ -61,7 +61,9 @@ def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
     for path, values in varied.items():
         if not values.listed and ".." in values.text:
-            raise UsageError(f"the range {path}={values.text} needs a number of values: expected e.g. {values.text}:5")
+            raise UsageError(
+                f"the range {path}={values.text} lacks the number of values: expected e.g. {values.text}:5"
+            )
     return {path: values.listed for path, values in varied.items() if values.listed}
 
 
@@ -69,7 +71,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        raise UsageError(f"{path}={varied[path].text} needs a number of runs: add e.g. --runs 100")
+        raise UsageError(f"the number of runs for {path}={varied[path].text} is missing: add e.g. --runs 100")
 
 
 def _with_draws(

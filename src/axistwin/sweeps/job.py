@@ -100,7 +100,7 @@ class Runner:
         return row
 
     def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Return the row of a run without results."""
+        """Return the row of a run that has no results yet."""
         row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
         row |= dict.fromkeys(self.measures)
         for name in self.claims:
@@ -134,7 +134,7 @@ class Runner:
         return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
 
     def _finish(self, bench: Bench) -> str:
-        """Run the bench until the run ends, and return the reason, e.g. "rest" if nothing moves any more."""
+        """Simulate the scene until the run ends; return the reason, e.g. "rest" if all axes are at rest."""
         if self.job.for_s is not None:
             bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
             return "for"
@@ -146,7 +146,7 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return the scene file and the program files that repeat a run of the sweep.
+        """Return the scene file and the program files with which the user can repeat a run.
 
         The keys are the names of the files, and the values are their texts.
         """

@@ -156,7 +156,7 @@ def plan_of(path: Path) -> Plan:
     import pyarrow.parquet as pq
 
     if not is_sweep(path):
-        raise TraceError(f"{path} contains no results of a sweep: expected a file written by axistwin sweep")
+        raise TraceError(f"{path} contains no results of a sweep: expected a file written by 'axistwin sweep'")
     plan: Plan = json.loads(pq.read_schema(path).metadata[PLAN])
     return plan
 
@@ -173,7 +173,7 @@ def read(path: Path) -> "pa.Table":
         return pq.read_table(path)
     if parts:
         return pa.concat_tables([pq.read_table(part) for part in parts]).sort_by("run")
-    raise UsageError(f"{path} does not exist: expected a file written by axistwin sweep")
+    raise UsageError(f"{path} does not exist: expected a file written by 'axistwin sweep'")
 
 
 def digest(found: "pa.Table") -> str:

@@ -67,7 +67,7 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if no bench can be built from the scene with this value.
+        """Raise UsageError if the scene is invalid with this value.
 
         `number`: index of the path that gets the value.
         """
@@ -182,7 +182,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(f"{path} is not in the scene: expected a list for the index {key}")
+                raise UsageError(f"invalid path {path}: the index {key} is only for a list")
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
@@ -213,7 +213,7 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
     if len(users) > 1:
         raise UsageError(
-            f"{path}: {' and '.join(users)} share the program file {table['program']}, expected one file for each"
+            f"{path}: {' and '.join(users)} share the program {table['program']}: expected one program file for each"
         )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)

@@ -60,7 +60,7 @@ class _LostSteps:
 
 
 class Recording:
-    """A context manager that records signals and events of a bench during a run."""
+    """A context manager that records signals and events during a run."""
 
     def __init__(self, bench: Bench, signals: Iterable[str], events: Iterable[str]) -> None:
         self.bench = bench
@@ -79,7 +79,7 @@ class Recording:
         self._blocks: list[list[Part]] = [[] for _ in self._signals]
 
     def __enter__(self) -> Self:
-        """Start recording signals and events.  Raises UsageError for an event that is impossible on this bench."""
+        """Start recording signals and events.  Raises UsageError for an event that cannot occur in this scene."""
         for sentence, times in self._events.items():
             happened = partial(self._happened, times)
             self._stack.callback(self.bench.when(sentence, happened, self._here))
@@ -122,7 +122,7 @@ class Recording:
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
-            raise UsageError(f"the bench has no axis {name!r}: {instead(name, [*axes])}")
+            raise UsageError(f"the scene has no axis {name!r}: {instead(name, [*axes])}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
             raise UsageError(
                 f"the energy of axis {name} is unknown: expected a servo axis with a motor, e.g. motor = 'frame23'"
@@ -155,7 +155,7 @@ class Recording:
             if candidate in self._also:
                 return self._also[candidate]
         known_names = [*self._known, *self._derived()]
-        raise UsageError(f"the bench has no signal {name!r}: {instead(name, known_names)}")
+        raise UsageError(f"the scene has no signal {name!r}: {instead(name, known_names)}")
 
     def _derived(self) -> list[str]:
         found = []
@@ -225,7 +225,7 @@ class Recording:
 
 
 def check(bench: Bench, signals: Sequence[str], events: Sequence[str], axes: Sequence[str]) -> None:
-    """Raise UsageError if the bench lacks a signal, an event or an axis that a measure or claim needs."""
+    """Raise UsageError if the scene lacks a signal, event or axis that a measure or claim names."""
     with Recording(bench, signals, events) as record:
         for name in axes:
             record.energy(name)

@@ -103,7 +103,7 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return only the values of a signal at which a condition is true.
+    """Return the values of a signal at the times when a condition is true.
 
     `where`: the condition as a signal.  The second result is the duration of each value.
     """
@@ -351,13 +351,14 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the robustness of the claim "FIRST until SECOND".
+    """Return the result of the claim "FIRST until SECOND" as a number.
 
-    The robustness is the maximum over time of min(`second`, earlier `first`).
+    If the two signals are truths, the number is 1 or 0; if they are margins, it is the margin by which the claim holds:
+    the maximum over time of min(`second`, earlier `first`).
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    # `before[n]` is the smallest earlier value of the signal `first`
+    # each element of `before` is the smallest value of the first signal before the same index
     before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 

@@ -59,7 +59,7 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """The trial that uses the values of the unchanged scene."""
+        """The trial with the values of the original scene."""
         told = self._stored.user_attrs.get(DELIVERED)
         return None if told is None else Trial(**told)
 
@@ -129,7 +129,7 @@ def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
     stored = _open(path, create=False)
     told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)
     if told is None or plan is None:
-        raise UsageError(f"{path} contains no trials: expected a file written by axistwin tune")
+        raise UsageError(f"{path} contains no trials: expected a file written by 'axistwin tune'")
     return plan, Trial(**told), [_trial(each) for each in stored.get_trials(deepcopy=False)]
 
 

@@ -76,7 +76,7 @@ class Sweep:
     def vary(self, path: str, values: Value) -> Self:
         """Vary the value at a path, e.g. `.vary("table.X.load.torque", "0.05..0.4:8")`.  Raises UsageError."""
         if path in self.varied:
-            raise UsageError(f"the path {path} is varied twice: expected one list of values")
+            raise UsageError(f"the path {path} is varied twice: expected one range or list, e.g. --vary seed=0..99")
         try:
             self.varied[path] = read(values)
         except UsageError as reason:
@@ -109,7 +109,7 @@ class Sweep:
         return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
 
     def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
-        """Check the sweep before the first run; return the runner and all points.  Raises UsageError."""
+        """Check the sweep before the first run; return a runner and the values of each run.  Raises UsageError."""
         design = design or Design()
         runner = Runner(self._job(seconds))
         if design.search is not None:

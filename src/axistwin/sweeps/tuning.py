@@ -66,19 +66,19 @@ class Tuning:
         """Let the search choose the value at a path, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError."""
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
-            raise UsageError(f"the path {path} is given twice: expected either --change or --vary, and only once")
+            raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
         if given.interval is None and not given.listed:
             raise UsageError(f"{path}={given.text}: expected a range or a list of values, e.g. 10..400")
         self.changed[path] = given
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Perform each trial with several values at the path `path`.
+        """Vary a value in the runs of each trial, e.g. `.vary("seed", "0..9")`.
 
         The worst run determines the score of the trial.
         """
         if path in self.changed:
-            raise UsageError(f"the path {path} is given twice: expected either --change or --vary, and only once")
+            raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
         self._scatter.vary(path, values)
         return self
 
@@ -141,7 +141,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield program lines and scene lines with the given values, for the user to copy."""
+        """Yield lines with the given values, which the user copies into programs or the scene."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):
@@ -214,7 +214,7 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return a positive number if a claim fails in a run, otherwise 0 or a negative number.
+    """Return the margin by which a claim fails: above 0 if the claim fails, otherwise 0 or below.
 
     The number is the negated robustness of the claim.
     """

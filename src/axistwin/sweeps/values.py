@@ -109,9 +109,7 @@ def _range(text: str, found: re.Match[str]) -> Values:
     else:
         listed = range(int(low), int(high) + 1) if whole_ends and not logarithmic else ()
     if len(listed) > MOST:
-        raise UsageError(
-            f"range {text} has {len(listed):,} values: expected at most {MOST:,}, so give a count, e.g. {text}:100"
-        )
+        raise UsageError(f"range {text} has {len(listed):,} values: expected at most {MOST:,}, e.g. {text}:100")
     if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
         return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic), interval)
     return Values(text, listed, partial(_between, low, high, logarithmic), interval)

@@ -203,7 +203,7 @@ class _Worker:
 
     def _write(self, task: Task) -> None:
         assert self.process is not None, "the worker has been started"
-        with suppress(OSError):  # `receive` reports that the process has ended
+        with suppress(OSError):  # if the process has ended, `receive` raises an error
             pickle.dump(task, self._pipe(self.process.stdin))
             self._pipe(self.process.stdin).flush()
 

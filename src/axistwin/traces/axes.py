@@ -143,7 +143,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not `<=`, because a move may start at the last pulse of another move
+            if move.start_ns < since_ns:  # not `<=`, because the previous move may end with a pulse at this time
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)

@@ -44,9 +44,9 @@ class Batch:
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return the index at which the batch can be cut into two halves.
+        """Return an index near the middle, at which the batch can be cut into two parts.
 
-        Changes at the same time stay in the same half.
+        Changes at the same time stay in the same part.
         If all changes have the same time, return the number of changes.
         """
         import numpy as np

@@ -19,7 +19,7 @@ Value = int | float | str
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest deviations in value and in time at which two traces count as equal."""
+    """Largest permitted differences in value and in time; two traces within these limits are equal."""
 
     value: float = 0.0
     time_ns: int = 0

@@ -186,7 +186,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Return the values of the changes in a batch.
+    """Return the changed values in a batch as numbers and texts.
 
     The function `show` formats floating-point numbers and texts.
     """

@@ -26,7 +26,7 @@ POINTS = 1 << 17
 
 @contextmanager
 def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
-    """Record a trace of the bench in memory within a `with` block."""
+    """Record the signals of the controllers in memory within a `with` block."""
     memory = MemoryTrace(bench)
     with memory.tracer as tracer:
         yield memory

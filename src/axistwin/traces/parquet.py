@@ -182,7 +182,7 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file in memory, which can store or discard written bytes.
+    """A file in memory that stores written bytes in the list `parts`.
 
     The bytes are discarded if `parts` is None.
     """

@@ -10,7 +10,7 @@ from axistwin.version import VERSION
 
 
 def provenance(bench: Bench) -> dict[str, str]:
-    """Return the provenance of a trace as keys and values, e.g. version, scene and seed.
+    """Return the origin of a trace as keys and values, e.g. version, scene and seed.
 
     Keys: `axistwin` (the version), `scene`, `title`, `seed`, and one for each controller and shared line.  `units
     NAME.AXIS`: the unit of an axis, as written by `MachineUnits`.

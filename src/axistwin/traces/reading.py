@@ -237,7 +237,7 @@ def _vcd(path: Path) -> Trace:
 
 
 def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[str, tuple[str, str]]]:
-    """Read the head of a VCD file: return the provenance, and the name and kind of each signal."""
+    """Read the first lines of a VCD file; return the origin of the trace, and the name and kind of each signal."""
     about: dict[str, str] = {}
     names: dict[str, tuple[str, str]] = {}
     scopes: list[str] = []

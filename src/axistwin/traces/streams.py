@@ -44,7 +44,7 @@ class Dialogue:
 
 
 class _Message:
-    """The present message of the host or of the controller.
+    """The text of the latest message of the host or of the controller.
 
     `whole`: True if each message arrives at once, as on a bus.
     """
@@ -67,7 +67,7 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Set the signal to an empty text, because the other side transmits.
+        """Set the signal to an empty text when the other end of the line begins to transmit.
 
         `answered`: True if the stored message is deleted, too.
         """

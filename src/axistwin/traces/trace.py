@@ -43,7 +43,7 @@ _log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
-    """Trace a bench into the file `path` within a `with` block.
+    """Record the signals of the controllers in the trace file `path` within a `with` block.
 
     `patterns` select the signals; `report` receives a message if the trace ends early.  `limit` is the largest size of
     the file in bytes: a trace that would become larger ends.

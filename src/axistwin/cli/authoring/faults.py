@@ -16,7 +16,7 @@ HEADINGS = ("fault", "on", "parameters", "what happens")
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
 def faults(as_json: bool) -> None:
-    """List all faults that a bench can have, with their parameters and effects.
+    """List all faults that a scene can contain, with their parameters and effects.
 
     The names are the same in scenes ([[fault]]), in conversations (! fault lose 3) and in Python
     (bench.faults.add("lose", "if1.serial", count=3)).  All faults also take name, at, when, nth, duration and seed.

@@ -6,7 +6,7 @@ from axistwin.errors import UsageError
 
 
 def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
-    """Return an error that suggests valid names instead of an unknown name."""
+    """Return an error for an unknown name; its message suggests valid names."""
     from difflib import get_close_matches  # this import is lazy because only errors need it
 
     listed = list(names)

@@ -9,7 +9,7 @@ from axistwin.errors import UsageError
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
-    """Return the bench that the user has named: one controller of a model, or the controllers of a scene."""
+    """Build and return the controllers that the user has named: one model, or all controllers of a scene."""
     options = tuple(options)
     if not target.endswith(".toml"):
         bench = Bench()

@@ -63,12 +63,16 @@ def plot(
     limited = on_screen or signals or since is not None or until is not None
     if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
         if limited:
-            raise UsageError(f"{trace} contains results of a sweep: expected only the options --out and --title")
+            raise UsageError(
+                f"{trace} contains results of 'axistwin sweep': expected only the options --out and --title"
+            )
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
     if trace.suffix == ".db":
         if limited:
-            raise UsageError(f"{trace} contains a study: expected only the options --out and --title")
+            raise UsageError(
+                f"{trace} contains a study of 'axistwin tune': expected only the options --out and --title"
+            )
         return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):
         found = read(trace)

@@ -56,7 +56,7 @@ def ioc(
     if pva:
         require("p4p", "pva")
     if not NAME.fullmatch(prefix):
-        raise UsageError(f"invalid --prefix {prefix!r}: expected letters, digits, and the signs : _ -, e.g. LAB:")
+        raise UsageError(f"invalid --prefix {prefix!r}: expected only letters, digits, ':', '_' and '-', e.g. LAB:")
     wanted = of.Wanted.read(what, model, given)
     return asyncio.run(_serve(wanted, prefix, listen or ("127.0.0.1",), port, pva=pva, as_json=as_json))
 

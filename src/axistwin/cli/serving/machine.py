@@ -62,7 +62,7 @@ class Wanted:
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed is only for a scene: expected no --speed for a controller at a port")
+            raise UsageError("--speed is only for a scene: leave out this option for a PORT")
         if model is not None:
             product(model)
         return cls(
@@ -91,7 +91,9 @@ class Wanted:
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():
             if not isinstance(found, dict):
-                raise UsageError(f"--option {name} names no controller: expected e.g. --option if1.{name}=1")
+                raise UsageError(
+                    f"the name of the controller is missing in --option {name}: expected e.g. --option if1.{name}=1"
+                )
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
             units=self.units, registers=self.registers, period_s=period_s,

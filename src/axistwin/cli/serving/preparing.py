@@ -33,7 +33,7 @@ product(sys.argv[1]).prepare(None, 1)
 
 @contextmanager
 def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
-    """Prepare the controllers of a bench in a thread.
+    """Compile or load the code of the controllers in a thread.
 
     Yields an event, which is set when all controllers are prepared.
     """
@@ -52,7 +52,7 @@ def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
 
 
 class _Preparation:
-    """Prepares all models of a bench in a thread, one after the other."""
+    """Compiles or loads the code of the controller models in a thread, one model after the other."""
 
     def __init__(self, models: Counter[str], speed: float | None) -> None:
         self._models, self._speed = models, speed
@@ -61,11 +61,11 @@ class _Preparation:
         """Event that is set when all models are prepared."""
 
     def stop(self) -> None:
-        """Stop the preparation after its present step, and end its child process."""
+        """Stop the thread after its present task, and end its child process."""
         self._stopped.set()
 
     def run(self) -> None:
-        """Prepare each controller model.  This is the main function of the thread."""
+        """Compile or load the code of each controller model.  This is the main function of the thread."""
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():

@@ -103,7 +103,9 @@ def _format(model: str | None, line: str | None) -> UartFormat:
     made = product(model)
     if made.line is None:
         serial_models = ", ".join(name for name in FAMILIES if product(name).line is not None)
-        raise UsageError(f"the {made.model} is on a bus and cannot be recorded: expected one of {serial_models}")
+        raise UsageError(
+            f"cannot record the {made.model}, because it has no serial port: expected one of {serial_models}"
+        )
     return line_format(line, made.line)[0]
 
 

@@ -328,7 +328,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the trace and the recording end before power-off
+        files.close()  # the trace and the recording do not contain the power-off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

@@ -18,7 +18,7 @@ Ports = list[tuple[str, PortUrl]]
 
 
 class Served(NamedTuple):
-    """A model or a scene to serve, with its ports.  Each call of `build` returns a new bench."""
+    """A model or a scene to serve, with its ports.  Each call of `build` returns new controllers."""
 
     title: str
     build: Callable[[], Bench]

@@ -76,7 +76,7 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
     known = last_positions(plan.journal)
     if known is None and not unhomed:
         raise UsageError(
-            f"the positions of the motors are unknown, because the last run did not end properly ({plan.journal}): "
+            f"the motor positions are unknown after an interrupted run (file {plan.journal}): "
             "start with --unhomed, then home the machine"
         )
     ports = served.scene(scene, [], alone=False).ports(bench)
@@ -261,5 +261,5 @@ def _read_words(said: Callable[[str], None]) -> None:
     if sys.stdin is not None and not sys.stdin.closed:
         try:
             loop.add_reader(sys.stdin, read)
-        except (OSError, ValueError):  # the event loop cannot read a file
+        except (OSError, ValueError):  # the event loop cannot wait for input from a file
             return

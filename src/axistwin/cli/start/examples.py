@@ -38,7 +38,9 @@ def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
     if name not in found:
         raise unknown(kind="example", name=name, names=found)
     if directory is None:
-        raise UsageError(f"the directory for the example is missing: try axistwin examples {name} my-{name}")
+        raise UsageError(
+            f"the directory for the example is missing: expected e.g. 'axistwin examples {name} my-{name}'"
+        )
     paths = found[name].copy(directory)
     if as_json:
         click.echo(json.dumps({"example": name, "files": [str(path) for path in paths]}, ensure_ascii=False))

@@ -48,7 +48,7 @@ from axistwin.sweeps.workers import LIMIT_S
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json: bool, **options: Any) -> int:
-    """Find the values of a scene, e.g. gains, with which the worst of several runs is best.
+    """Find the gains or other values of a scene that give the best result in the worst case.
 
     Each trial chooses the values of --change, and runs the scene once for each point of the --vary values.  The score
     of a trial is its worst run.  The result is compared with the scene as delivered, in the same runs.  The study is

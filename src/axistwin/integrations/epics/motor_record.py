@@ -223,7 +223,7 @@ class MotorRecord:
     async def _velocity(self, field: str, value: float) -> None:
         most = self.values["VMAX"] if field != "VMAX" else self.axis.core.max_velocity / float(abs(self._per))
         if not 0 < value <= most:
-            raise RefusedError(f"{field}={value:g} is out of range: expected above 0, and at most {most:g}")
+            raise RefusedError(f"{field}={value:g} is out of range: expected a value above 0 and not above {most:g}")
         await self._set(**{field: value})
         if field in ("VELO", "VMAX"):
             unit = self.values["UREV"]

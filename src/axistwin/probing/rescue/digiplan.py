@@ -62,7 +62,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # the characters E and N have different parity bits, so a wrong parity spoils one request
+        # E and N have different parity bits, so one of the requests fails if the parity is wrong
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None

@@ -55,7 +55,7 @@ def read(exchange: Exchange) -> Contents:
         found.values[f"al[{index}]"] = exchange.line(f"Ral[{index}]\r".encode())
     found.program = _upload(exchange, found)
     if before == "0" and exchange.line(b"RBs\r") == "1":
-        exchange.end.send(b"Zs\r")  # an unknown request has set flag Bs
+        exchange.end.send(b"Zs\r")  # the motor did not know a request and has set its flag Bs
     silent = [name for name, value in found.values.items() if not value]
     if silent:
         found.missing.append(f"no answer to {', '.join(silent)}")

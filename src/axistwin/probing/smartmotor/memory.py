@@ -259,7 +259,10 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def locking(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the test cases that lock a stored program; loading another program ends the lock."""
+    """Return the test cases for the command that locks a stored program.
+
+    Loading another program ends the lock.
+    """
     section = commands["LOCKP"].chapter
     return [
         case("a locked program", section, *loading("RUN?\nEND\n"), "Zs LOCKP", "UPLOAD", "RBs", "Zs UP", "RBs",

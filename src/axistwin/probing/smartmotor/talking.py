@@ -12,7 +12,7 @@ DEVICES = "ABCDEFGH"
 
 
 def talk(commands: Mapping[str, Instruction], address: str) -> list[Case]:
-    """Return the test cases for communications: echo, sleep, errors of the channels, addresses."""
+    """Return the test cases for serial communication, e.g. echo, sleep and addresses."""
     serial, anilink = commands["ECHO"].chapter, commands["AOUTp"].chapter
     variables, status, eeprom = commands["a…zzz="].chapter, commands["Zs"].chapter, commands["EPTR="].chapter
     found = [
