@@ -184,9 +184,10 @@ def test_a_stream_that_the_board_has_used_up_is_stopped():
 
 
 def test_a_wrong_command_and_a_silent_request(board):
-    board.core.timeout = 0.1
+    patience_s, board.core.timeout = board.core.timeout, 0.1
     with pytest.raises(SilentError, match="check that the board accepts"):
         board.request(0x91, 0x80)
+    board.core.timeout = patience_s
     with pytest.raises(RefusedError, match="expected more than 0"):
         board.axes["motor"].move_at(1e7)
     board.axes["motor"].clear_faults()
