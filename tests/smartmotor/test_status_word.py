@@ -213,7 +213,8 @@ def test_real_time_bits_have_no_z(bench, motor, command):
 def test_after_any_bytes_the_motor_answers(chunks):
     """No exception, endless loop or lost command; the same bytes one by one give the same result."""
     sent = b"".join(chunks)
-    assume(b"SLEEP" not in sent and b"LOAD" not in sent)  # after SLEEP or LOAD the motor does not answer
+    # after SLEEP or LOAD the motor does not answer; after ECHO it also returns the commands
+    assume(not any(word in sent for word in (b"SLEEP", b"LOAD", b"ECHO")))
     ends = []
     for whole in (True, False):
         bench = Bench()
