@@ -10,6 +10,7 @@ from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
+from typing import TypeVar
 
 from axistwin.bench import Bench, Controller, endpoints, line_format, product
 from axistwin.bench.action_runner import ActionRunner
@@ -32,6 +33,8 @@ from axistwin.units import to_ns
 Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000
 """Factor for the seed of a scene in the seeds of its faults."""
+
+T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
@@ -212,30 +215,26 @@ class Builder:
                     self.bench.port(f"{table.called}.rs485")
 
     def _motor(self, name: str, path: Path_) -> Controller:
-        if name not in self.bench.controllers:
-            suggestion = instead(name, self.bench.controllers)
-            raise self.source.error(f"no controller {name!r}: {suggestion}", path)
-        return self.bench[name]
+        return self._named(name, self.bench.controllers, "no controller", path)
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
         controller, _, pin = terminal.rpartition(".")
         if not controller:
             raise self.source.error(f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1", path)
-        pins = self._motor(controller, path).pins
-        if pin not in pins:
-            suggestion = instead(pin, pins)
-            raise self.source.error(f"{controller} has no pin {pin!r}: {suggestion}", path)
-        return pins[pin]
+        return self._named(pin, self._motor(controller, path).pins, f"{controller} has no pin", path)
 
     def _axis(self, whole: str, path: Path_) -> Axis:
         controller, _, axis = whole.rpartition(".")
         if not controller:
             raise self.source.error(f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X", path)
-        axes = self._motor(controller, path).axes
-        if axis not in axes:
-            suggestion = instead(axis, axes)
-            raise self.source.error(f"{controller} has no axis {axis!r}: {suggestion}", path)
-        return axes[axis]
+        return self._named(axis, self._motor(controller, path).axes, f"{controller} has no axis", path)
+
+    def _named(self, name: str, known: Mapping[str, T], problem: str, path: Path_) -> T:
+        """Return the value of a name.  Raises SceneError with a suggestion if the name is unknown."""
+        if name not in known:
+            suggestion = instead(name, known)
+            raise self.source.error(f"{problem} {name!r}: {suggestion}", path)
+        return known[name]
 
     # Methods that add the faults, the script and the hosts
 
