@@ -62,9 +62,8 @@ class Bench:
     def faults(self) -> "Faults":
         """The fault injector of the bench, e.g. `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
-            from axistwin.fault_injection.injector import (
-                Faults,
-            )  # lazy import: only benches with faults need this module
+            # lazy import: only benches with faults need this module
+            from axistwin.fault_injection.injector import Faults
 
             self._faults = Faults(self)
         return self._faults
