@@ -88,7 +88,7 @@ CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters in force.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # The next CI activates these cam parameters of the last MCn.
 # CI_PENDING is 1 while a CI waits for the zero point.
-# CI_SPOILT is 1 if the next CI needs a new MCn first.
+# CI_SPOILT is 1 if a new MCn must precede the next CI.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
 
