@@ -66,7 +66,7 @@ TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
 SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Slots of the modes that follow the external encoder, such as mode cam
+# Values for the modes that follow the external encoder, such as mode cam
 (
     CTR,  # External counter, which the program can read as CTR.
     MASTER,  # Number of edges received from the external encoder.
@@ -80,7 +80,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     SHOWN,  # Pins with the level of the external encoder: 1 for A, 2 for B, 3 for both.
     PIN_EDGES,  # Number of counted edges on pins A and B that do not come from the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Number of edges counted in each encoder period: 1 in MF1, 2 in MF2, 4 in MF4 and for steps.
+    RESOLUTION,  # Number of counts in CTR for four encoder edges or steps: 1 in MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs.
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
@@ -100,7 +100,7 @@ HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
 HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
 
-# Each flag has its own slot, with the value 0 or 1.
+# Each flag is stored as an integer, 0 or 1.
 # The first 16 flags are the bits of the status word W.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
@@ -129,14 +129,14 @@ PINS = next(_slots)
 # GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
-    DEBOUNCE,  # Number of samples for which a new level of pin G must last.
+    DEBOUNCE,  # A new level of pin G is accepted if it lasts for DEBOUNCE samples.
     LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
     GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG).
     BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
     BRAKE_READ,  # Becomes 1 when an assignment reads the brake pin (5.1, note 2).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
-# Range of shaft positions in which no switch changes
+# No switch changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # State of the drive, which the physical model reads and updates
@@ -163,7 +163,7 @@ UNCOUNTED = next(_slots)  # Remainder of the division that computes the counts o
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 
-LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read.
+LENGTHS, *_ = islice(_slots, 2)  # Number of bytes in each channel's FIFO that GETCHR has not read yet (LEN, LEN1).
 ARRAY_BASE = next(_slots)  # Index of the array element al[0] in the array `v`.
 
 INTS = next(_slots)
