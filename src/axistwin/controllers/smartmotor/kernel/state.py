@@ -50,7 +50,7 @@ EPTR, ADDR = next(_slots), next(_slots)
 
 # The command F puts the buffered gains in force.
 TUNING, *_ = islice(_slots, 8)  # Gains in force, in the order KP KI KD KL KS KV KA KG.
-PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
+PID_RATE = next(_slots)  # Number of samples between two servo updates (n of PIDn): 1, 2, 4 or 8.
 
 # State of the trajectory that the command G has started
 (
@@ -59,10 +59,10 @@ PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
     COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
     VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
-# TARGET is the end of a position move.
-# In the modes MFR and MSR, the ratio is FACTOR / TARGET.
+# TARGET is the position at which a position move ends.
+# In the modes MFR and MSR, the motor moves FACTOR / TARGET counts for each count of CTR.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
-# The controller's position is DIRECTION * SHAFT + ORIGIN.
+# The position that the controller reports is DIRECTION * SHAFT + ORIGIN.
 SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
@@ -142,7 +142,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 # State of the drive, which the physical model reads and updates
 (
     DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
-    PWM,  # Output of the servo law, -1023 to 1023, in the machine's direction.
+    PWM,  # Output of the servo law, -1023 to 1023; a positive value increases SHAFT.
     BRAKE,  # 1 if the static brake is engaged.
     TEMP,  # Motor temperature in whole °C, reported as TEMP.
     CURRENT,  # Current in 0.01 A, reported as UIA.
@@ -152,7 +152,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-# CURRENT_SUM is the accumulator of the filtered current.
+# CURRENT_SUM is 16 times the filtered current, in 0.01 A.
 # HEAT is the sum of HEAT_SAMPLES squared currents, in (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
