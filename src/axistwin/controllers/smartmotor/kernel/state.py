@@ -156,8 +156,8 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 # HEAT is the sum of HEAT_SAMPLES squared currents, in (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# The ratio of reported counts to true counts of a defective encoder is COUNTS_OF / COUNTS_OUT_OF.
-# For an encoder without defect, COUNTS_OF and COUNTS_OUT_OF are 0.
+# A defective encoder reports COUNTS_OF counts for each COUNTS_OUT_OF true counts.
+# COUNTS_OF and COUNTS_OUT_OF are both 0 for an encoder that counts correctly.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
 UNCOUNTED = next(_slots)  # Remainder of the division that computes the counts of a defective encoder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
