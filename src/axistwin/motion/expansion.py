@@ -47,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # needs at most half the memory of the array `out`
+    patterns: dict[int, NDArray[np.int64]] = {}  # the patterns need at most half the memory of `out`
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:
@@ -134,7 +134,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
         return np.array(list(chain.from_iterable(tables)), np.int64)
 
     profiles = [profile for _, profile in moves]
-    # the last entry of `starts` is the end of the move
+    # the last element of `starts` is the time at which the move ends
     lengths = flat([[len(profile.starts) for profile in profiles]])
     origins, ticks, parts, per_rate = (
         np.repeat(flat([numbers]), lengths)

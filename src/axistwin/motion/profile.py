@@ -97,7 +97,7 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the exact number of pulses since the start, including the fraction of a pulse.
+        """Return the exact number of pulses up to the time `elapsed_ns`, including the fraction of a pulse.
 
         The unit of the result is 1/(parts * S) pulse.
         """
@@ -147,7 +147,7 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return a copy of the profile in which other segments replace the part after a time.
+        """Return a copy of the profile that continues with other segments after the given time.
 
         `then`: the other segments.
         """
@@ -162,11 +162,11 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """Return a copy of the profile in which other segments replace the last segments.
+        """Return a copy of the profile that keeps the first segments and continues with new segments.
 
-        `kept`: number of segments that remain; `added`: the other segments.  Returns None if the copy is not possible.
+        `kept`: number of segments that remain; `added`: the new segments.  Returns None if the copy is not possible.
 
-        It is not possible if the common denominators of this profile do not fit the added segments.
+        The copy is not possible if the common denominators of this profile do not fit the added segments.
         """
         profile = Profile.__new__(Profile)
         profile.__dict__.update(self.__dict__)
@@ -246,7 +246,7 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Convert a duration from fractions of a second to seconds.
+    """Return the duration in seconds of `parts` units of 1/`per_second` s.
 
     Calls with equal arguments return the same object.
     """

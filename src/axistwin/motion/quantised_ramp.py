@@ -77,7 +77,10 @@ class Trapezoid:
 
 @dataclass(frozen=True)
 class QuantisedRamp:
-    """The acceleration of a preset move; the deceleration is the mirror image of the acceleration."""
+    """The quantised acceleration ramp of a preset move.
+
+    The deceleration is the mirror image of the acceleration.
+    """
 
     up: tuple[Segment, ...]
     max_rate: Fraction
@@ -85,7 +88,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Numbers of pulses in the first 0, 1, 2 … levels of the acceleration."""
+        """Total number of pulses after 0, 1, 2 … levels of the acceleration."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

@@ -35,7 +35,7 @@ class Ramp:
         return Profile((*self._level_segments(len(self.levels)), Segment(self.top, None)))
 
     def _index(self, distance: int) -> Profile:
-        """Return the velocity profile of a preset move (index) of exactly `distance` pulses.
+        """Return the velocity profile of a preset move of exactly `distance` pulses.
 
         If the distance is too short for the whole ramp, as many levels are used as fit into both acceleration and
         deceleration.  The remaining pulses form a short plateau at the next level.

@@ -86,7 +86,7 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
-    """Return one step command for the given pulses, or None if no command can output all of them.
+    """Return a step command that outputs all given pulses, or None if no such command exists.
 
     The tick of each pulse is from its bound in `low` to its bound in `high`.
     """

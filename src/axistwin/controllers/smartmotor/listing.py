@@ -81,7 +81,7 @@ class Lines:
         self._rows = Rows((), (), frozenset())
 
     def connect(self, motor: Motor) -> None:
-        """Connect to a processor that has just been switched on.
+        """Connect the listing to a processor that has just been switched on.
 
         The program of the processor is not running yet.
         """

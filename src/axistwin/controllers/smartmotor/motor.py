@@ -137,7 +137,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The compilation was completed early, or replaced by a newer compilation.
+            return  # This compilation is already complete, or a newer compilation has replaced it.
         if compilation.step():
             self._compiled(compilation.result())
         else:

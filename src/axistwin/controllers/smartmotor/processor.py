@@ -38,7 +38,7 @@ class Control(Enum):
 
 @dataclass
 class Reception:
-    """The host mode records received for the next point of the trajectory (10.1)."""
+    """The received records for the next trajectory point of host mode (10.1)."""
 
     position: int | None = None
     """A position without its clock value."""

@@ -48,7 +48,8 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that reports to the follower only the changes of its own registers.
+        """Return a function that sends only the changes of this follower's registers to the follower.
+
         `names`: all followed registers, in the order in which changes are reported.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}

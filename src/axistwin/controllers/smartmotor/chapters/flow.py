@@ -156,7 +156,7 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, labels and similar: set the flag Bs if executed as a command.
+    """IF, WHILE, Cn, etc.: set the flag Bs, because a host must not send these keywords as commands.
 
     In a program, the compiler replaces these keywords by jumps.
     """

@@ -145,7 +145,7 @@ class Inputs:
         return [count + self.motor.i[s.PIN_EDGES] for count in counts]
 
     def refresh(self) -> None:
-        """Compute and publish all samples up to the present time."""
+        """Advance the motor's state to the present time, before a value is read."""
         self.motor.core.catch_up(changing=False)
 
     def catch_up(self) -> None:

@@ -77,7 +77,7 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """End the special use of a pin: limit, go input or wire of channel 1."""
+    """End the use of a pin as a limit input, as the go input or as a wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:

@@ -19,11 +19,11 @@ class Findings:
         self.found: list[Diagnostic] = []
 
     def report(self, rule: Rule, number: int, message: str, fix: Fix | None = None) -> None:
-        """Add a diagnostic of a statement."""
+        """Add a diagnostic about a statement to the list `found`."""
         self.found.append(diagnose(rule, self.text(number), message, fix=fix))
 
     def problem(self, number: int, problem: Problem, fix: Fix | None = None) -> None:
-        """Add a diagnostic of an error that the parser has found in a statement."""
+        """Add a diagnostic about an error that the parser has found in a statement."""
         self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:

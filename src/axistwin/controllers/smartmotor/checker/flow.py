@@ -122,9 +122,9 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield the places in the code to which a condition may lead.
+        """Yield the places in the code at which the program may continue after a condition.
 
-        A constant condition leads to only one place.
+        After a constant condition, the program can continue at only one place.
         """
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT

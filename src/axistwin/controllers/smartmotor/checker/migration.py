@@ -26,7 +26,7 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report a move that the limit faults of power-up may inhibit (2.0, 3.1).
+    """Report a move that may fail because the limit faults at power-up are not cleared (2.0, 3.1).
 
     Unconnected limit inputs cause a fault at power-up.
 

@@ -17,7 +17,10 @@ TABLE_MOST = 101
 
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
-    """Return the table entry aw[n], multiplied by the factor of MCn if the factor applies to the table."""
+    """Return the cam position of the table entry aw[n], in counts.
+
+    If CAM_TABLE is 1, the entry is multiplied by the factor of MCn.
+    """
     word = v[i[s.ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
     return word * i[s.CAM_FACTOR] if i[s.CAM_TABLE] else word
@@ -52,7 +55,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # CI may have selected another table, so the last position is read again.
+        end = entry(i, v, i[s.CAM_SIZE])  # CI may have selected another table, so the last table entry is read again.
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
     if word & MODULO_CAM:  # With F=128, position and counter restart at the zero point.
         shift = i[s.CAM_ORIGIN] + end * way

@@ -82,9 +82,9 @@ class _Block(NamedTuple):
 
 
 class Core:
-    """The state of a motor up to now, and the samples that are computed ahead.
+    """Computes the samples of a motor in advance, and stores the state of the motor.
 
-    The state up to now is the committed state.
+    The committed state does not include samples in the future.
 
     `act(why)` handles the event at the end of a block.
     """
@@ -212,7 +212,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the committed state is already the state of the last sample.
+        """True if the committed state includes all samples up to the present time.
 
         The block that is computed ahead then stays valid.
         """
@@ -223,10 +223,7 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the computation of the next block at the present time.
-
-        All other changes at this time come first.
-        """
+        """Schedule the computation of the next block, after all other changes at the present time."""
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
@@ -421,7 +418,7 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST  # Number of samples after the last complete block.
-        # A host often sends at equal intervals, so the next block is slightly longer than the last interval.
+        # A host often sends commands at equal intervals, so the next block covers slightly more than one interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

@@ -201,9 +201,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return a copy of each module's global variables, with compiled functions.
+    """Return a copy of each module's global variables, in which the given functions are compiled.
 
-    The given functions are compiled.  The copies are listed by the name of the module.
+    The copies are listed by the name of the module.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
@@ -251,7 +251,7 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
-    """Return a hash that changes with the functions or the compiler.
+    """Return a hash that changes if a function or the compiler changes.
 
     The hash includes the code and globals of each function, and the versions and options of the compiler.
     """

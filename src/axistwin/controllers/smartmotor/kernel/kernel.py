@@ -28,7 +28,8 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 )
 
 # Events at which the kernel stops.
-# The kernel stops before a sample at the events in the bit mask BEFORE_SAMPLE, otherwise after a sample.
+# The events in the bit mask BEFORE_SAMPLE stop the kernel before a sample.
+# All other events stop the kernel after a sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
 VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
@@ -240,7 +241,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # Python code may have changed values before the first sample.
+            # Before the first sample, Python code may have changed any followed value.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

@@ -126,7 +126,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the slice of a log that contains the header and the followed values."""
+    """Return the range of indices of the header and the followed values in a log."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

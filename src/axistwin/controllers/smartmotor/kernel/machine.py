@@ -27,14 +27,15 @@ Floats = MutableSequence[float]
 # The following names are the indices of the values in the array `f`.
 _slots = count()
 SPEED = next(_slots)  # Shaft speed in counts per sample.
-FRACTION = next(_slots)  # Fraction of a count in the shaft position; the slot SHAFT contains the whole counts.
+FRACTION = next(_slots)  # Fraction of a count in the shaft position; the integer SHAFT contains the whole counts.
 OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction torques, as an acceleration in counts/sample².
 JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
 VISCOUS = next(_slots)  # Viscous friction, as the fraction of the speed that is lost in a sample.
-# OPEN_GAIN and CLOSED_GAIN are the damping factors of the speed per sample, for open and closed windings.
+# In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
+# OPEN_GAIN includes only the viscous friction; CLOSED_GAIN also includes the back-EMF.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
-PER_AMP = next(_slots)  # Acceleration by the motor current, in counts/sample² per A.
+PER_AMP = next(_slots)  # Acceleration of the shaft for each A of motor current, in counts/sample².
 # AMPS_PER_PWM is the current at standstill for each PWM unit, in A.
 # AMPS_PER_SPEED is the decrease of the current for each count/sample of speed, in A.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
@@ -51,11 +52,13 @@ WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
 # Fractions by which a temperature difference decreases in each block of 256 samples
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
-MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # Mean and rated value of the squared current, in A².
-# LOSS_NJ is the heat of one sample, in nJ for a current of 1 A.
+# MEAN_SQUARE is the mean square of the motor current, in A².
+# RATED_SQUARE is the square of the motor's continuous current, in A².
+MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)
+# LOSS_NJ is the heat that a current of 1 A produces in one sample, in nJ.
 # WORK_NJ is the mechanical work for each A of current and each count of movement, in nJ.
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)
-PER_NM = next(_slots)  # Acceleration by a torque, in counts/sample² per N·m.
+PER_NM = next(_slots)  # Acceleration of the shaft for each N·m of torque, in counts/sample².
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 

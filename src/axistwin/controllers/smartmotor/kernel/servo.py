@@ -106,7 +106,10 @@ def energy(f: Floats, amps: float, speed: float) -> int:
 
 @sampled
 def miscount(i: Ints, counts: int) -> None:
-    """Correct the encoder position SHAFT after a movement of a motor with a defective encoder."""
+    """Add the counting error of a defective encoder to the encoder position SHAFT.
+
+    `counts`: the true movement of the shaft.
+    """
     counted, of = i[s.UNCOUNTED] + counts * i[s.COUNTS_OF], i[s.COUNTS_OUT_OF]
     whole = counted // of
     i[s.UNCOUNTED] = counted - whole * of

@@ -50,7 +50,7 @@ EPTR, ADDR = next(_slots), next(_slots)
 
 # The command F puts the buffered gains in force.
 TUNING, *_ = islice(_slots, 8)  # Gains in force, in the order KP KI KD KL KS KV KA KG.
-PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
+PID_RATE = next(_slots)  # Number of samples between two servo updates (n of PIDn): 1, 2, 4 or 8.
 
 # State of the trajectory that the command G has started
 (
@@ -59,14 +59,14 @@ PID_RATE = next(_slots)  # Rate n of PIDn: 1, 2, 4 or 8.
     COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
     VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
-# TARGET is the end of a position move.
-# In the modes MFR and MSR, the ratio is FACTOR / TARGET.
+# TARGET is the position at which a position move ends.
+# In the modes MFR and MSR, the motor moves FACTOR / TARGET counts for each count of CTR.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
-# The controller's position is DIRECTION * SHAFT + ORIGIN.
+# The position that the controller reports is DIRECTION * SHAFT + ORIGIN.
 SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Slots of the modes that follow the external encoder, such as mode cam
+# Values for the modes that follow the external encoder, such as mode cam
 (
     CTR,  # External counter, which the program can read as CTR.
     MASTER,  # Number of edges received from the external encoder.
@@ -80,7 +80,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     SHOWN,  # Pins with the level of the external encoder: 1 for A, 2 for B, 3 for both.
     PIN_EDGES,  # Number of counted edges on pins A and B that do not come from the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Number of edges counted in each encoder period: 1 in MF1, 2 in MF2, 4 in MF4 and for steps.
+    RESOLUTION,  # Number of counts in CTR for four encoder edges or steps: 1 in MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs.
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
@@ -88,7 +88,7 @@ CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters in force.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # The next CI activates these cam parameters of the last MCn.
 # CI_PENDING is 1 while a CI waits for the zero point.
-# CI_SPOILT is 1 if the next CI needs a new MCn first.
+# CI_SPOILT is 1 if a new MCn must precede the next CI.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
 
@@ -100,7 +100,7 @@ HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
 HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
 
-# Each flag has its own slot, with the value 0 or 1.
+# Each flag is stored as an integer, 0 or 1.
 # The first 16 flags are the bits of the status word W.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
@@ -129,20 +129,20 @@ PINS = next(_slots)
 # GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
-    DEBOUNCE,  # Number of samples for which a new level of pin G must last.
+    DEBOUNCE,  # A new level of pin G is accepted if it lasts for DEBOUNCE samples.
     LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
     GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG).
     BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
     BRAKE_READ,  # Becomes 1 when an assignment reads the brake pin (5.1, note 2).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
-# Range of shaft positions in which no switch changes
+# No switch changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # State of the drive, which the physical model reads and updates
 (
     DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
-    PWM,  # Output of the servo law, -1023 to 1023, in the machine's direction.
+    PWM,  # Output of the servo law, -1023 to 1023; a positive value increases SHAFT.
     BRAKE,  # 1 if the static brake is engaged.
     TEMP,  # Motor temperature in whole °C, reported as TEMP.
     CURRENT,  # Current in 0.01 A, reported as UIA.
@@ -152,18 +152,18 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-# CURRENT_SUM is the accumulator of the filtered current.
+# CURRENT_SUM is 16 times the filtered current, in 0.01 A.
 # HEAT is the sum of HEAT_SAMPLES squared currents, in (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# The ratio of reported counts to true counts of a defective encoder is COUNTS_OF / COUNTS_OUT_OF.
-# For an encoder without defect, COUNTS_OF and COUNTS_OUT_OF are 0.
+# A defective encoder reports COUNTS_OF counts for each COUNTS_OUT_OF true counts.
+# COUNTS_OF and COUNTS_OUT_OF are both 0 for an encoder that counts correctly.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
 UNCOUNTED = next(_slots)  # Remainder of the division that computes the counts of a defective encoder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 
-LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: received bytes that GETCHR has not read.
+LENGTHS, *_ = islice(_slots, 2)  # Number of bytes in each channel's FIFO that GETCHR has not read yet (LEN, LEN1).
 ARRAY_BASE = next(_slots)  # Index of the array element al[0] in the array `v`.
 
 INTS = next(_slots)

@@ -216,7 +216,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # An even number of minus signs becomes two negations, because a negation may overflow.
+            # Two minus signs do not cancel out, because the negation of the lowest number overflows.
+            # Two negations have the same result as any larger even number of negations.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

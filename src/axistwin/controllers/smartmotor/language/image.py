@@ -194,7 +194,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps whose targets become known at the given word, such as ENDIF.
+    """Yield the jumps of a block whose targets are known after the given word, such as ENDIF.
 
     Each jump is a pair of its place and its target.
     """

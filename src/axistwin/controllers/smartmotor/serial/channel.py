@@ -297,7 +297,7 @@ class Channel:
         return len(self.uart.queue) > TRANSMITTER
 
     def when_empty(self, action: Callable[[], None]) -> None:
-        """Call `action` once, when everything has been sent."""
+        """Call `action` once, as soon as all characters in the output queue have been sent."""
         self._when_empty = action
 
     def _idle(self) -> None:

@@ -83,7 +83,7 @@ def br(depth: int) -> bytes:
 
 
 def br_if(depth: int) -> bytes:
-    """Return the instruction that jumps like `br` if the i32 on top of the stack is not 0."""
+    """Return the instruction that pops an i32 from the stack, and jumps if the i32 is not 0."""
     return b"\x0d" + unsigned(depth)
 
 

@@ -15,7 +15,7 @@ from axistwin.controllers.smartmotor.kernel.wasm.expressions import Expressions
 
 
 def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
-    """Return a WebAssembly module that exports `entry`, and contains all functions that `entry` calls."""
+    """Return a WebAssembly module that exports the function `entry`, with all functions that `entry` calls."""
     order = [entry]
     found: list[w.Function] = []
     while len(found) < len(order):
@@ -36,7 +36,7 @@ class _Function(Expressions):
         self._declare(self._definition.body)
         self._statements(self._definition.body)
         if self._result is not None:
-            self._emit(w.UNREACHABLE)  # the last statement returns a value on every path
+            self._emit(w.UNREACHABLE)  # this instruction is never reached, because every path returns a value
         results = () if self._result is None else (self._result,)
         return w.Function(self._parameters, results, tuple(self._types[len(self._parameters) :]), bytes(self._code))
 
@@ -149,9 +149,9 @@ class _Function(Expressions):
         return counter, stop, step
 
     def _assign(self, node: ast.Assign) -> None:
-        """Compile an assignment that evaluates all values before the first value is stored.
+        """Compile an assignment such as `x = 1` or `a, b = b, a`.
 
-        The values are stored from left to right.
+        All values are evaluated before the first value is stored.  The values are stored from left to right.
         """
         values = {id(value): value for _, value in _pairs(node)}
         places = {}
