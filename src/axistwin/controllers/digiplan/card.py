@@ -179,7 +179,7 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
     """
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return the internal pin of the interface for the signal DSR or CTS.
+        """Return the pin inside the interface that receives the signal DSR or CTS.
 
         `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
         the pin is off.
