@@ -139,7 +139,7 @@ class Interface(State):
             Retained().save(self.store)
 
     def erase(self) -> None:
-        """Command * during initialisation: erase the parameters, the stored sequence and the lock."""
+        """Command * during initialisation: erase parameters and stored sequence, and unlock the communication."""
         self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
