@@ -231,7 +231,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Wait until the previous message starts, then carry out this message.
+        """Wait until execution of the previous message begins, then carry out this message.
 
         While waiting, answer the status requests that arrive after the message.  The command `#` drops both messages.
         """
