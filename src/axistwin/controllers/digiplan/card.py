@@ -209,13 +209,13 @@ def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a simulation does not need the rules
+    from axistwin.controllers.digiplan.rules import RULES  # lazy import: simulations do not check programs
 
     return RULES
 
 
 def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.digiplan.front import FRONT  # lazy import: only displays need this module
+    from axistwin.controllers.digiplan.front import FRONT  # lazy import: needed by the front panel only
 
     return FRONT
 
