@@ -221,7 +221,7 @@ def test_a_program_that_does_not_fit(tmp_path):
     program.write_text("a=1\n" * 100)
     code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
     assert code == 1
-    assert "too many for the motor: enlarge the option program_bytes" in told
+    assert "too many for the motor: increase the option program_bytes" in told
 
 
 def test_a_program_for_nobody(tmp_path):

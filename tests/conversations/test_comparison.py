@@ -196,7 +196,7 @@ def test_seconds_that_are_none(replay, option, seconds):
     ],
 )
 def test_what_was_said_on_a_line_is_not_for_a_bus(replay, recording, model, words):
-    with pytest.raises(UsageError, match=rf"a\.talk does not suit {words}"):
+    with pytest.raises(UsageError, match=rf"a\.talk cannot run on {words}"):
         replay(recording, "--model", model)
 
 

@@ -162,10 +162,10 @@ class Computer:
         self._uc.reg_write(x86.UC_X86_REG_SP, pointer)
         self.load(self._uc.reg_read(x86.UC_X86_REG_SS), pointer, value.to_bytes(2, "little"))
 
-    # Functions that Unicorn calls
+    # Functions that the processor emulator Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Advance the processor's time by one instruction, or stop the processor.
+        """Add the duration of one instruction to the processor's time, or stop the processor.
 
         The processor stops when an event is due.
         The processor does not stop directly after STI, because an interrupt waits for one more instruction.
@@ -194,4 +194,4 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # stop the processor, because the write may have scheduled an event
+        self._stop_ns = 0  # stop the processor: a write to a board may have scheduled an event

@@ -85,7 +85,7 @@ class Diagnostic:
 
     @property
     def end(self) -> tuple[int, int]:
-        """Line and column just after the end of the text that the diagnostic marks."""
+        """Line and column of the first character after the marked text."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
 
 

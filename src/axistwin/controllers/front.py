@@ -41,7 +41,7 @@ class Lamp(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> bool:
-        """Return True if this level or value lights the lamp.  Without power (value None) the lamp is dark."""
+        """Return True if the lamp is lit at this value.  The value None means that the power is off."""
         if value is None:
             return False
         on = value != 0 if self.bit is None else value >> self.bit & 1 == 1
@@ -83,7 +83,7 @@ Item = Lamp | Word | Reading
 
 @dataclass(frozen=True)
 class Group:
-    """A group of lamps and registers on the front panel, with a chapter of the manual."""
+    """A group of lamps and registers on the front panel, which one chapter of the manual describes."""
 
     title: str
     chapter: str

@@ -79,7 +79,7 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Control lines of a serial port, at its connector and inside the device."""
+    """Control lines of a serial port, first at the connector, then inside the controller."""
 
     plug: ControlLines
     inside: ControlLines
@@ -97,9 +97,9 @@ class Awaited(NamedTuple):
 
 
 class Abilities(NamedTuple):
-    """Optional abilities of a device.
+    """Interfaces that not every controller has, e.g. a UART, a bus port or stored programs.
 
-    Each default value means that the device does not have the ability.
+    Each default value means that the controller does not have the interface.
     """
 
     uart: Uart | None = None
@@ -145,11 +145,11 @@ class Device(Protocol):
 
     @property
     def pins(self) -> dict[str, Pin]:
-        """Terminals of the controller by name."""
+        """All terminals of the controller, by name."""
 
     @property
     def abilities(self) -> Abilities:
-        """Optional abilities of the device."""
+        """Interfaces that not every controller has, e.g. a UART or a bus port."""
 
     def power(self, on: bool) -> None:
         """Switch the power on or off."""
@@ -210,7 +210,7 @@ class BusHost(Protocol):
 
 
 class Order(NamedTuple):
-    """A request that a host can send to the device, e.g. to run a stored program."""
+    """A request that a host can send to a controller, e.g. to run a stored program."""
 
     label: str
     says: bytes

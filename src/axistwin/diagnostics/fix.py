@@ -79,7 +79,10 @@ def read_exactly(file: Path) -> tuple[str, str]:
 
 
 def replace(file: Path, text: str, encoding: str) -> None:
-    """Write a new text to a file atomically: a temporary file replaces the old file.  Raises AxistwinError."""
+    """Write a new text to a file.  Raises AxistwinError if the file cannot be written.
+
+    A temporary file replaces the old file, so the file is never incomplete.
+    """
     target = file.resolve()
     beside = None
     try:

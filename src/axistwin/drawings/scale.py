@@ -27,9 +27,9 @@ def signed(number: int) -> str:
 
 
 def round_step(span: float, most: int) -> int:
-    """Return a round step for the tick marks of a scale.
+    """Return the distance between the tick marks of a scale, e.g. 1, 2, 5 or 10.
 
-    The step is the smallest of 1, 2, 5, 10, 20, … that divides `span` into at most `most` parts.
+    The distance is the smallest of 1, 2, 5, 10, 20, … that divides `span` into at most `most` parts.
     """
     least = max(span / most, 1.0)
     power: int = 10 ** floor(log10(least))

@@ -15,9 +15,9 @@ LAMPS = re.compile(r"output\d|led")
 
 
 class Switches:
-    """The drawing of a controller's remaining switches and lamps.
+    """The drawing of the switches and lamps of a controller.
 
-    The drawings of the axes contain the other switches and lamps.
+    This drawing omits the limit and home switches that the drawing of an axis shows.
     """
 
     def __init__(self, controller: Controller, press: Press) -> None:

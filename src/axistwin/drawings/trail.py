@@ -62,7 +62,7 @@ class Trail:
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # some moves since the previous update have been deleted
+        if since_ns > self._seen_ns:  # some moves after the previous update are no longer stored
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)
@@ -152,7 +152,7 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """The trails of all X-Y tables of a session, shared by all pages."""
+    """The trails of all X-Y tables of a session, which all browser pages share."""
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}

@@ -18,7 +18,7 @@ SUFFIXES = (".svg", ".png")
 # colour-blind readers can distinguish these colours
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # `rc_context` does not accept `str` as the type of its keys
+STYLE: dict[Any, Any] = {  # the type hints of Matplotlib do not accept `str` for these keys
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
@@ -101,9 +101,9 @@ def show(chart: Chart) -> None:
 
 
 def _layout_engine() -> "LayoutEngine":
-    """Return Matplotlib's constrained layout, changed to round the positions of the axes.
+    """Return a layout engine for Matplotlib that rounds the positions of all diagrams.
 
-    Its positions can differ by 1e-16 between two runs, and rounding makes the SVG files of two runs equal.
+    The positions can differ by 1e-16 between two runs, and rounding makes the SVG files of two runs equal.
     """
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.transforms import Bbox
@@ -113,7 +113,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                axes.set_in_layout(True)  # `set_position` has removed the axes from the layout
+                axes.set_in_layout(True)  # `set_position` excludes the diagram from the layout
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
 

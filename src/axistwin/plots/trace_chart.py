@@ -145,9 +145,9 @@ class _Drawn:
 
 
 def in_units(panel: Panel, units: MachineUnits) -> Panel:
-    """Convert the values of a panel to a machine unit, e.g. mm.
+    """Convert the curves of a diagram to a machine unit, e.g. mm.
 
-    A second scale of the panel shows pulses or counts.
+    A second scale of the diagram shows pulses or counts.
     """
     label, _, counts = panel.label.replace("error, counts", "error\ncounts").rpartition("\n")
     per_second = "/s" if counts.endswith("/s") else ""
@@ -199,7 +199,7 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """Subtract the signal `less` from the signal `of`, and return the result as a curve."""
+    """Return the difference of two signals, the first minus the second, as a curve."""
     import numpy as np
 
     (times, values), (others, those) = of.columns(), less.columns()

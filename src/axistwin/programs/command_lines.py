@@ -61,9 +61,9 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the national keyboard that a comment of the program names.
+    """Return the national keyboard of a program from its comment, e.g. `; keyboard: germany`.
 
-    An example is `; keyboard: germany`.  The default is `us`.
+    The default is `us`.
     """
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
@@ -75,7 +75,10 @@ def named_keyboard(lines: Iterable[str]) -> str:
 
 
 def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], object]:
-    """Return a function that performs an operator's action, e.g. `!input1 high`.  Raises ProgramError."""
+    """Return a function that performs an operator's action, e.g. `!input1 high`.
+
+    Raises ProgramError if the action is invalid.
+    """
     try:
         return action(controller, act.target, act.value)
     except ProgramError as error:
@@ -97,7 +100,7 @@ def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
 
 
 def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = "") -> str | None:
-    """Initialise the interface and send the lines one by one.  Returns a note if not all lines were sent."""
+    """Initialise the interface, and send the program line by line.  Returns a note if not all lines were sent."""
     sender = _LineSender(bench, deadline_ns, file)
     planned = [(act, sender.prepare(act)) for act in acts]
     sender.initialise()

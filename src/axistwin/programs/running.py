@@ -103,7 +103,7 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
         bus_or_line = "a serial line" if _on_a_line(model) else "a bus"
         raise UsageError(
-            f"{conversation.file} does not suit {target}: expected a controller on {bus_or_line}, e.g. {model}"
+            f"{conversation.file} cannot run on {target}: expected a controller on {bus_or_line}, e.g. {model}"
         )
     check_headers(conversation, target)
     return (*conversation.option_words, *_line_of(conversation))

@@ -131,7 +131,8 @@ def only_motor(bench: Bench, file: str) -> Controller:
     motor = motors[0]
     if motor.name not in motor.ports:
         raise ProgramError(
-            f"{motor.name} shares its serial line with other controllers: write a .talk conversation instead", file=file
+            f"{motor.name} shares its serial line with other controllers: write a .talk conversation for this line",
+            file=file,
         )
     return motor
 
@@ -150,7 +151,7 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     port.write(sent + END + b"RCKS\r")
     if not port.read().endswith(b"P\r"):
         raise ProgramError(
-            f"the program has {len(sent)} bytes, too many for the motor: enlarge the option program_bytes",
+            f"the program has {len(sent)} bytes, too many for the motor: increase the option program_bytes",
             file=file,
         )
 

@@ -172,7 +172,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a command of the host must have in this state of the board."""
+    """Return the attributes that a command needs so that the board accepts the command in this state."""
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

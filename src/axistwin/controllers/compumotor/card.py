@@ -197,13 +197,13 @@ def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnos
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: a simulation does not need the rules
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: simulations do not check programs
 
     return RULES
 
 
 def _front(encoder: bool) -> "tuple[Group, ...]":
-    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: only displays need this module
+    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: needed by the front panel only
 
     return FRONT_1811 if encoder else FRONT
 

@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            # `_serve` runs at the same virtual time, after the present callback
+            # call `_serve` later at the same virtual time, after this callback
             self.port.clock.call_later(0, self._serve)
 
     def _serve(self) -> None:

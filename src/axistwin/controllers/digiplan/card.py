@@ -179,7 +179,7 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
     """
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return the internal pin of the interface for the signal DSR or CTS.
+        """Return the pin inside the interface that receives the signal DSR or CTS.
 
         `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
         the pin is off.
@@ -209,13 +209,13 @@ def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES  # lazy import: a simulation does not need the rules
+    from axistwin.controllers.digiplan.rules import RULES  # lazy import: simulations do not check programs
 
     return RULES
 
 
 def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.digiplan.front import FRONT  # lazy import: only displays need this module
+    from axistwin.controllers.digiplan.front import FRONT  # lazy import: needed by the front panel only
 
     return FRONT
 

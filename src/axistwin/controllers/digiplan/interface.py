@@ -139,7 +139,7 @@ class Interface(State):
             Retained().save(self.store)
 
     def erase(self) -> None:
-        """Command * during initialisation: erase the parameters, the stored sequence and the lock."""
+        """Command * during initialisation: erase parameters and stored sequence, and unlock the communication."""
         self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
@@ -231,7 +231,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Wait until the previous message starts, then carry out this message.
+        """Wait until execution of the previous message begins, then carry out this message.
 
         While waiting, answer the status requests that arrive after the message.  The command `#` drops both messages.
         """

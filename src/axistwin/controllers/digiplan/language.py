@@ -98,10 +98,7 @@ class Direction(Written):
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Return two values: +1 or -1 for the sign, and True.
-
-        The second value is always True, because every sign is within the range.
-        """
+        """Return +1 or -1 for the sign, and True, because every sign is valid."""
         return (-1 if text == "-" else +1), True
 
 
@@ -325,4 +322,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing: the character is a part of another command, and is parsed there."""
+    """Do nothing, because the parser reads the character as a part of another command."""

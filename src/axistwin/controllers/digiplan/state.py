@@ -92,7 +92,7 @@ class State(ABC):
 
     @abstractmethod
     def erase(self) -> None:
-        """Erase parameters, sequence and lock."""
+        """Erase the parameters and the stored sequence, and unlock the communication."""
 
     def drop(self, hint: str) -> None:
         """Report the reason why characters of the host are dropped.

@@ -60,7 +60,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # a step that switches an output wired to a fault input calls this method itself
+            # a process cannot interrupt itself, e.g. a step whose output is wired to a fault input
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -85,7 +85,7 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the control of a sequence by the host.
+        """End the host's control of a sequence.
 
         Return the event that continues the sequence, or None without such control.
         """

@@ -27,7 +27,7 @@ from axistwin.sim.pins import Pin
 
 @dataclass(frozen=True)
 class Mark:
-    """The target of a search: one edge of an input.
+    """The target of a search for HOME: one edge of an input.
 
     `steady_ns`: time for which a new level must last; `valid`: returns True while edges are accepted.
     """
@@ -62,7 +62,7 @@ class EdgeObserver:
 
 
 class Search:
-    """Performs one search for HOME, as commands 39h and 3Ah request."""
+    """Performs one search for HOME after command 39h or 3Ah."""
 
     def __init__(self, board: State, definition: HomeDefinition, move: Move, speed: Speed, mark: Mark) -> None:
         self._board, self._final, self._speed, self._mark = board, definition.final, speed, mark
@@ -106,14 +106,14 @@ class Search:
         return pulses.position == target and not board.motion.stopped
 
     def _approach(self, direction: int) -> Procedure:
-        """Move at the final velocity and stop at the edge.  Return True if the edge has been found."""
+        """Move at the final velocity, and stop at the edge that defines HOME.  Return True if the edge is found."""
         seen_at = yield from self._until_seen(self._slow, direction)
         if seen_at is not None:
             self._board.pulses.kill()
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge is found.  Return the position of the edge, or None if the motion ended first."""
+        """Move until the edge that defines HOME is found.  Return its position, or None if the motion ends first."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
         if board.motion.stopped or board.blocked(sign):

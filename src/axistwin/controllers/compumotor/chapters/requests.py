@@ -137,7 +137,7 @@ def mode(board: State) -> bytes:
 
 
 def move_parameters(board: State, number: int) -> bytes | None:
-    """Command 91h: report the definition of move 0 to 255.  The number of an undefined move causes no reply.
+    """Command 91h: report the definition of move 0 to 255.  If the move is not defined, send no reply.
 
     Move 0 is defined after reset, with velocity and acceleration 0.  While streaming, only move 0 is reported.
     """

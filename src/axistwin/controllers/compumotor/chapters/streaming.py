@@ -170,13 +170,13 @@ def _rate(setting: Setting, word: int) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def _segment(setting: Setting, word: int) -> Segment:
-    """Return motion at a streamed velocity for one update period."""
+    """Return the profile segment for one update period at a streamed velocity."""
     return Segment(_rate(setting, word), setting.period)
 
 
 @lru_cache(maxsize=4096)
 def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
-    """Return endless motion at a streamed velocity."""
+    """Return the profile of a motion without end at a streamed velocity."""
     return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 

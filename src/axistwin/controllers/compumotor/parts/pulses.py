@@ -86,7 +86,7 @@ class PulseGenerator:
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
-        self._pulse_ns: int | None = None  # time of the joystick's latest pulse in the present excursion
+        self._pulse_ns: int | None = None  # time of the last joystick pulse in ns
         self._plan = 0
         self._changed: Event | None = None
 
@@ -242,7 +242,7 @@ class PulseGenerator:
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Begin a new excursion under joystick control."""
+        """Record the start of a joystick motion as the start of a new excursion."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 

@@ -183,7 +183,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # the active process cannot kill itself, and ends because `performing` is now False
+            # a process cannot kill itself: the active process ends because `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

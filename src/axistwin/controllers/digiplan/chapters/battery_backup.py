@@ -57,7 +57,7 @@ class Retained:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter, valid in self._checks():
             if not valid:
-                raise ValueError(f"invalid value of {parameter} in the memory")
+                raise ValueError(f"invalid value of {parameter}")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """Yield the name of each stored value, and True if the value is valid."""

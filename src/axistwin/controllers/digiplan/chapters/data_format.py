@@ -35,7 +35,7 @@ class Frame:
 
     @property
     def x_on_x_off(self) -> bool:
-        """True if the interface stops and restarts the host with X-off and X-on."""
+        """True if the characters X-off and X-on pause and resume the transmission of the host."""
         return self.x2 >= 7
 
     @cached_property
@@ -62,7 +62,7 @@ class Frame:
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Adapt bit 8 of a character in an answer to the data format."""
+        """Return a character for the host, with bit 8 as the data format requires."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 

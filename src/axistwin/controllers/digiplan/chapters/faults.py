@@ -129,7 +129,7 @@ class StopInputs:
             unsubscribe()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
-        """True unless a fault, or an open limit switch in one of these directions, inhibits the motion."""
+        """True if no fault and no open limit switch inhibits motion in these directions."""
         self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
         return not self._faults.blocked(directions)
 

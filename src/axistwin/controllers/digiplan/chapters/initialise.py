@@ -17,7 +17,7 @@ NO_FORMAT = "characters from the host are dropped, no data format yet: send it f
 ECHOED = "U"  # the interface sends the character U, and the host echoes U in sample program 4 of the manual
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
-FLASH_NS = 250 * MS  # Half a period of the lamp, which "flashes twice per second".
+FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
 REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format message.
 
 

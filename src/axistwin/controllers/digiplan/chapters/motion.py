@@ -19,7 +19,7 @@ PULSE_NS = 5_000
 
 
 class RampGenerator:
-    """Outputs pulses and directions for the axes of a motion."""
+    """Outputs step pulses and direction signals for all axes that move together."""
 
     def __init__(self, clock: Clock, axes: Mapping[str, StepperAxis], pins: Mapping[str, Pin]) -> None:
         self.clock, self.axes, self.pins = clock, axes, pins
@@ -119,7 +119,7 @@ class RampGenerator:
         self._plan_end()
 
     def drop(self, axis: str) -> None:
-        """Stop an axis without deceleration; after the last axis, stop the ramp generator as well."""
+        """Stop an axis without deceleration.  When the last axis stops, stop the ramp generator as well."""
         if self.directions.pop(axis, None) is None or not self.running:
             return
         self.axes[axis].halt()

@@ -240,7 +240,7 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the message has no effect without the start command `$`.
+    """True if the message has an effect only with the start command `$`.
 
     Such a message contains a run or an output command, or sets no parameter.
     """
