@@ -150,7 +150,7 @@ class StepperAxis:
         self._made: int | None = None  # `_made`: number of pulses made when the axis was blocked, or None
         self._was_held = False
 
-    # Interface for the controller
+    # Methods that the controller calls
 
     def start(self, profile: Profile, direction: int) -> None:
         """Begin a new move with the velocity profile `profile`; `direction` is +1 or -1."""
@@ -267,7 +267,7 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # State of the machine, and manual actions
+    # Methods that return the state of the axis, or perform manual actions
 
     @property
     def position(self) -> int:
@@ -407,7 +407,7 @@ class StepperAxis:
         """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # Prediction of edges and lost steps
+    # Methods that predict edges and lost steps
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time in ns at which the present move next reaches `position`; None if never."""
