@@ -146,8 +146,9 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # `_lost` is the net number of steps lost in finished moves
-        self._unmade = 0  # `_unmade` counts the pulses suppressed before the latest `let_go`
-        self._made: int | None = None  # `_made`: number of pulses made when the axis was blocked, or None
+        self._unmade = 0  # `_unmade` counts the pulses that `hold` suppressed before the last call of `let_go`
+        # `_made` is the number of pulses at which the output is held; None without a hold
+        self._made: int | None = None
         self._was_held = False
 
     # Methods that the controller calls
