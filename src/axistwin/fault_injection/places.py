@@ -152,9 +152,9 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
-    """Return the part of the bench with this name.  Raises UsageError for an unknown name."""
+    """Return the line, pin, axis or controller with this name.  Raises UsageError for an unknown name."""
     if name in found:
         return found[name]()
-    close = get_close_matches(name, found, n=1)
-    suggestion = f"did you mean {close[0]!r}?" if close else f"expected one of {', '.join(found) or '(none)'}"
-    raise UsageError(f"unknown {kind} {name!r}: {suggestion}")
+    for similar in get_close_matches(name, found, n=1):
+        raise UsageError(f"unknown {kind} {name!r}: did you mean {similar!r}?")
+    raise UsageError(f"unknown {kind} {name!r}: expected one of {', '.join(found) or '(none)'}")
