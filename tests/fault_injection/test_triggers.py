@@ -125,7 +125,7 @@ def test_a_waiting_fault_can_be_cancelled(bench):
         ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
         ("stuck input1", "fault stuck needs the parameter level: expected high or low"),
-        ("stuck low", "no part is given for the fault stuck: expected the name of a pin, e.g. if1.input1"),
+        ("stuck low", "the fault stuck needs the name of a pin: expected e.g. if1.input1"),
         ("jam on=Q", "unknown axis 'Q': expected one of if1.X, if1.Y, if1.Z, X, Y, Z"),
         (
             "jam X when='X goes'",

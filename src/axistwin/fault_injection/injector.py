@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the kind and the parameters of each other active fault on the same part."""
+        """Return the kind and the parameters of each other active fault on the same line, pin, axis or controller."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -223,7 +223,7 @@ class Faults:
             example = kind.on.value.partition(",")[0]
             thing = with_article(THINGS[kind.on])
             raise UsageError(
-                f"no part is given for the fault {kind.name}: expected the name of {thing}, e.g. {example}"
+                f"the fault {kind.name} needs the name of {thing}: expected e.g. {example}"
             )
         return places.find(found, on, THINGS[kind.on])
 
@@ -277,7 +277,7 @@ class Faults:
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an older fault of the same kind on the same part.
+        """End an older fault of the same kind on the same pin, axis or controller.
 
         Only a serial line can have several active faults of one kind.
         """
