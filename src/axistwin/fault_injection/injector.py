@@ -273,7 +273,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a waiting fault counts as a background event
+            clock.background += 1  # hosts that wait until no event is due ignore this fault
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
@@ -307,8 +307,8 @@ def _check_seconds(key: str, given: float) -> None:
         raise UsageError(f"invalid {key}={given!r}: expected a number of seconds, 0 or more")
     try:
         to_ns(given)
-    except UsageError as error:
-        raise UsageError(f"invalid value of {key}: {error}") from None
+    except UsageError:
+        raise UsageError(f"`{key}` is out of range: expected less than 292 years (9.2e9 s)") from None
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
