@@ -204,10 +204,10 @@ def test_a_master_on_another_axis(scene):
         ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: unknown name 'input9': expected one of"),
         ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: the value is missing"),
         ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: unknown fault 'it': known faults are none"),
-        ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
+        ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "the scene has no controller 'if2': expected one of if1"),
         ('[[script]]\ndo = "input1 high"\n', "3:1: 'at' is missing: add at = …"),
         ('[[controller]]\nmodel = "if2"\nmaster = "if1.X"\n', "5:1: if2 has no attribute `master`"),
-        ('[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n', "5:1: if1 has no axis 'W': there are X, Y, Z"),
+        ('[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n', "5:1: if1 has no axis 'W': expected one of X, Y, Z"),
         ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': expected NAME.AXIS"),
         (
             '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
