@@ -366,7 +366,7 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield the place, the endpoint and the file of each simulated host of the scene."""
+        """Yield each simulated host of the scene: the path of its key in the scene file, its endpoint and its file."""
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):

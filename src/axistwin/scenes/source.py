@@ -15,7 +15,7 @@ from pydantic_core import ErrorDetails
 
 from axistwin.bench import rules
 from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError
-from axistwin.numbers import NumberError, check_values
+from axistwin.numbers import HIGHEST, LOWEST, NumberError, check_values
 from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
@@ -89,8 +89,8 @@ class Source:
         try:
             check_values(self.data)
         except NumberError as error:
-            key = error.path[-1]
-            raise self.error(f"invalid number for {key}: {error}", error.path, rules.VALUE.code) from None
+            what = f"{error.path[-1]} is a number of more than 64 bits"
+            raise self.error(f"{what}: expected {LOWEST} to {HIGHEST}", error.path, rules.VALUE.code) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
