@@ -89,8 +89,9 @@ class Source:
         try:
             check_values(self.data)
         except NumberError as error:
-            what = f"{error.path[-1]} is a number of more than 64 bits"
-            raise self.error(f"{what}: expected {LOWEST} to {HIGHEST}", error.path, rules.VALUE.code) from None
+            key = ".".join(map(str, error.path))
+            message = f"the number at {key} has more than 64 bits: expected {LOWEST} to {HIGHEST}"
+            raise self.error(message, error.path, rules.VALUE.code) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
