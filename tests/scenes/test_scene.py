@@ -150,7 +150,10 @@ WRONG = {
     "no model": ("[[controller]]", "1:1: 'model' is missing: add model = …"),
     "an unknown model": (controllers("if9"), "2:1: no model 'if9': expected one of if1, if2"),
     "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
-    "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': expected one of model, name, line"),
+    "a key like no other": (
+        controllers("if1", more="zzz = 1"),
+        "3:1: unknown key 'zzz': expected one of model, name, line",
+    ),
     "a line format": (
         controllers("if1", more="line = 'fast'"),
         "3:1: invalid line format 'fast': expected a text such as '9600 8N2'",
@@ -163,7 +166,10 @@ WRONG = {
         controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
         "3:27: wiring='4': expected one of '5-wire'",
     ),
-    "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: unknown key 'W' in axes: expected one of X, Y, Z"),
+    "an axis": (
+        controllers("if1", more="axes.W.limits = [1, 2]"),
+        "3:1: unknown key 'W' in axes: expected one of X, Y, Z",
+    ),
     "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
     "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
     "limits in words": (

@@ -222,9 +222,7 @@ class Faults:
         if not on:
             example = kind.on.value.partition(",")[0]
             thing = with_article(THINGS[kind.on])
-            raise UsageError(
-                f"the fault {kind.name} needs the name of {thing}: expected e.g. {example}"
-            )
+            raise UsageError(f"the fault {kind.name} needs the name of {thing}: expected e.g. {example}")
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:

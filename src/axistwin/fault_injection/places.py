@@ -136,8 +136,8 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
     """Return lines, pins, axes or controllers of a bench by full name and by short name.
 
-    Short names are included: pins and axes of the controller `here` without its name.  A controller's name is a short name of
-    its serial port, or of its only part of this type.
+    Short names are included: pins and axes of the controller `here` without its name.  A controller's name is a short
+    name of its serial port, or of its only pin or axis.
     """
     full = dict(found)
     every = dict(full)

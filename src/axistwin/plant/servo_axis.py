@@ -334,7 +334,9 @@ class ServoAxis:
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Raise an error, because positions of a servo cannot be predicted."""
-        raise AssertionError(f"the positions of servo axis {self.name} cannot be predicted: expected a stepper axis")
+        raise AssertionError(
+            f"cannot predict positions of servo axis {self.name} at {times_ns}: expected a stepper axis"
+        )
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
         """Return the present position, then the predicted positions.

@@ -17,9 +17,13 @@ def check_ports(contents: SceneFile, source: Source) -> None:
         with source.placing_errors(*path):
             url = parse(port)
         if at_a_bus and url.scheme != "bus":
-            raise source.error(f"{port} is not a port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path)
+            raise source.error(
+                f"{port} is not a port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path
+            )
         if url.scheme == "bus" and not at_a_bus:
-            raise source.error(f"only an 1810 or 1811 is on a bus: expected another port than {port}, e.g. {EXAMPLES['tcp']}", path)
+            raise source.error(
+                f"only an 1810 or 1811 is on a bus: expected another port than {port}, e.g. {EXAMPLES['tcp']}", path
+            )
         place = _place(url)
         if place in taken:
             raise source.error(f"{port} is the same port as {taken[place]}: expected a different port", path)

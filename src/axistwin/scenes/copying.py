@@ -33,7 +33,9 @@ class Files:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Store a text under a file name that is not in use, and return this file name.
+        """Store the text of a file, and return its file name.
+
+        The name is changed if another text already has it.
         """
         path = Path(name)
         stem = path.with_suffix("")

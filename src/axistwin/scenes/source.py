@@ -90,8 +90,11 @@ class Source:
             check_values(self.data)
         except NumberError as error:
             key = ".".join(map(str, error.path))
-            message = f"the number at {key} has more than 64 bits: expected {LOWEST} to {HIGHEST}"
-            raise self.error(message, error.path, rules.VALUE.code) from None
+            raise self.error(
+                f"the number at {key} has more than 64 bits: expected {LOWEST} to {HIGHEST}",
+                error.path,
+                rules.VALUE.code,
+            ) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
