@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from axistwin.sessions.session import Session
     from axistwin.testing.twin import serve
     from axistwin.traces.trace import tracing
-else:  # lazy: an unused pytest plug-in must not slow down pytest
+else:  # lazy import: pytest loads this package at every start
     __getattr__ = lazy(
         __name__,
         bench="Bench",

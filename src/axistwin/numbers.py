@@ -45,7 +45,7 @@ def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) 
     try:
         number = int(words, base)
     except ValueError:
-        raise NumberError(f"{shortened(text)} is not a whole number") from None
+        raise NumberError(f"{shortened(text)} is not a whole number: expected e.g. 12") from None
     if not low <= number <= high:
         raise NumberError(f"{shortened(text)} is out of range: expected a whole number from {low} to {high}")
     return number
@@ -57,9 +57,9 @@ def real(text: str) -> float:
     try:
         number = float(words)
     except ValueError:
-        raise NumberError(f"{shortened(text)} is not a number") from None
+        raise NumberError(f"{shortened(text)} is not a number: expected e.g. 12.5") from None
     if not abs(number) < float("inf"):
-        raise NumberError(f"{shortened(text)} is not a number")
+        raise NumberError(f"{shortened(text)} is not a number: expected e.g. 12.5")
     return number
 
 
@@ -69,9 +69,9 @@ def decimal(text: str) -> Decimal:
     try:
         number = Decimal(words)
     except InvalidOperation:
-        raise NumberError(f"{shortened(text)} is not a number") from None
+        raise NumberError(f"{shortened(text)} is not a number: expected e.g. 12.5") from None
     if not number.is_finite():
-        raise NumberError(f"{shortened(text)} is not a number")
+        raise NumberError(f"{shortened(text)} is not a number: expected e.g. 12.5")
     exponent = number.as_tuple().exponent
     assert isinstance(exponent, int), "it is finite"
     if number.adjusted() >= 30 or not -MOST_CHARACTERS <= exponent <= 30:

@@ -204,7 +204,7 @@ def _holder(path: Path) -> str:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the process may have been killed
+    if not number.isdecimal() or not _alive(int(number)):  # a killed process leaves its ID in the file
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 

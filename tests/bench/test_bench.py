@@ -111,7 +111,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
         ({"model": "if1", "line": "9600 9N1"}, "invalid line format '9600 9N1': expected a text such as '9600 8N2'"),
         ({"model": "if1", "line": "96 8"}, "invalid line format '96 8': expected a text such as '9600 8N2'"),
-        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "invalid option of axis X: 'torque'"),
+        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "invalid motor of axis X: expected `torque`, a list"),
         (
             {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},
             "invalid option of axis X: invalid torque curve: expected points",

@@ -150,7 +150,10 @@ WRONG = {
     "no model": ("[[controller]]", "1:1: 'model' is missing: add model = …"),
     "an unknown model": (controllers("if9"), "2:1: no model 'if9': expected one of if1, if2"),
     "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
-    "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
+    "a key like no other": (
+        controllers("if1", more="zzz = 1"),
+        "3:1: unknown key 'zzz': expected one of model, name, line",
+    ),
     "a line format": (
         controllers("if1", more="line = 'fast'"),
         "3:1: invalid line format 'fast': expected a text such as '9600 8N2'",
@@ -163,7 +166,10 @@ WRONG = {
         controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
         "3:27: wiring='4': expected one of '5-wire'",
     ),
-    "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: unknown key 'W' in axes: there are X, Y, Z"),
+    "an axis": (
+        controllers("if1", more="axes.W.limits = [1, 2]"),
+        "3:1: unknown key 'W' in axes: expected one of X, Y, Z",
+    ),
     "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
     "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
     "limits in words": (
@@ -196,7 +202,7 @@ WRONG = {
     ),
     "a wire from nobody": (
         controllers("if1", more="[[wire]]\nfrom = 'if2.led'\nto = 'if1.input1'"),
-        "4:1: no controller 'if2': did you mean 'if1'?",
+        "4:1: the scene has no controller 'if2': did you mean 'if1'?",
     ),
     "a wire to no pin": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input4'"),
@@ -259,11 +265,11 @@ WRONG = {
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor shares a line, so `ports` is not allowed: use the `ports` of [[chain]] 'chain'",
+        "3:1: smartmotor is on the shared line 'chain': leave out `ports`, and set `ports` in [[chain]]",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor shares a line, so `rs485_ports` is not allowed: use the `ports` of [[rs485]]",
+        "3:1: smartmotor is on the shared line 'rs485': leave out `rs485_ports`, and set `ports` in [[rs485]]",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
@@ -276,11 +282,11 @@ WRONG = {
     ),
     "a board on a line": (
         controllers("1811", more="ports = ['tcp://:5001']"),
-        "3:10: tcp://:5001 is no port for an 1810 or 1811: expected a bus, e.g. bus://127.0.0.1:1811",
+        "3:10: tcp://:5001 is not a port for an 1810 or 1811: expected a bus, e.g. bus://127.0.0.1:1811",
     ),
     "a motor on a bus": (
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
-        "5:10: bus://:1811 is only for an 1810 or 1811: expected e.g. tcp://127.0.0.1:5001",
+        "5:10: only an 1810 or 1811 is on a bus: expected another port than bus://:1811, e.g. tcp://127.0.0.1:5001",
     ),
     "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),

@@ -159,14 +159,17 @@ def test_a_master_on_another_axis(scene):
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "X leaps"\n', "6:1: invalid event when='X leaps': expected e.g."),
         ('[[fault]]\nkind = "jam"\non = "X"\nat = -1\n', "6:1: fault.at: input should be greater than or equal to 0"),
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "W passes 1"\n', "6:1: unknown axis 'W': expected one of if1.X"),
-        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n', "6:1: if1 has no fault flag 'Q': there are"),
+        (
+            '[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n',
+            "6:1: if1 has no fault flag 'Q': expected one of",
+        ),
         (
             '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
             "5:1: fault flip is random with probability=0.5: expected a seed",
         ),
         (
             '[[fault]]\nkind = "lose"\nat = 1e300\n',
-            "5:1: invalid value of at: 1e+300 s is too long",
+            "5:1: `at` is out of range: expected less than 292 years",
         ),
         (
             '[[fault]]\nkind = "lose"\nduration = inf\n',
@@ -204,10 +207,16 @@ def test_a_master_on_another_axis(scene):
         ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: unknown name 'input9': expected one of"),
         ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: the value is missing"),
         ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: unknown fault 'it': known faults are none"),
-        ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
+        (
+            '[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n',
+            "the scene has no controller 'if2': expected one of if1",
+        ),
         ('[[script]]\ndo = "input1 high"\n', "3:1: 'at' is missing: add at = …"),
         ('[[controller]]\nmodel = "if2"\nmaster = "if1.X"\n', "5:1: if2 has no attribute `master`"),
-        ('[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n', "5:1: if1 has no axis 'W': there are X, Y, Z"),
+        (
+            '[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n',
+            "5:1: if1 has no axis 'W': expected one of X, Y, Z",
+        ),
         ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': expected NAME.AXIS"),
         (
             '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
@@ -217,7 +226,7 @@ def test_a_master_on_another_axis(scene):
         ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms cannot be sent by a host"),
         (
             '[[controller]]\nmodel = "smartmotor"\nhost = "x.if1"\n',
-            "x.if1 is not a program for smartmotor: expected one for a SmartMotor",
+            "x.if1 is not a program for smartmotor: expected a program for a SmartMotor",
         ),
     ],
 )
@@ -243,7 +252,7 @@ def test_errors_of_script_actions_at_run_time_have_their_place(scene, act, messa
 
 def test_a_loop_of_external_encoders_is_refused(scene):
     text = MOTOR + 'master = "b.shaft"\n' + MOTOR.replace("knife", "b") + 'master = "knife.shaft"\n'
-    with pytest.raises(SceneError, match=r"s\.toml:4:1: knife follows itself through its master b\.shaft"):
+    with pytest.raises(SceneError, match=r"s\.toml:4:1: the keys `master` form a loop through knife: .* than b\.shaft"):
         scene(text)
 
 

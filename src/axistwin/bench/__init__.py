@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from axistwin.bench.control_characters import show_controls
     from axistwin.bench.controller import Controller
     from axistwin.bench.models import FAMILIES, product
-else:  # lazy import: a server needs neither conversations nor codecs
+else:  # lazy import: a server needs only some of these modules
     __getattr__ = lazy(
         __name__,
         acts="Comment Do Expect Hear Say Wait",

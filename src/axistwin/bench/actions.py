@@ -238,7 +238,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. 4000 in 2, or e.g. on table.X times 3/2"
+            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. 4000 in 2, "
+            "or on AXIS times RATIO, e.g. on table.X times 3/2"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
@@ -373,7 +374,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # the precision exceeds the digits of any number
+    with localcontext(prec=3 * MOST_CHARACTERS):  # enough digits for any number
         return round(Decimal(value), _decimals(number)) == number
 
 

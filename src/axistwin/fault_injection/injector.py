@@ -110,7 +110,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the kind and the parameters of each other active fault on the same part."""
+        """Return the kind and the parameters of each other active fault on the same line, pin, axis or controller."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -222,9 +222,7 @@ class Faults:
         if not on:
             example = kind.on.value.partition(",")[0]
             thing = with_article(THINGS[kind.on])
-            raise UsageError(
-                f"no part is given for the fault {kind.name}: expected the name of {thing}, e.g. {example}"
-            )
+            raise UsageError(f"the fault {kind.name} needs the name of {thing}: expected e.g. {example}")
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
@@ -273,11 +271,11 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a waiting fault counts as a background event
+            clock.background += 1  # hosts that wait until no event is due ignore this fault
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an older fault of the same kind on the same part.
+        """End an older fault of the same kind on the same pin, axis or controller.
 
         Only a serial line can have several active faults of one kind.
         """
@@ -307,8 +305,8 @@ def _check_seconds(key: str, given: float) -> None:
         raise UsageError(f"invalid {key}={given!r}: expected a number of seconds, 0 or more")
     try:
         to_ns(given)
-    except UsageError as error:
-        raise UsageError(f"invalid value of {key}: {error}") from None
+    except UsageError:
+        raise UsageError(f"`{key}` is out of range: expected less than 292 years (9.2e9 s)") from None
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:

@@ -95,6 +95,6 @@ def kind_of(name: str) -> Kind:
     """Return the kind of fault with this name.  Raises UsageError for an unknown name."""
     if name in KINDS:
         return KINDS[name]
-    close = get_close_matches(name, KINDS, n=1)
-    suggestion = f"did you mean {close[0]!r}?" if close else f"expected one of {', '.join(KINDS)}"
-    raise UsageError(f"unknown kind of fault {name!r}: {suggestion}")
+    for similar in get_close_matches(name, KINDS, n=1):
+        raise UsageError(f"unknown kind of fault {name!r}: did you mean {similar!r}?")
+    raise UsageError(f"unknown kind of fault {name!r}: expected one of {', '.join(KINDS)}")

@@ -134,10 +134,10 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return the parts of a bench by full name and by short name.
+    """Return lines, pins, axes or controllers of a bench by full name and by short name.
 
-    Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
-    its serial port, or of its only part of this type.
+    Short names are included: pins and axes of the controller `here` without its name.  A controller's name is a short
+    name of its serial port, or of its only pin or axis.
     """
     full = dict(found)
     every = dict(full)
@@ -152,9 +152,9 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
-    """Return the part of the bench with this name.  Raises UsageError for an unknown name."""
+    """Return the line, pin, axis or controller with this name.  Raises UsageError for an unknown name."""
     if name in found:
         return found[name]()
-    close = get_close_matches(name, found, n=1)
-    suggestion = f"did you mean {close[0]!r}?" if close else f"expected one of {', '.join(found) or '(none)'}"
-    raise UsageError(f"unknown {kind} {name!r}: {suggestion}")
+    for similar in get_close_matches(name, found, n=1):
+        raise UsageError(f"unknown {kind} {name!r}: did you mean {similar!r}?")
+    raise UsageError(f"unknown {kind} {name!r}: expected one of {', '.join(found) or '(none)'}")

@@ -16,7 +16,7 @@ from axistwin.errors import UsageError
 from axistwin.fault_injection.injector import Fault, Faults, Terms
 from axistwin.fault_injection.kinds import kind_of
 from axistwin.fault_injection.table import Kind
-from axistwin.numbers import NumberError, real, whole
+from axistwin.numbers import HIGHEST, NumberError, real, shortened, whole
 
 TERMS: dict[str, Callable[[str], Any]] = {
     "name": str, "at": real, "when": str, "nth": whole, "duration": real, "seed": whole,
@@ -97,8 +97,9 @@ def _value(name: str, text: str) -> Any:
         return text
     try:
         return TERMS[name](text)
-    except NumberError as error:
-        raise UsageError(f"invalid value of {name}: {error}") from None
+    except NumberError:
+        number = f"whole number up to {HIGHEST}" if TERMS[name] is whole else "number"
+        raise UsageError(f"invalid value {name}={shortened(text)}: expected a {number}, e.g. {name}=1") from None
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:

@@ -107,9 +107,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """The data with which a fault begins.
-
-    The data are the affected part, the values of the fault's parameters, and the random numbers.
+    """Data for the start of a fault: clock, affected part of the bench, parameter values and random numbers.
 
     The fault calls `over` to report its end.
     """
@@ -122,7 +120,7 @@ class Case:
     """True if the fault has a duration."""
     over: Callable[[], None]
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
-    """Kinds and values of all other active faults on the same part."""
+    """Returns the kinds and values of all other active faults on the same part of the bench."""
 
     def luck(self, effect: str) -> Chance:
         """Return the random number generator of the fault.  Raises UsageError for a fault without a seed."""

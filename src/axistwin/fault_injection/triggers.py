@@ -86,8 +86,8 @@ def _passes(wish: _Wish) -> Arm:
     ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
     try:
         position = machine_units.position(found["position"], axis.units)
-    except UsageError as error:
-        raise UsageError(f"invalid position in when={wish.text!r}: {error}") from None
+    except UsageError as what_was_expected:
+        raise UsageError(f"invalid position in when={wish.text!r}: {what_was_expected}") from None
     return lambda happens: _Passing(axis, position, ways, happens).end
 
 
@@ -184,7 +184,7 @@ def _raises(wish: _Wish) -> Arm:
     if alarms is None:
         raise UsageError(f"{machine.name} has no fault flags: expected a controller with fault flags")
     if wish.what and wish.what not in alarms.names:
-        raise UsageError(f"{machine.name} has no fault flag {wish.what!r}: there are {', '.join(alarms.names)}")
+        raise UsageError(f"{machine.name} has no fault flag {wish.what!r}: expected one of {', '.join(alarms.names)}")
     return lambda happens: alarms.subscribe(lambda name: happens() if wish.what in ("", name) else None)
 
 
@@ -192,7 +192,7 @@ def _runs(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     names = machine.product.programs
     if not names:
-        raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores no programs")
+        raise UsageError(f"{machine.name} runs no programs: expected a controller that stores programs")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(example=f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
@@ -224,18 +224,14 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
         raise UsageError(f"{machine.name} has no program line {line}: expected {lines}")
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
-        reason = _silence(listing, line)
-        raise UsageError(f"program line {line} of {machine.name} cannot be a trigger: {reason}")
+        text, timed_line = listing.lines[line - 1], _timed_line(listing, line)
+        raise UsageError(f"program line {line} of {machine.name} ({text}) takes no time: expected {timed_line}")
 
 
-def _silence(listing: Listing, line: int) -> str:
-    """Return a text that says why a program line cannot be a trigger.
-
-    The text proposes another line, if any.
-    """
-    after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
-    remedy = "" if after is None else f"; use line {after + 1}, {listing.lines[after]}"
-    return f"{listing.lines[line - 1]} takes no time{remedy}"
+def _timed_line(listing: Listing, after: int) -> str:
+    """Return the number and the text of the next program line that takes time, e.g. "line 4, a=a+1"."""
+    number = next((n for n in range(after, len(listing.lines)) if n not in listing.silent), None)
+    return "another line" if number is None else f"line {number + 1}, {listing.lines[number]}"
 
 
 def _other_fault(wish: _Wish) -> Arm:

@@ -31,8 +31,10 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
             points = tuple((float(rate), float(torque)) for rate, torque in motor["torque"])
             motor = StepperMotor(**{**motor, "torque": points})
         load = Load(**given["load"]) if given.get("load") is not None else None
-    except (TypeError, KeyError, ValueError) as reason:
-        raise UsageError(f"invalid option of axis {name}: {reason}") from None
+    except KeyError:
+        raise UsageError(f"invalid motor of axis {name}: expected `torque`, a list of points (pulses/s, N·m)") from None
+    except (TypeError, ValueError) as what_was_expected:
+        raise UsageError(f"invalid option of axis {name}: {what_was_expected}") from None
     axis = StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)
     axis.units = units
     return axis
@@ -48,8 +50,8 @@ def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) 
     limits = _span(name, "limits", given.get("limits"), units)
     try:
         motor, load = data_sheets(given)
-    except UsageError as reason:
-        raise UsageError(f"invalid option of axis {name}: {reason}") from None
+    except UsageError as what_was_expected:
+        raise UsageError(f"invalid option of axis {name}: {what_was_expected}") from None
     axis = ServoAxis(clock, name, motor=motor, load=load, limits=limits, history=history)
     axis.units = units
     return axis
@@ -66,8 +68,8 @@ def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
         return None
     try:
         return MachineUnits.given(given["units"])
-    except UsageError as reason:
-        raise UsageError(f"invalid units of axis {name}: {reason}") from None
+    except UsageError as what_was_expected:
+        raise UsageError(f"invalid units of axis {name}: {what_was_expected}") from None
 
 
 def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
@@ -82,8 +84,8 @@ def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tup
         first = last = None
     try:
         first, last = (position(end, units) if isinstance(end, str) else end for end in (first, last))
-    except UsageError as reason:
-        raise UsageError(f"invalid {option}={given!r} of axis {name}: {reason}") from None
+    except UsageError as what_was_expected:
+        raise UsageError(f"invalid {option}={given!r} of axis {name}: {what_was_expected}") from None
     if not (type(first) is int and type(last) is int and first <= last):
         raise UsageError(f"invalid {option}={given!r} of axis {name}: expected two positions, e.g. [-100, 5000]")
     if not -MOST_POSITION <= first <= last <= MOST_POSITION:

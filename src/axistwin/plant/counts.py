@@ -70,7 +70,7 @@ class _Stretch:
 
 
 class CountHistory:
-    """Recent times of an encoder's count changes.
+    """Stores the times of the latest count changes of an encoder.
 
     At least the latest `samples` samples in which the axis moved are covered.
     """

@@ -38,7 +38,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Override the setting by the value of a defect.  Return a function that ends the defect."""
+        """Override the setting with the value of a defect.  Return a function that ends the defect."""
         added = _Value(value)
         self._before_change()
         self._values.append(added)

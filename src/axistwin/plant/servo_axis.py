@@ -247,7 +247,7 @@ class ServoAxis:
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
 
-    # Interface for the motor's processor
+    # Methods that the motor's processor calls
 
     def connect(self, source: Source) -> None:
         """Connect the motor's processor, which calculates the motion of the shaft from now on."""
@@ -276,7 +276,7 @@ class ServoAxis:
         self._find_window()
         self._left_window.emit()
 
-    # State of the machine, and manual actions
+    # Methods that return the state of the axis, or perform manual actions
 
     @property
     def position(self) -> int:
@@ -334,7 +334,9 @@ class ServoAxis:
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Raise an error, because positions of a servo cannot be predicted."""
-        raise AssertionError(f"cannot predict positions of the servo axis {self.name} at {times_ns}")
+        raise AssertionError(
+            f"cannot predict positions of servo axis {self.name} at {times_ns}: expected a stepper axis"
+        )
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
         """Return the present position, then the predicted positions.

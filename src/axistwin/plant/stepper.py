@@ -146,11 +146,12 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # `_lost` is the net number of steps lost in finished moves
-        self._unmade = 0  # `_unmade` counts the pulses suppressed before the latest `let_go`
-        self._made: int | None = None  # `_made`: number of pulses made when the axis was blocked, or None
+        self._unmade = 0  # `_unmade` counts the pulses that `hold` suppressed before the last call of `let_go`
+        # `_made` is the number of pulses at which the output is held; None without a hold
+        self._made: int | None = None
         self._was_held = False
 
-    # Interface for the controller
+    # Methods that the controller calls
 
     def start(self, profile: Profile, direction: int) -> None:
         """Begin a new move with the velocity profile `profile`; `direction` is +1 or -1."""
@@ -267,7 +268,7 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # State of the machine, and manual actions
+    # Methods that return the state of the axis, or perform manual actions
 
     @property
     def position(self) -> int:
@@ -407,7 +408,7 @@ class StepperAxis:
         """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # Prediction of edges and lost steps
+    # Methods that predict edges and lost steps
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time in ns at which the present move next reaches `position`; None if never."""

@@ -17,9 +17,13 @@ def check_ports(contents: SceneFile, source: Source) -> None:
         with source.placing_errors(*path):
             url = parse(port)
         if at_a_bus and url.scheme != "bus":
-            raise source.error(f"{port} is no port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path)
+            raise source.error(
+                f"{port} is not a port for an 1810 or 1811: expected a bus, e.g. {EXAMPLES['bus']}", path
+            )
         if url.scheme == "bus" and not at_a_bus:
-            raise source.error(f"{port} is only for an 1810 or 1811: expected e.g. {EXAMPLES['tcp']}", path)
+            raise source.error(
+                f"only an 1810 or 1811 is on a bus: expected another port than {port}, e.g. {EXAMPLES['tcp']}", path
+            )
         place = _place(url)
         if place in taken:
             raise source.error(f"{port} is the same port as {taken[place]}: expected a different port", path)
@@ -28,7 +32,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield the place and the URL of each port of the scene.
+    """Yield each port of the scene: the path of its key in the scene file, and its URL.
 
     The third element is True for an 1810 or 1811.
     """
@@ -60,6 +64,6 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             key = "ports" if kind == "chain" else "rs485_ports"
             if table.called in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{table.called} shares a line, so `{key}` is not allowed: use the `ports` of [[{kind}]] {name!r}",
+                    f"{table.called} is on the shared line {name!r}: leave out `{key}`, and set `ports` in [[{kind}]]",
                     ("controller", number, key),
                 )

@@ -25,7 +25,7 @@ from axistwin.fault_injection.triggers import other_fault
 from axistwin.plant.axes import Axis
 from axistwin.programs import stored_programs
 from axistwin.scenes import hosting, toml_places
-from axistwin.scenes.source import Source, instead
+from axistwin.scenes.source import Source, most_similar
 from axistwin.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
 from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
@@ -149,8 +149,12 @@ class Builder:
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
         for key in given:
             if key not in known:
-                table, suggestion = path[-1], instead(key, known)
-                raise self.source.error(f"unknown key {key!r} in {table}: {suggestion}", (*path, key))
+                table = path[-1]
+                if similar := most_similar(key, known):
+                    raise self.source.error(f"unknown key {key!r} in {table}: did you mean {similar!r}?", (*path, key))
+                raise self.source.error(
+                    f"unknown key {key!r} in {table}: expected one of {', '.join(known)}", (*path, key)
+                )
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
         with self.source.placing_errors(*path):
@@ -215,25 +219,26 @@ class Builder:
                     self.bench.port(f"{table.called}.rs485")
 
     def _motor(self, name: str, path: Path_) -> Controller:
-        return self._named(name, self.bench.controllers, "no controller", path)
+        return self._named(name, self.bench.controllers, "the scene", "controller", path)
 
     def _pin(self, terminal: str, path: Path_) -> Pin:
         controller, _, pin = terminal.rpartition(".")
         if not controller:
             raise self.source.error(f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1", path)
-        return self._named(pin, self._motor(controller, path).pins, f"{controller} has no pin", path)
+        return self._named(pin, self._motor(controller, path).pins, controller, "pin", path)
 
     def _axis(self, whole: str, path: Path_) -> Axis:
         controller, _, axis = whole.rpartition(".")
         if not controller:
             raise self.source.error(f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X", path)
-        return self._named(axis, self._motor(controller, path).axes, f"{controller} has no axis", path)
+        return self._named(axis, self._motor(controller, path).axes, controller, "axis", path)
 
-    def _named(self, name: str, known: Mapping[str, T], problem: str, path: Path_) -> T:
-        """Return the value of a name.  Raises SceneError with a suggestion if the name is unknown."""
+    def _named(self, name: str, known: Mapping[str, T], owner: str, kind: str, path: Path_) -> T:
+        """Return the controller, pin or axis with the given name.  Raises SceneError for an unknown name."""
         if name not in known:
-            suggestion = instead(name, known)
-            raise self.source.error(f"{problem} {name!r}: {suggestion}", path)
+            if similar := most_similar(name, known):
+                raise self.source.error(f"{owner} has no {kind} {name!r}: did you mean {similar!r}?", path)
+            raise self.source.error(f"{owner} has no {kind} {name!r}: expected one of {', '.join(known)}", path)
         return known[name]
 
     # Methods that add the faults, the script and the hosts
@@ -340,8 +345,8 @@ class Builder:
         assert isinstance(act, Do), "! begins an action"
         here = table.on or self._only()
         if here and here not in (*self.bench.controllers, *endpoints.names(self.bench)):
-            suggestion = instead(here, self.bench.controllers)
-            raise UsageError(f"no controller {here!r}: {suggestion}")
+            controllers = ", ".join(self.bench.controllers)
+            raise UsageError(f"the scene has no controller {here!r}: expected one of {controllers}")
         names = self.bench.faults.names
         if act.target == "mend" and act.value not in (*names, *KINDS, *self._scripted(), "all"):
             raise UsageError(f"unknown fault {act.value!r}: known faults are {', '.join(names) or 'none'}")
@@ -361,7 +366,7 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield the place, the endpoint and the file of each simulated host of the scene."""
+        """Yield each simulated host of the scene: the path of its key in the scene file, its endpoint and its file."""
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):

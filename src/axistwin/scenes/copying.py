@@ -33,7 +33,7 @@ class Files:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Add a text under a file name, and return the name.
+        """Store the text of a file, and return its file name.
 
         The name is changed if another text already has it.
         """
@@ -90,7 +90,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield each table of the scene that the copy changes, with its new values."""
+        """Yield each table whose values change in the copied scene, with its new values."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}

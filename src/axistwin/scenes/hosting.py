@@ -66,9 +66,9 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return a host's rank: at the same time, a host with a lower rank acts first.
+    """Return the rank of a host: of two hosts that act at the same time, the host with the lower rank acts first.
 
-    `outside 2` comes after `outside`.
+    The host `outside 2` acts after the host `outside`.
     """
     found = _OUTSIDE.fullmatch(host)
     return HOST if found is None else min(SCRIPT - 1 + int(found[1] or 1), LAST - 1)
@@ -83,7 +83,7 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected a file .if1, .181x or .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        raise UsageError(f"{file} is not a program for {name}: expected one for {bench[name].product.indefinite}")
+        raise UsageError(f"{file} is not a program for {name}: expected a program for {bench[name].product.indefinite}")
     return suffix
 
 
@@ -103,7 +103,7 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             stored_programs.check(source, file, controller)
             return partial(stored_programs.run, source, file, controller)
         if suffix not in KINDS:
-            raise UsageError(f"{file} cannot be loaded: expected a SmartMotor's source .sms, or a file .if1 or .181x")
+            raise UsageError(f"{file} cannot be loaded: expected a file .sms, .if1 or .181x")
         return partial(_send, controller, prepare_host(bench, name, file, read), bench.senders)
 
     return load

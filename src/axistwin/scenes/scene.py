@@ -234,6 +234,6 @@ class Scene:
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
                 raise self._source.error(
-                    f"{table.called} follows itself through its master {table.master}: expected another master",
+                    f"the keys `master` form a loop through {table.called}: expected another axis than {table.master}",
                     ("controller", number, "master"),
                 )

@@ -15,7 +15,7 @@ from pydantic_core import ErrorDetails
 
 from axistwin.bench import rules
 from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError
-from axistwin.numbers import NumberError, check_values
+from axistwin.numbers import HIGHEST, LOWEST, NumberError, check_values
 from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
@@ -89,8 +89,12 @@ class Source:
         try:
             check_values(self.data)
         except NumberError as error:
-            key = error.path[-1]
-            raise self.error(f"invalid number for {key}: {error}", error.path, rules.VALUE.code) from None
+            key = ".".join(map(str, error.path))
+            raise self.error(
+                f"the number at {key} has more than 64 bits: expected {LOWEST} to {HIGHEST}",
+                error.path,
+                rules.VALUE.code,
+            ) from None
         return contents
 
     def _error_at(self, error: ErrorDetails) -> SceneError:
@@ -209,7 +213,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each key in a table that an error message names.
+    """Search an error message for the keys of a table, and yield the path of each found key.
 
     The message must also name all tables around the key.
     """
@@ -234,8 +238,13 @@ def _unknown(error: ErrorDetails) -> bool:
 
 def instead(word: str, known: Collection[str]) -> str:
     """Return a suggestion for an unknown word: the most similar known word, or all known words."""
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
+    similar = most_similar(word, known)
+    return f"did you mean {similar!r}?" if similar else f"expected one of {', '.join(known)}"
+
+
+def most_similar(word: str, known: Collection[str]) -> str:
+    """Return the known word that is most similar to a misspelt word; "" if no known word is similar."""
+    return next(iter(get_close_matches(word, known, n=1)), "")
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:

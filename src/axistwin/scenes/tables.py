@@ -59,8 +59,8 @@ def _valued(check: Callable[[Any], object]) -> AfterValidator:
     def checked(given: Any) -> Any:
         try:
             check(given)
-        except UsageError as error:
-            raise ValueError(f"invalid unit: {error}") from None
+        except UsageError as what_was_expected:
+            raise ValueError(f"invalid unit: {what_was_expected}") from None
         return given
 
     return AfterValidator(checked)
@@ -95,8 +95,8 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     units = None if table is None else MachineUnits.given(table.model_dump())
     try:
         return machine_units.position(given, units)
-    except UsageError as error:
-        raise ValueError(f"invalid position: {error}") from None
+    except UsageError as what_was_expected:
+        raise ValueError(f"invalid position: {what_was_expected}") from None
 
 
 Count = Annotated[int, BeforeValidator(_in_counts)]
@@ -294,7 +294,7 @@ Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):
-    """A script entry: actions at the machine that are performed at one time."""
+    """A script entry: one or more actions, and the time at which the actions are performed."""
 
     at: Annotated[float, Field(ge=0)]
     """Time, in seconds from the beginning."""
@@ -391,7 +391,7 @@ class BoardOutputTable(Table):
 
 
 class StandInTable(Table):
-    """Real motors on motion boards, for `axistwin stand-in`."""
+    """Table [stand-in]: real motors that `axistwin stand-in` moves through motion boards."""
 
     horizon_ms: Annotated[float, Field(ge=50, le=2000)] = 100.0
     """Constant delay of all pulses and outputs at the pins, in milliseconds."""

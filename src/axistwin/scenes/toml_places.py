@@ -35,7 +35,7 @@ def places(text: str) -> dict[Path, Place]:
 
 
 def spans(text: str) -> dict[Path, tuple[int, int]]:
-    """Return the start and end index of all table headers and values in a TOML text."""
+    """Return the start and end index of each table header and value in a TOML text."""
     scanner = _Scanner(text)
     for _ in scanner.scan():
         pass
@@ -56,7 +56,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # number of [[name]] headers read so far, by name
+        self.tables: dict[Path, int] = {}  # `tables` counts the [[name]] headers of each name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""

@@ -73,7 +73,7 @@ class Line:
         self._cuts: list[object] = []
         self._free_ns = 0  # delayed characters occupy the line until `_free_ns`
 
-    # Faults of the line
+    # Methods that inject faults into the line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
         """Apply a disturbance to all characters from now on.  Return a function that removes the disturbance."""
@@ -121,7 +121,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # Transmission of characters on the wire
+    # Methods that transmit characters on the wire
 
     @property
     def ready(self) -> bool:
@@ -196,7 +196,7 @@ class Line:
         else:
             arrive(frame)
 
-    # Reception of characters from the wire
+    # Methods that receive characters from the wire
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.
