@@ -355,7 +355,8 @@ class Motor(AxisCore):
         if distance:
             bits = yield from self._bits()
             if bits & (1 if distance > 0 else 2):
-                raise RefusedError(f"the {'+' if distance > 0 else '-'} limit is active: move in the other direction")
+                sign = "+" if distance > 0 else "-"
+                raise RefusedError(f"the {sign} limit is active: move in the other direction")
             yield from self._board.command(0x33, *four(distance))
             self._target, self._begin_by = target, (yield Clock()) + BEGIN_S
         self.setpoint = target

@@ -277,7 +277,8 @@ class Shaft(AxisCore):
         yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
-            raise RefusedError(f"{self.name} does not move because of faults: {'; '.join(map(str, faults))}")
+            reasons = "; ".join(map(str, faults))
+            raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
 
     def _set_profile(self) -> Procedure[None]:
         """Send the acceleration to the motor if the acceleration has changed.
