@@ -88,7 +88,7 @@ class Board(Core):
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"the bus socket refused the line {line!r} and answered {answer!r}")
+            raise WrongAnswerError(f"the bus socket refused the request {line!r} and answered {answer!r}")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -101,14 +101,14 @@ class Board(Core):
             found = b""
         if len(found) != count:
             raise WrongAnswerError(
-                f"the bus socket answered {shown(answer.encode())}: expected {count} hexadecimal bytes"
+                f"the bus socket answered {shown(answer.encode())} to a read request: expected {count} hex bytes"
             )
         return found
 
     def _write(self, offset: int, data: Iterable[int]) -> Procedure[None]:
         answer = yield from self._ask(f"w {offset} " + " ".join(f"{value:02x}" for value in data))
         if answer != "ok":
-            raise WrongAnswerError(f"the bus socket answered {shown(answer.encode())} to a write: expected ok")
+            raise WrongAnswerError(f"the bus socket answered {shown(answer.encode())} to a write request: expected ok")
 
     def _control(self, bits: int) -> Procedure[None]:
         yield from self._write(1, [bits | (INTERRUPTS if self.interrupts else 0)])
