@@ -60,7 +60,8 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if name in (None, shaft.name):
                 return shaft
-        raise RefusedError(f"no axis {name!r}: expected one of {', '.join(self.axes)}")
+        axes = ", ".join(self.axes)
+        raise RefusedError(f"no axis {name!r}: expected one of {axes}")
 
     # Synchronisation with the motors
 
