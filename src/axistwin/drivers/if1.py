@@ -104,7 +104,7 @@ class IF1(Core):
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
         self._state = _State(dict.fromkeys("XYZ", 0))
 
-    # Synchronisation with the controller
+    # Functions that synchronise the driver with the controller
 
     def synchronise(self) -> Procedure[None]:
         """Find the controller, and initialise a controller whose power has been switched on."""

@@ -63,7 +63,7 @@ class SmartMotors(Core):
         axes = ", ".join(self.axes)
         raise RefusedError(f"no axis {name!r}: expected one of {axes}")
 
-    # Synchronisation with the motors
+    # Functions that synchronise the driver with the motors
 
     def synchronise(self) -> Procedure[None]:
         """Find each motor, and repeat the settings of a motor whose power has been cut."""
@@ -108,7 +108,7 @@ class SmartMotors(Core):
         yield Write(everybody + b"WAKE\r")
         yield from self._discard(0.05)
 
-    # Commands and reports
+    # Functions that send commands and read reports
 
     def send(self, prefix: bytes, text: str) -> Procedure[None]:
         """Send commands to a motor, and check the echo if the motor echoes."""
