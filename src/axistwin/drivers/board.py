@@ -281,7 +281,7 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the stream has failed if the board's buffer is empty or its free space does not change
+            # the stream has failed if the buffer is empty, or if the board takes no velocities from the buffer
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)

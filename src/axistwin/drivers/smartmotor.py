@@ -291,7 +291,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # a difference equal to the old acceleration would hide a power cut
+            units += 1  # after a power cut, the motor would otherwise have the old acceleration again
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0
