@@ -173,7 +173,7 @@ class ComPort:
         self._line_state, self._line_mask = LineState.EMPTY, 0
         self._parser = Parser()
 
-    # Conversion of received bytes to events
+    # Functions that convert received bytes to events
 
     def receive(self, data: bytes) -> list[Event]:
         """Process bytes from the client, and return the client's requests as events."""

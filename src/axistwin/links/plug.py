@@ -120,7 +120,7 @@ class Plug(SingleClient[SerialClient]):
         self.serial.subscribe_received(self._received)
         self.apply_flow()
 
-    # Connection and disconnection of clients
+    # Functions that connect and disconnect a client
 
     def begin(self) -> None:
         """Prepare the serial port for a new client."""
@@ -141,7 +141,7 @@ class Plug(SingleClient[SerialClient]):
         self.apply_flow()
         self._end_pause()
 
-    # Data and settings from the client
+    # Functions that process data and settings from the client
 
     @property
     def full(self) -> bool:
@@ -202,7 +202,7 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing()
             self._stop_observing = None
 
-    # Data from the controller
+    # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
         """Send characters to the client after the next advance of virtual time.

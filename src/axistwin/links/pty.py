@@ -90,7 +90,7 @@ class PtyPort:
         os.close(self._master)
         self._let_go()
 
-    # Data from the client
+    # Functions that receive data from the client
 
     def _readable(self) -> None:
         try:
@@ -161,7 +161,7 @@ class PtyPort:
             2 if flags & termios.CSTOPB else 1,
         )
 
-    # Data to the client
+    # Functions that send data to the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
         """Send characters from the controller to the client."""
