@@ -157,7 +157,7 @@ class RecordedPort:
         perform(self.present)
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission."""
+        """Queue data for transmission to the controller."""
         self.do(Write(data), lambda port: port.write(data))
 
     def read(self) -> bytes:
