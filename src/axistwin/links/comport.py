@@ -200,7 +200,7 @@ class ComPort:
                 pass
         return None
 
-    # only a change of an option is answered; an answer to each request would cause an endless exchange
+    # do not answer a request for the present state of an option, to prevent an endless exchange
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
