@@ -31,7 +31,7 @@ EXTPROC = 0o200000  # with this flag, Linux reports every change of the settings
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
-TERMIOS2 = struct.Struct("4I20s2I")  # layout of struct termios2
+TERMIOS2 = struct.Struct("4I20s2I")  # byte layout of the Linux structure `termios2`
 CBAUD, BOTHER = 0o010017, 0o010000
 
 
