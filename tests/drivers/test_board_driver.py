@@ -195,7 +195,7 @@ def test_a_wrong_command_and_a_silent_request(board):
 
 @pytest.mark.parametrize(
     ("answer", "says"),
-    [(b"error: no\n", "error: no"), (b"zz\n", "hexadecimal bytes"), (b"10 10\n", "hexadecimal bytes")],
+    [(b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")],
 )
 def test_garbage_raises_a_clear_error(answer, says):
     with answering(lambda data: answer if data.strip() else b"") as url, pytest.raises(WrongAnswerError, match=says):

@@ -51,7 +51,7 @@ class Compared:
 
     @property
     def later_ns(self) -> int | None:
-        """Delay of the emulated controller relative to the real controller in ns, or None."""
+        """Delay of the emulated controller relative to the real controller in ns; None if not known."""
         if not self.same or self.hardware_ns is None or self.twin_ns is None:
             return None
         return self.twin_ns - self.hardware_ns
@@ -172,7 +172,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Actions of the emulated controller and their results
+    # Functions that play an action and record the result
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):

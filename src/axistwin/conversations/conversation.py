@@ -27,7 +27,8 @@ from axistwin.numbers import NumberError, decimal, real, shortened
 from axistwin.storage import encoding_of
 from axistwin.units import MOST_NS, S
 
-MOST_BYTES = 4 << 20
+MOST_MIB = 4
+MOST_BYTES = MOST_MIB << 20
 END_OF_FILE = "\x1a"
 """Ctrl-Z, the end-of-file mark of DOS editors."""
 MOST_S = 1e9
@@ -129,7 +130,7 @@ def load_text(path: Path) -> str:
         if path.exists() and not path.is_file():
             raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
         if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path} cannot be read: expected a file of at most {MOST_BYTES >> 20} MiB")
+            raise UsageError(f"{path} cannot be read: expected a file of at most {MOST_MIB} MiB")
         data = path.read_bytes()
     except OSError as error:
         reason = error.strerror
@@ -188,7 +189,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "unknown kind of line: expected one of ; + > < ! = at the beginning, e.g. > K or left: > K",
+            "unknown kind of line: expected one of ; + > < ! = at the beginning, e.g. > K",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()

@@ -35,7 +35,10 @@ class Difference:
     got: str
 
     def __str__(self) -> str:
-        """Return place, time, expected text and received text.  A caret marks the first character that differs."""
+        """Return the file, the line, the time, the expected text and the received text.
+
+        A caret marks the first character that differs.
+        """
         place = f"{self.file}:{self.line}" if self.file else f"line {self.line}"
         alike = takewhile(lambda pair: pair[0] == pair[1], zip(self.expected, self.got, strict=False))
         caret = " " * len(list(alike)) + "^"
@@ -49,7 +52,7 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect the host to all second serial channels in the conversation, e.g. `motor.rs485`.
+    """Connect the host to each RS-485 channel that the conversation names, e.g. `motor.rs485`.
 
     Raises ProgramError if a channel does not exist.
     """
@@ -128,7 +131,7 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # raises ProgramError if the expected value is impossible
+                agrees(read_value(), act.value)  # `agrees` raises ProgramError if the expected value is invalid
                 return lambda: self._expect(act, read_value())
         raise AssertionError(f"unknown action {act!r}: expected an object of a class in the module axistwin.bench.acts")
 
@@ -151,7 +154,8 @@ class Player:
         """Return the name of the port or bus at which the host sends or receives this line."""
         if act.controller:
             if act.controller not in self.received:
-                raise ProgramError(f"unknown controller {act.controller!r}: expected one of {', '.join(self.received)}")
+                names = ", ".join(self.received)
+                raise ProgramError(f"unknown controller {act.controller!r}: expected one of {names}")
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))

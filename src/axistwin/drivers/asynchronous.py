@@ -129,7 +129,8 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
         try:
             return TcpPort(url, *await asyncio.open_connection(host.strip("[]"), int(number)))
         except (OSError, ValueError) as error:
-            raise PortError(f"cannot open {url}: {opening_fault(url, error)}") from None
+            reason, remedy = opening_fault(url, error)
+            raise PortError(f"cannot open {url} ({reason}): {remedy}") from None
     thread = ThreadPoolExecutor(1, "axistwin-port")
     port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
     return ThreadPort(port, thread)

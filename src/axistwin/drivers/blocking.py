@@ -43,7 +43,8 @@ class SerialPort:
                 opened, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0
             )
         except (OSError, ValueError) as error:
-            raise PortError(f"cannot open {url}: {opening_fault(url, error)}") from None
+            reason, remedy = opening_fault(url, error)
+            raise PortError(f"cannot open {url} ({reason}): {remedy}") from None
         self._url = url
 
     def write(self, data: bytes) -> None:

@@ -88,7 +88,7 @@ class Board(Core):
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"the bus socket refused the line {line!r} and answered {answer!r}")
+            raise WrongAnswerError(f"the bus socket refused the request {line!r} and answered {answer!r}")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -101,14 +101,14 @@ class Board(Core):
             found = b""
         if len(found) != count:
             raise WrongAnswerError(
-                f"the bus socket answered {shown(answer.encode())}: expected {count} hexadecimal bytes"
+                f"the bus socket answered {shown(answer.encode())} to a read request: expected {count} hex bytes"
             )
         return found
 
     def _write(self, offset: int, data: Iterable[int]) -> Procedure[None]:
         answer = yield from self._ask(f"w {offset} " + " ".join(f"{value:02x}" for value in data))
         if answer != "ok":
-            raise WrongAnswerError(f"the bus socket answered {shown(answer.encode())} to a write: expected ok")
+            raise WrongAnswerError(f"the bus socket answered {shown(answer.encode())} to a write request: expected ok")
 
     def _control(self, bits: int) -> Procedure[None]:
         yield from self._write(1, [bits | (INTERRUPTS if self.interrupts else 0)])
@@ -281,7 +281,7 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the stream has failed if the board's buffer is empty or its free space does not change
+            # the stream has failed if the buffer is empty, or if the board takes no velocities from the buffer
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
@@ -355,7 +355,8 @@ class Motor(AxisCore):
         if distance:
             bits = yield from self._bits()
             if bits & (1 if distance > 0 else 2):
-                raise RefusedError(f"the {'+' if distance > 0 else '-'} limit is active: move in the other direction")
+                sign = "+" if distance > 0 else "-"
+                raise RefusedError(f"the {sign} limit is active: move in the other direction")
             yield from self._board.command(0x33, *four(distance))
             self._target, self._begin_by = target, (yield Clock()) + BEGIN_S
         self.setpoint = target

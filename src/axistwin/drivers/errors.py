@@ -18,7 +18,7 @@ class PortError(DriverError):
     in_step = False
 
 
-def opening_fault(url: str, error: Exception) -> str:
+def opening_fault(url: str, error: Exception) -> tuple[str, str]:
     """Return the reason why a port cannot be opened, and a remedy.
 
     `error` may be an error of pyserial, which has the error of the operating system as its context.
@@ -27,13 +27,13 @@ def opening_fault(url: str, error: Exception) -> str:
     if isinstance(cause, OSError) and cause.errno:
         reason = os.strerror(cause.errno) if cause.errno > 0 else cause.strerror or str(cause)
         remedy = (
-            "start its server, and check the address"
+            "start the server, and check the address"
             if "://" in url
-            else "check its name, the cable and its permissions"
+            else "check the name of the port, the cable and your permissions"
         )
-        return f"{reason.lower()}: {remedy}"
+        return reason.lower(), remedy
     reason = "no port number" if isinstance(cause, TypeError) else str(error)
-    return f"{reason}; expected a port, e.g. socket://127.0.0.1:5001"
+    return reason, "expected a port, e.g. socket://127.0.0.1:5001"
 
 
 class SilentError(DriverError):

@@ -16,7 +16,7 @@ class Trapezoid:
     distance: float | None = None
 
     def position(self, seconds: float) -> float:
-        """Return the distance that the axis has moved after this number of seconds."""
+        """Return the distance that the axis has moved in the first `seconds` seconds of the move."""
         speed, rate = self.velocity, self.acceleration
         if self.distance is not None:
             speed = min(speed, sqrt(self.distance * rate))

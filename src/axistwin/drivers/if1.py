@@ -104,7 +104,7 @@ class IF1(Core):
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
         self._state = _State(dict.fromkeys("XYZ", 0))
 
-    # Synchronisation with the controller
+    # Functions that synchronise the driver with the controller
 
     def synchronise(self) -> Procedure[None]:
         """Find the controller, and initialise a controller whose power has been switched on."""
@@ -293,12 +293,14 @@ class IF1(Core):
         state = self._state
         for bit, active in ((ESTOP, I_ESTOP), (DRIVE, I_X_FAULT | I_Y_FAULT)):
             if state.latched & bit or state.inputs & active:
-                raise RefusedError(f"the IF1 does not move ({FAULTS[bit].name}): {FAULTS[bit].remedy}")
+                fault = FAULTS[bit]
+                raise RefusedError(f"the IF1 does not move ({fault.name}): {fault.remedy}")
         for direction, bit, sign in ((1, I_PLUS, "+"), (-1, I_MINUS, "-")):
             if state.inputs & bit and direction in directions:
                 raise RefusedError(f"the {sign} limit is active: move in the other direction")
         if state.latched & LIMIT:
-            raise RefusedError(f"the IF1 does not move ({FAULTS[LIMIT].name}): {FAULTS[LIMIT].remedy}")
+            fault = FAULTS[LIMIT]
+            raise RefusedError(f"the IF1 does not move ({fault.name}): {fault.remedy}")
 
     def stop(self) -> Procedure[None]:
         """Decelerate all axes to a standstill, and end a sequence."""

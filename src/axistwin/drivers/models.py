@@ -26,11 +26,13 @@ def make(model: str, options: dict[str, Any]) -> Core:
     Raises DriverError for an unknown model or option.
     """
     if model not in MODELS:
-        raise DriverError(f"unknown model {model!r}: expected one of {', '.join(MODELS)}")
+        models = ", ".join(MODELS)
+        raise DriverError(f"unknown model {model!r}: expected one of {models}")
     known = signature(MODELS[model]).parameters
     for name in options:
         if name not in known:
-            raise DriverError(f"unknown option {name!r} for the model {model}: expected one of {', '.join(known)}")
+            names = ", ".join(known)
+            raise DriverError(f"unknown option {name!r} for the model {model}: expected one of {names}")
     try:
         return MODELS[model](**options)
     except (TypeError, ValueError) as reason:

@@ -60,9 +60,10 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if name in (None, shaft.name):
                 return shaft
-        raise RefusedError(f"no axis {name!r}: expected one of {', '.join(self.axes)}")
+        axes = ", ".join(self.axes)
+        raise RefusedError(f"no axis {name!r}: expected one of {axes}")
 
-    # Synchronisation with the motors
+    # Functions that synchronise the driver with the motors
 
     def synchronise(self) -> Procedure[None]:
         """Find each motor, and repeat the settings of a motor whose power has been cut."""
@@ -107,7 +108,7 @@ class SmartMotors(Core):
         yield Write(everybody + b"WAKE\r")
         yield from self._discard(0.05)
 
-    # Commands and reports
+    # Functions that send commands and read reports
 
     def send(self, prefix: bytes, text: str) -> Procedure[None]:
         """Send commands to a motor, and check the echo if the motor echoes."""
@@ -277,7 +278,8 @@ class Shaft(AxisCore):
         yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
-            raise RefusedError(f"{self.name} does not move because of faults: {'; '.join(map(str, faults))}")
+            reasons = "; ".join(map(str, faults))
+            raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
 
     def _set_profile(self) -> Procedure[None]:
         """Send the acceleration to the motor if the acceleration has changed.
@@ -289,7 +291,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # a difference equal to the old acceleration would hide a power cut
+            units += 1  # after a power cut, the motor would otherwise have the old acceleration again
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0

@@ -155,7 +155,7 @@ class Master(Connection):
             self.slot.bus.write(offset, value)
         return "ok"
 
-    # Notifications about changes of the interrupt line
+    # Functions that report changes of the interrupt line
 
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()
@@ -185,7 +185,7 @@ class Master(Connection):
         self._last_reported = level
         self._write(f"! {level:d}")
 
-    # Slow and disconnected clients
+    # Functions that handle slow and disconnected clients
 
     def resume_writing(self) -> None:
         """Continue to serve a client that has read its pending answers."""

@@ -173,7 +173,7 @@ class ComPort:
         self._line_state, self._line_mask = LineState.EMPTY, 0
         self._parser = Parser()
 
-    # Conversion of received bytes to events
+    # Functions that convert received bytes to events
 
     def receive(self, data: bytes) -> list[Event]:
         """Process bytes from the client, and return the client's requests as events."""
@@ -200,7 +200,7 @@ class ComPort:
                 pass
         return None
 
-    # only a change of an option is answered; an answer to each request would cause an endless exchange
+    # do not answer a request for the present state of an option, to prevent an endless exchange
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb

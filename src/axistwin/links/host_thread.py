@@ -103,7 +103,7 @@ class HostThread:
         """True if the host's thread is blocked or has ended."""
         if self.done or self.wakes_ns is not None:
             return True
-        if self._thread.native_id is None:  # a thread without a native id is still starting
+        if self._thread.native_id is None:  # the operating system has not started the thread yet
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")

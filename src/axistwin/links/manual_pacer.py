@@ -34,7 +34,7 @@ class ManualPacer(Pacer):
         """Do nothing, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
-        """Increment the counter of inputs from hosts."""
+        """Add 1 to `arrivals`, the number of inputs from hosts."""
         self.arrivals += 1
 
     def work(self) -> None:
@@ -42,7 +42,7 @@ class ManualPacer(Pacer):
         self.flush()
 
     async def receive_all(self) -> int:
-        """Receive all data that hosts have already sent, and return the number of inputs since the start."""
+        """Receive all data that hosts have already sent, and return the value of the counter `arrivals`."""
         idle = 0
         while idle < IDLE_TURNS:
             before = self.arrivals

@@ -52,34 +52,34 @@ class HostPort(Protocol):
 
     @property
     def dtr_line(self) -> Pin:
-        """The device's output DTR (data terminal ready)."""
+        """The controller's output DTR (data terminal ready)."""
 
     @property
     def rts_line(self) -> Pin:
-        """The device's output RTS (request to send)."""
+        """The controller's output RTS (request to send)."""
 
     @property
     def pending(self) -> int:
-        """Number of queued characters that have not been sent to the device."""
+        """Number of queued characters that have not been sent to the controller."""
 
     @property
     def to_device(self) -> Line:
-        """The serial line that carries characters from the host to the device."""
+        """The serial line that carries characters from the host to the controller."""
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission to the device."""
+        """Queue data for transmission to the controller."""
 
     def read(self) -> bytes:
         """Return all received bytes, and remove these bytes from the receive buffer."""
 
     def send_break(self, seconds: float) -> None:
-        """Send a break to the device for a number of seconds."""
+        """Send a break to the controller for a number of seconds."""
 
     def drop_pending(self) -> None:
-        """Discard the queued characters that have not been sent to the device."""
+        """Discard the queued characters that have not been sent to the controller."""
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `callback(byte, errors)` for each character from the device; return an unsubscribe function."""
+        """Call `callback(byte, errors)` for each character from the controller; return an unsubscribe function."""
 
 
 class SerialClient(Client, Protocol):
@@ -120,7 +120,7 @@ class Plug(SingleClient[SerialClient]):
         self.serial.subscribe_received(self._received)
         self.apply_flow()
 
-    # Connection and disconnection of clients
+    # Functions that connect and disconnect a client
 
     def begin(self) -> None:
         """Prepare the serial port for a new client."""
@@ -141,7 +141,7 @@ class Plug(SingleClient[SerialClient]):
         self.apply_flow()
         self._end_pause()
 
-    # Data and settings from the client
+    # Functions that process data and settings from the client
 
     @property
     def full(self) -> bool:
@@ -155,7 +155,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True if virtual time is late and many received characters are queued."""
+        """True if virtual time is behind the wall clock and many characters are queued for the controller."""
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
@@ -202,7 +202,7 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing()
             self._stop_observing = None
 
-    # Data from the controller
+    # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
         """Send characters to the client after the next advance of virtual time.

@@ -31,7 +31,7 @@ EXTPROC = 0o200000  # with this flag, Linux reports every change of the settings
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
-TERMIOS2 = struct.Struct("4I20s2I")  # layout of struct termios2
+TERMIOS2 = struct.Struct("4I20s2I")  # byte layout of the Linux structure `termios2`
 CBAUD, BOTHER = 0o010017, 0o010000
 
 
@@ -90,7 +90,7 @@ class PtyPort:
         os.close(self._master)
         self._let_go()
 
-    # Data from the client
+    # Functions that receive data from the client
 
     def _readable(self) -> None:
         try:
@@ -161,7 +161,7 @@ class PtyPort:
             2 if flags & termios.CSTOPB else 1,
         )
 
-    # Data to the client
+    # Functions that send data to the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
         """Send characters from the controller to the client."""

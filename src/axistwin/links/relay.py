@@ -112,10 +112,10 @@ class Relay:
         self._worker.shutdown(wait=False, cancel_futures=True)
         self._device.close()
 
-    # Data and settings from the host
+    # Functions that forward data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # characters with errors are part of a break, which `_break` forwards
+        if not errors:  # characters with errors belong to a break, and `_break` forwards the break
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
@@ -182,7 +182,7 @@ class Relay:
             self._warned.add(words)
             log.warning("%s %s", self.url, words)
 
-    # Data from the device
+    # Functions that forward data from the device
 
     def _listen(self) -> None:
         loop = self._loop

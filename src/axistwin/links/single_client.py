@@ -21,7 +21,7 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client is possibly disconnected.
+        """True if the client may have disconnected.
 
         Another client may then replace this client.
         """
@@ -79,7 +79,7 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # True if the client has disconnected while the gate was closed
+        self._has_disconnected = False  # True if the client has disconnected while `gate` blocked all clients
         self.gate.changes.subscribe(self._gate_changed)
 
     @property

@@ -133,7 +133,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that the endpoint calls
 
     def hung_up(self) -> bool:
-        """True if the client is possibly disconnected."""
+        """True if the client may have disconnected."""
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         return _hung_up(self._socket)

@@ -52,9 +52,10 @@ def parse(text: str) -> PortUrl:
     """Parse the URL of a port.  Raises UsageError."""
     scheme, colon, rest = text.partition(":")
     if "\0" in text:
-        raise UsageError(f"invalid port {text!r}: expected a URL without NUL characters, e.g. {EXAMPLES['tcp']}")
+        raise UsageError(f"invalid port {text!r}: expected a URL without NUL characters, e.g. tcp://127.0.0.1:5001")
     if scheme not in EXAMPLES or not colon:
-        raise UsageError(f"invalid port {text!r}: expected a URL, e.g. {', '.join(EXAMPLES.values())}")
+        examples = ", ".join(EXAMPLES.values())
+        raise UsageError(f"invalid port {text!r}: expected a URL, e.g. {examples}")
     rest = rest.removeprefix("//")
     if scheme == "pty":
         return PortUrl("pty", path=rest)
@@ -74,7 +75,8 @@ def _network(scheme: str, rest: str, text: str) -> PortUrl:
     host, _, number = address.rpartition(":")
     port = _number(number)
     if port is None or port > 0xFFFF:
-        raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {EXAMPLES[scheme]}")
+        example = EXAMPLES[scheme]
+        raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {example}")
     if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
         raise UsageError(f"invalid option {query!r} in {text!r}: expected ?cts=dtr for rfc2217, or no option")
     return PortUrl(scheme, host.strip("[]") or LOOPBACK, port, cts="dtr" if query == "cts=dtr" else "rts")
@@ -85,7 +87,8 @@ def _serial(rest: str, text: str) -> PortUrl:
     key, _, baud = query.partition("=")
     rate = _number(baud)
     if not path or (query and not (key == "baud" and rate)):
-        raise UsageError(f"invalid serial device {text!r}: expected PATH?baud=RATE, e.g. {EXAMPLES['serial']}")
+        example = EXAMPLES["serial"]
+        raise UsageError(f"invalid serial device {text!r}: expected PATH?baud=RATE, e.g. {example}")
     return PortUrl("serial", path=path, baud=rate if query else None)
 
 

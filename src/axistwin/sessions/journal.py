@@ -20,9 +20,9 @@ BYTES_PER_ACT = 400
 
 @dataclass(frozen=True)
 class Moment:
-    """The recorded actions of one time.
+    """Recorded actions that have the same virtual time.
 
-    They occur between two advances of the clock.
+    The actions occur between two advances of the clock.
     """
 
     time_ns: int
@@ -120,7 +120,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # delete the numbers of actions that occur only in the deleted part
+        for act in self._acts[cursor.known :]:  # remove each action that occurs only in the deleted part
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]

@@ -143,7 +143,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # repeat a setting that the host made after the present time
+                if set_ns > now_ns:  # virtual time has gone back to before this setting
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -157,7 +157,7 @@ class RecordedPort:
         perform(self.present)
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission."""
+        """Queue data for transmission to the controller."""
         self.do(Write(data), lambda port: port.write(data))
 
     def read(self) -> bytes:

@@ -34,14 +34,14 @@ def files(
     """
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # programs keep their names, because the scene's script may load them
+        found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # highest rank of the scene's hosts
+    before = max(map(rank_of, headers), default=0)  # at the same time, the host with the highest rank acts last
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # a script would act before the conversations of an earlier saved session
+        # use the script only if no host of an earlier saved session must act first
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -65,7 +65,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can perform the given actions, which occur at one time.
+    """True if a script can perform the given actions, which occur at the same time.
 
     A script can perform manual actions on one controller.
     """
@@ -95,7 +95,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append actions of one time to a conversation.
+        """Append actions to a conversation.  All actions have the same time `time_ns`.
 
         A replay performs these actions after all other events of this time.
         """
@@ -119,7 +119,7 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Copy an action, and omit the endpoint's name in the endpoint's own conversation."""
+        """Copy an action, without the controller's name if the conversation belongs to this controller."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

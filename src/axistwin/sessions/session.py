@@ -140,7 +140,7 @@ class Session:
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach` with the present bench (the emulated set-up), and later with each new bench.
+        """Call `attach(bench)` now, and again when the session builds a new bench.
 
         Each new bench is attached before its first event.
         """
@@ -267,7 +267,7 @@ class Session:
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        self.pacer.agenda_ns = self.bench.agenda_ns  # virtual time passes at least until the end of the scene's script
+        self.pacer.agenda_ns = self.bench.agenda_ns  # virtual time must not stop before the end of the scene's script
         self.pacer.start()
 
     def pause(self) -> None:
@@ -363,7 +363,7 @@ class Session:
 
     @property
     def recorded_seconds(self) -> float:
-        """End of the recording in virtual seconds.
+        """Virtual time at the end of the recording, in seconds.
 
         `go_to` accepts any time up to this end.
         """
@@ -477,7 +477,7 @@ class Session:
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # build first, because an error must leave the session unchanged
+        bench = self._build()  # build the new bench first, so that an error leaves the session unchanged
         self.input.mute()
         self.bench = bench
         for attach in self._attached:
@@ -548,7 +548,7 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return the files of a scene that repeats the recorded session, by file name.
+        """Return a scene that repeats the recorded session: the text of each file, by file name.
 
         The command `axistwin run` runs the scene.
         """

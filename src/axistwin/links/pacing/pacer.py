@@ -128,7 +128,10 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Plan the next advance after an event has started virtual time or changed the speed."""
+        """Plan the next advance of virtual time.
+
+        Called after an event has started virtual time or changed the speed.
+        """
         if self._drive is not None:
             self._drive.resume()
 
