@@ -36,7 +36,7 @@ class CompumotorGuide(Guide):
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the board begins no move, e.g. an active limit."""
+        """Yield each reason why the board cannot start a move, e.g. an active limit."""
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))

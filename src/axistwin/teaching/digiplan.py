@@ -22,7 +22,7 @@ DRIVEN = {
     "x_fault": "the drive of X reports a fault",
     "y_fault": "the drive of Y reports a fault",
 }
-"""Reason why no move begins, for each input that must be high during a move."""
+"""Reason why a move cannot start, for each input that must be high during a move."""
 
 
 PARITIES = {"N": "no", "O": "odd", "E": "even"}
@@ -51,7 +51,7 @@ class DigiplanGuide(Guide):
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the interface begins no move, e.g. an open limit input."""
+        """Yield each reason why the interface cannot start a move, e.g. an open limit input."""
         controller = self.controller
         if not controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
@@ -126,7 +126,7 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reason why a locked interface begins no move.
+        """Yield the reasons why a locked interface cannot start a move.
 
         The command [ locks the interface.
         """
