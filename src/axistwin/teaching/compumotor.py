@@ -1,4 +1,4 @@
-"""Explanations of the tutor for an 1810 and 1811."""
+"""Explains the commands, the replies and the state of an 1810 or 1811 to the user."""
 
 import re
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
 class CompumotorGuide(Guide):
-    """Explanations of the tutor for an 1810 or 1811."""
+    """Explains the commands, the replies and the state of an 1810 or 1811 to the user."""
 
     suggestions = (
         (DEFAULTS, "velocity and acceleration of default moves (31h)"),

@@ -1,4 +1,4 @@
-"""Explanations of the tutor for an IF1 and IF2."""
+"""Explains the commands, the replies and the state of an IF1 or IF2 to the user."""
 
 import re
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ def _input_names(value: int) -> str:
 
 
 class DigiplanGuide(Guide):
-    """Explanations of the tutor for an IF1 or IF2."""
+    """Explains the commands, the replies and the state of an IF1 or IF2 to the user."""
 
     single_characters = True
     suggestions = (
@@ -103,7 +103,7 @@ class DigiplanGuide(Guide):
         )
 
     def _given(self, name: str, level: str) -> str:
-        """Return a sentence that tells the user how to set an input for which a sequence waits."""
+        """Return a sentence that tells the user how to set the input that a sequence waits for."""
         pin = self.controller.pins[name]
         if pin.held or (pin.wired and not pin.driven):
             return self.restored(name, level)
@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Sentence about the inputs for which the first step of the stored sequence waits."""
+        """Instruction to set the inputs that the first step of the stored sequence waits for, or ""."""
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
         levels = [self.remedies.drive(f"input{digit}", "high" if word == "H" else "low") for word, digit in inputs]

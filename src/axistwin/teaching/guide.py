@@ -37,7 +37,7 @@ class Term:
 
 
 class Guide(ABC):
-    """Base class of the explanations for one controller; each controller family has a subclass."""
+    """Explains one controller to the user; each controller family has a subclass."""
 
     def __init__(self, controller: Controller, refused: Refused) -> None:
         self.controller, self.refused = controller, refused

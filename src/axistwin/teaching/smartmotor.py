@@ -1,4 +1,4 @@
-"""Explanations of the tutor for a SmartMotor."""
+"""Explains the commands, the replies and the state of a SmartMotor to the user."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ STARTED = 200 * MS
 
 
 class SmartMotorGuide(Guide):
-    """Explanations of the tutor for a SmartMotor."""
+    """Explains the commands, the replies and the state of a SmartMotor to the user."""
 
     suggestions = (
         ("A=100 V=100000 MP", "acceleration, velocity, mode position"),
