@@ -101,11 +101,14 @@ def _started() -> "subprocess.Popen[bytes]":
 
 
 def work() -> None:
-    """Execute tasks from standard input until its end.  The main function of the separate process."""
+    """Execute tasks from standard input until standard input ends.
+
+    This is the main function of the separate process.
+    """
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, which then ends this process
     tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # text printed by a task must not mix with the answers
+    os.dup2(2, 1)  # standard error receives the text that a task prints; standard output is only for answers
     with suppress(EOFError, BrokenPipeError):
         while True:
             function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process

@@ -120,9 +120,9 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the `Session` with the modal commands of the previous lines.
+        """Return the data that the modal commands of the previous lines send to the board.
 
-        The session decides which commands are valid next.
+        These data decide which commands are valid next.
         """
         codec = codec_of(self.made)
         lines = [line if self.is_modal(line) else "" for line in lines]

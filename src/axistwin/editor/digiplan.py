@@ -26,7 +26,7 @@ class CommandLines:
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that may follow at a place in the text."""
+        """Return the commands that the user may type next at a place in the text."""
         text = lines[line - 1][:at]
         return [] if ";" in text or _message(text) != text else following(text)
 

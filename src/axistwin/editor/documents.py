@@ -61,18 +61,24 @@ class Text:
         return len(self.text) > LIMIT
 
     def position(self, line: int, column: int) -> lsp.Position:
-        """Convert a line and a column, both from 1, to a position in the Language Server Protocol."""
+        """Convert a line and a column, both counted from 1, to a position in the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # an ASCII line needs no conversion
+            return here  # the column of an ASCII line is the same in every encoding
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
-        """Convert two places, each a line and a column from 1, to a range in the Language Server Protocol."""
+        """Convert the start and the end of a text to a range in the Language Server Protocol.
+
+        Start and end are pairs of line and column, both counted from 1.
+        """
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
-        """Convert a position in the Language Server Protocol to a line from 1 and an index into that line."""
+        """Convert a position in the Language Server Protocol to a line and an index into this line.
+
+        Lines are counted from 1, indexes from 0.
+        """
         here = self.document.position_codec.position_from_client_units(self.lines, position)
         line = min(here.line, len(self.lines) - 1)
         return line + 1, min(here.character, len(self.lines[line]))

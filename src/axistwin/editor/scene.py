@@ -98,7 +98,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the name of the table around a line of a scene, split at its dots."""
+    """Return the name of the table that contains a line of a scene, e.g. ["controller", "axes"]."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -174,7 +174,10 @@ def _description(node: dict[str, Any]) -> str:
 
 
 def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """Yield the possible values of a key, in quotes unless the user has typed a quote."""
+    """Yield the possible values of a key; texts are in quotes.
+
+    The quotes are left out if the user has already typed a quote.
+    """
     if node.get("type") == "boolean":
         yield from ("true", "false")
         return
@@ -200,9 +203,9 @@ def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Itera
 
 
 def _spots(lines: list[str], line: int) -> Iterator[str]:
-    """Yield the names of the parts of a scene that a fault can affect.
+    """Yield the names of the controllers, serial lines, axes and pins that a fault can affect.
 
-    If the kind of fault is known, only the parts for this kind.
+    If the kind of fault is known, only names for this kind are yielded.
     """
     kind = KINDS.get(_value_in_table(lines, line, _KIND))
     for name, model in _controllers(lines):
@@ -218,7 +221,7 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Find a value by a regular expression in the table around a line.
+    """Find a value by a regular expression in the table that contains a line.
 
     Return the text of the expression's first group; "" without a match.
     """

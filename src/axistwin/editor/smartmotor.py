@@ -77,7 +77,7 @@ class Source:
 
     @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
-        """Line and column of each label in the program; for a repeated label, its first place."""
+        """Line and column at which each label first appears in the program."""
         found: dict[int, tuple[int, int]] = {}
         for number, line in enumerate(self.lines, start=1):
             for label, column in outline(line).labels:

@@ -113,7 +113,7 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the `Session` with the modal commands from the host to one controller."""
+    """Return the data that the host sends to one controller in modal commands."""
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
@@ -139,9 +139,9 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the valid names of actions, checked values and pins for a controller model.
+    """Return the names that a conversation can use for a controller model.
 
-    Keys: "!" for actions, "=" for checked values, and "pins".
+    Keys: "!" for the targets of actions, "=" for the values that can be checked, and "pins".
     """
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
@@ -149,7 +149,7 @@ def terminals(model: str) -> dict[str, tuple[str, ...]]:
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Replace each name that contains AXIS by one name for each axis."""
+    """Replace the placeholder AXIS in names by the name of each axis, e.g. `AXIS.jam` by `X.jam` and `Y.jam`."""
     listed = list(axes)
     return tuple(
         each

@@ -50,7 +50,7 @@ def names() -> dict[str, str]:
 
 
 def text(name: str) -> str:
-    """Return the Markdown text of a page, without the directives for the documentation site."""
+    """Return the Markdown text of a page, without instructions for the program Sphinx."""
     return _directive.sub(_as_text, (folder("docs") / f"{name}.md").read_text(encoding="utf-8"))
 
 
@@ -78,7 +78,7 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the text that replaces a directive of the documentation site.
+    """Return the text that replaces an instruction for the program Sphinx.
 
     The text is usually empty.
     """

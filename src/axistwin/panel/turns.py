@@ -86,7 +86,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # safe, because the event loop's own thread waits while this thread runs
+        # this call is safe, because the thread of the event loop waits while this thread runs
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

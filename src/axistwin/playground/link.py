@@ -28,7 +28,7 @@ class Shared:
 
 
 def encode(shared: Shared) -> str:
-    """Convert a scene and a time to the fragment of a share link.
+    """Convert a scene and a time to the part of a share link that follows the `#`.
 
     Raises UsageError for contents that are too large.
     """
@@ -42,9 +42,9 @@ def encode(shared: Shared) -> str:
 
 
 def decode(fragment: str) -> Shared:
-    """Return the scene and the time that the fragment of a share link contains.
+    """Return the scene and the time that a share link contains.
 
-    Raises UsageError for a damaged link.
+    `fragment`: the part of the link that follows the `#`.  Raises UsageError for a damaged link.
     """
     if len(fragment) > LONGEST_LINK:
         raise UsageError(f"the link has {len(fragment)} characters: expected at most {LONGEST_LINK}")
@@ -65,4 +65,4 @@ def _shared(found: object) -> Shared:
         case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
             if all(isinstance(part, str) for item in files.items() for part in item):
                 return Shared(files, at_ns, version)
-    raise ValueError("invalid share link: expected the keys files, at_ns and version")
+    raise ValueError("invalid share link: expected the keys 'files', 'at_ns' and 'version'")

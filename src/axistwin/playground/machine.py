@@ -299,7 +299,7 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        """Return the fragment of a share link.
+        """Return the part of a share link that follows the `#`.
 
         The link contains the present state.
         """

@@ -55,7 +55,7 @@ class Connection:
         self._clock_from_s = self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
-        """Discard the data dictionary of the board, which may have been reset."""
+        """Discard the board's data dictionary, because the board may have been reset."""
         self.now_s = now_s
         self.channel, self.dictionary = Channel(), Dictionary()
 
@@ -66,7 +66,7 @@ class Connection:
 
     @property
     def silent(self) -> bool:
-        """True if the board has not acknowledged any message block for too long."""
+        """True if an acknowledgement from the board is overdue."""
         most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
         return self.channel.silent_s(self.now_s) > most_s
 
@@ -100,7 +100,7 @@ class Connection:
         return found
 
     def repeat_requests(self) -> None:
-        """Repeat the requests to the board whose response is late."""
+        """Repeat each request that the board has not answered in time."""
         for request in self._requests:
             if request.content and self.now_s >= request.again_at_s:
                 request.left -= 1
@@ -151,7 +151,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the latest arrival time of a command that is sent now, in clock ticks."""
+        """Return the clock tick by which a command that is sent now has reached the board."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -118,7 +118,7 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Expand ranges of numbered names: {"PC0": [16, 8]} gives 8 names, PC0 to PC7, the numbers from 16."""
+    """Expand ranges of numbered names, e.g. {"PC0": [16, 8]} to PC0 = 16, PC1 = 17, …, PC7 = 23."""
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():
         if isinstance(value, int):

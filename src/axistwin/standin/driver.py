@@ -161,14 +161,14 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the emulated axes of each stopped controller after the end of its motion."""
+        """Release the held axes of each controller whose interrupted motion has ended."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # the axes were already at rest in an earlier call of this method
+                # the axes are still at rest, so the interrupted motion has ended
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:

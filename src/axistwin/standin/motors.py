@@ -53,7 +53,7 @@ def motor(axis: StepperAxis | ServoAxis) -> Motor:
 
 
 class Steps:
-    """Source of the pulses of a stepper axis: its step output."""
+    """Yields the pulses of a stepper axis, read from its step output."""
 
     def __init__(self, axis: StepperAxis) -> None:
         self._axis = axis
@@ -81,7 +81,7 @@ class Steps:
 
 
 class Counts:
-    """Source of the pulses of a servo axis: its encoder counts.
+    """Yields the pulses of a servo axis, calculated from its encoder counts.
 
     The encoder has whole counts and a sample every 246 µs, so the times of its counts are uneven.  A smooth position is
     the mean over `MARK_NS`, at each mark, and a line between two marks; a pulse follows when this position has passed

@@ -162,7 +162,7 @@ class _Reader:
         if getattr(table, key) is not None:
             with self._scene.placing_errors("stand-in", kind, number, key):
                 raise UsageError(
-                    f"the key {key} is not allowed with LinuxCNC HAL: link the component's pins in the HAL file"
+                    f"the key {key} is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file"
                 )
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:

@@ -61,7 +61,7 @@ class _Handler(BaseHTTPRequestHandler):
     act: Callable[[], None]
 
     def do_GET(self) -> None:
-        """Answer with the page, or with the state as JSON if the path is /state."""
+        """Answer a GET request: send the page, or the state as JSON if the path is /state."""
         if self.path == "/":
             self._answer(HTTPStatus.OK, PAGE, self.content)
         elif self.path == "/state":
@@ -70,7 +70,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"")
 
     def do_POST(self) -> None:
-        """Stop all motors, for a POST request to any path."""
+        """Handle a POST request to any path: stop all motors."""
         type(self).act()
         self.rfile.read(min(int(self.headers.get("Content-Length") or 0), MOST_BODY))
         self.send_response(HTTPStatus.SEE_OTHER)

@@ -60,7 +60,7 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to ticks, rounded to an even number of periods."""
+        """Convert a duration in seconds to ticks, rounded to an even multiple of `period`."""
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
@@ -86,7 +86,7 @@ class Timetable:
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the tick in the middle of the next occurrence of a time slot.
+        """Return the tick at the middle of the next time slot with the number `slot`.
 
         The tick is at `soon` or later.
 

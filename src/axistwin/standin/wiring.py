@@ -75,7 +75,7 @@ class AxisPins(DrivenAxis):
 
 @dataclass(frozen=True)
 class Sensed:
-    """An input of a controller that is connected to a real switch."""
+    """A controller's input that is wired to a real switch."""
 
     to: str
     """Terminal of the bench, as "controller.pin"."""
@@ -92,14 +92,14 @@ class Sensed:
 
 @dataclass(frozen=True)
 class InputPin(Sensed):
-    """An input of a controller that is connected to a pin of a board."""
+    """A controller's input that is wired to a pin of a board."""
 
     pin: BoardPin
 
 
 @dataclass(frozen=True)
 class Switched:
-    """An output of a controller that a motion board switches.
+    """A controller's output that is switched by a motion board.
 
     The output has the level `safe` after all motors have been stopped.
     """
@@ -111,7 +111,7 @@ class Switched:
 
 @dataclass(frozen=True)
 class OutputPin(Switched):
-    """An output of a controller that is connected to a pin of a board."""
+    """A controller's output that is wired to a pin of a board."""
 
     pin: BoardPin
 

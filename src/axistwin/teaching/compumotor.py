@@ -1,4 +1,4 @@
-"""Explanations of the tutor for an 1810 and 1811."""
+"""Explains the commands, the replies and the state of an 1810 or 1811 to the user."""
 
 import re
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
 class CompumotorGuide(Guide):
-    """Explanations of the tutor for an 1810 or 1811."""
+    """Explains the commands, the replies and the state of an 1810 or 1811 to the user."""
 
     suggestions = (
         (DEFAULTS, "velocity and acceleration of default moves (31h)"),
@@ -36,7 +36,7 @@ class CompumotorGuide(Guide):
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the board begins no move, e.g. an active limit."""
+        """Yield each reason why the board cannot start a move, e.g. an active limit."""
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))

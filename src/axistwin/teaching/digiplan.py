@@ -1,4 +1,4 @@
-"""Explanations of the tutor for an IF1 and IF2."""
+"""Explains the commands, the replies and the state of an IF1 or IF2 to the user."""
 
 import re
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ DRIVEN = {
     "x_fault": "the drive of X reports a fault",
     "y_fault": "the drive of Y reports a fault",
 }
-"""Reason why no move begins, for each input that must be high during a move."""
+"""Reason why a move cannot start, for each input that must be high during a move."""
 
 
 PARITIES = {"N": "no", "O": "odd", "E": "even"}
@@ -34,7 +34,7 @@ def _input_names(value: int) -> str:
 
 
 class DigiplanGuide(Guide):
-    """Explanations of the tutor for an IF1 or IF2."""
+    """Explains the commands, the replies and the state of an IF1 or IF2 to the user."""
 
     single_characters = True
     suggestions = (
@@ -51,7 +51,7 @@ class DigiplanGuide(Guide):
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the interface begins no move, e.g. an open limit input."""
+        """Yield each reason why the interface cannot start a move, e.g. an open limit input."""
         controller = self.controller
         if not controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
@@ -103,7 +103,7 @@ class DigiplanGuide(Guide):
         )
 
     def _given(self, name: str, level: str) -> str:
-        """Return a sentence that tells the user how to set an input for which a sequence waits."""
+        """Return a sentence that tells the user how to set the input that a sequence waits for."""
         pin = self.controller.pins[name]
         if pin.held or (pin.wired and not pin.driven):
             return self.restored(name, level)
@@ -126,7 +126,7 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reason why a locked interface begins no move.
+        """Yield the reasons why a locked interface cannot start a move.
 
         The command [ locks the interface.
         """
@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Sentence about the inputs for which the first step of the stored sequence waits."""
+        """Instruction to set the inputs that the first step of the stored sequence waits for, or ""."""
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
         levels = [self.remedies.drive(f"input{digit}", "high" if word == "H" else "low") for word, digit in inputs]

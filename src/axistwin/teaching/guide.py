@@ -18,7 +18,7 @@ Refused = Callable[[bytes], Sequence[Diagnostic]]
 
 @dataclass(frozen=True)
 class Reason:
-    """A reason why no move begins, and the line with which the user removes the reason."""
+    """A reason why a move cannot start, and the remedy for this reason."""
 
     text: str
     remedy: str = ""
@@ -37,7 +37,7 @@ class Term:
 
 
 class Guide(ABC):
-    """Base class of the explanations for one controller; each controller family has a subclass."""
+    """Explains one controller to the user; each controller family has a subclass."""
 
     def __init__(self, controller: Controller, refused: Refused) -> None:
         self.controller, self.refused = controller, refused
@@ -50,7 +50,7 @@ class Guide(ABC):
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why no move begins, in the order in which the user should remove them."""
+        """Yield the reasons why a move cannot start, in the order in which the user should remove the reasons."""
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:

@@ -53,7 +53,7 @@ class Pupil:
 
     @property
     def solution(self) -> tuple[str, ...]:
-        """Lines to type that solve the current task."""
+        """Lines that the user can type to solve the current task."""
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:

@@ -1,4 +1,4 @@
-"""Explanations of the tutor for a SmartMotor."""
+"""Explains the commands, the replies and the state of a SmartMotor to the user."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ STARTED = 200 * MS
 
 
 class SmartMotorGuide(Guide):
-    """Explanations of the tutor for a SmartMotor."""
+    """Explains the commands, the replies and the state of a SmartMotor to the user."""
 
     suggestions = (
         ("A=100 V=100000 MP", "acceleration, velocity, mode position"),
@@ -36,7 +36,7 @@ class SmartMotorGuide(Guide):
         return self.controller.powered
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the motor begins no move, e.g. an active limit."""
+        """Yield each reason why the motor cannot start a move, e.g. an active limit."""
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
             return
@@ -59,7 +59,7 @@ class SmartMotorGuide(Guide):
             yield Reason("no velocity has been given", "type  V=100000")
 
     def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
-        """Return why no move begins at an active limit, and how to make the limit inactive."""
+        """Describe an active limit, and tell the user how to make the limit inactive."""
         pin, found = self.controller.pins[name], at_limit(self.controller, side == "plus")
         if not (pin.held or pin.driven or pin.wired):
             wire = f"wire pin {name} to ground, or make it an input, and clear the fault"

@@ -74,7 +74,7 @@ class Tutor:
     # Questions
 
     def why(self) -> list[str]:
-        """Return the reasons why no move begins, each with a line to type that removes the reason."""
+        """Return the reasons why a move cannot start, each with its remedy."""
         moving = [name for name, axis in self.controller.axes.items() if axis.moving]
         if moving:
             return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]

@@ -292,9 +292,9 @@ def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[
 
 
 def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
-    """Return the headers for the recorded conversation with a single controller.
+    """Return the header of a recorded conversation: model, options and line format.
 
-    The headers are model, options and line format.  The result is None for a scene.
+    The result is None for a scene.
     """
     if not isinstance(what, str) or what.endswith(".toml"):
         return None

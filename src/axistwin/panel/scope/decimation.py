@@ -37,10 +37,7 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a line that changes its value only in steps.
-
-    The value is constant from each point to the next.
-    """
+    """Points of a stepped line, whose value is constant from each point to the next."""
 
     times: Times
     values: Numbers

@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """The unit and the message codec of a signal."""
+    """Unit of a signal's values, or codec that gives the meaning of the signal's messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -38,7 +38,7 @@ PLAIN = Meaning()
 
 
 def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return the unit and the message codec of each signal.
+    """Return the unit or the codec of each signal.
 
     Signals that have no unit and no codec are left out.
     """
@@ -65,7 +65,7 @@ def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
-    """Return the signal names of a scene's axes, wired terminals and messages.
+    """Return the names of the signals that a scene uses: axes, wired terminals and messages.
 
     Axes without a machine are left out.
     """
@@ -77,7 +77,7 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
-    """Yield the names of the position and velocity signals of all axes with a machine."""
+    """Yield the names of the position and velocity signals of each axis that drives a machine."""
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
         if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):

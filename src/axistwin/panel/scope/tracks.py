@@ -84,7 +84,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # add the areas of merged intervals; a single change has no area
+    if rows.begin is not rows.end:  # add the integral over each interval; a single change has the integral 0
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -197,7 +197,7 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge older intervals, and add them to one level of the history.
+        """Merge intervals, and store the merged intervals in one level of the history.
 
         `level`: the index of the level.  If this level is full, its older half is moved to the next level.
         """

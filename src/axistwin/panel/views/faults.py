@@ -165,7 +165,7 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        """Return the full names of the parts that a fault of the selected kind can affect."""
+        """Return the names of the lines, pins, axes or controllers that the selected kind of fault can affect."""
         found = self._context.bench.faults.spots(self.kind.on)
         spots = {name: find() for name, find in found.items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))

@@ -126,7 +126,7 @@ def _plainly(readout: Readout) -> Show:
 
 
 def _registers(context: Context, name: str) -> Refresh:
-    """Build the list of all registers, which the user can open and close.
+    """Build the list of all registers; the user can open and close the list.
 
     The contents are built when the list is first opened.
     """

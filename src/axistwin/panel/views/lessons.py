@@ -105,5 +105,5 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Replace `:drive` commands in a task by clicks on switches."""
+    """Replace each `:drive` command in a task by an instruction to click a switch."""
     return _TYPED.sub(r"click the switch \2", task)

@@ -97,7 +97,7 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # the view functions form a reference cycle with this object
+        self._client.on_delete(self._views.clear)  # without this line, a closed page would stay in memory
 
     def refresh(self) -> None:
         """Update the controls, and update the plot if its contents have changed."""

@@ -154,7 +154,7 @@ def choice(screen: Screen) -> Refresh:
 
 
 def _lanes(screen: Screen) -> Callable[..., None]:
-    """Build the menu that moves, folds and renames the lanes of the oscilloscope.
+    """Build the menu in which the user moves, shrinks and renames the lanes of the oscilloscope.
 
     Returns a function that builds the rows for the present signals; `anew=False`: only if they have been built before.
     """
@@ -274,9 +274,9 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Copy each new value of an input element to an attribute.
+    """Store each new value of an input element in the attribute `name` of `owner`.
 
-    The attribute belongs to `owner`; `then` is called afterwards.
+    `then` is called afterwards.
     Returns a function that updates the element if the attribute has changed.
     """
 

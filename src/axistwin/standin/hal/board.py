@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class HalBoard:
-    """A motion board that consists of LinuxCNC HAL.
+    """LinuxCNC HAL in the role of a motion board.
 
     Times are in seconds of the host's clock; `journal` receives one line for each action.
     """

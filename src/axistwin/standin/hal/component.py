@@ -28,7 +28,7 @@ REPORT_S = 0.1
 
 
 class Axis:
-    """An axis whose commanded position is interpolated between given points of time and position."""
+    """An axis whose commanded position is interpolated between points, each with a time and a position."""
 
     def __init__(self, name: str) -> None:
         self.name = name

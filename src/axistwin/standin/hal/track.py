@@ -17,7 +17,7 @@ DELAY_S = 0.01
 class Track:
     """The position of one axis over time, calculated from its pulses.
 
-    The position is a sequence of straight lines between points of time and position, the knots.
+    The position follows straight lines between knots; a knot is a point with a time and a position.
     """
 
     def __init__(self, position: int = 0) -> None:
@@ -46,7 +46,7 @@ class Track:
         self.position, self.last_s = int(positions[-1]), float(times[-1])
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
-        """Return the next points of time and position, or [] if the axis does not move.
+        """Return the next points, each with a time and a position; [] if the axis does not move.
 
         All pulses before `until_s` have been added.
         """
