@@ -141,7 +141,7 @@ print(json.dumps(found))
 def test_caproto_reads_and_writes_fields_pins_and_registers(ioc):
     found = client(ioc, CAPROTO)
     too_fast, too_far = found.pop("refused")
-    assert "VELO=1e+09 is out of range: expected a value above 0 and not above 546.133" in too_fast
+    assert "VELO=1e+09 is out of range: expected a value above 0 and at most 546.133" in too_fast
     assert "position 3.5 is outside the limits: expected -2.14748e+06 to 3" in too_far
     assert found == {
         "position": 2.0, "violation": 1, "control": [-2147483.647, 3, "mm", 3], "register": 42, "pin": 0, "fault": "",

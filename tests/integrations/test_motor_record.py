@@ -221,7 +221,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
         with pytest.raises(RefusedError, match="no input for a home switch"):
             await x.put("HOMF", 1)
         with pytest.raises(
-            RefusedError, match=r"VELO=30000 is out of range: expected a value above 0 and not above 25000"
+            RefusedError, match=r"VELO=30000 is out of range: expected a value above 0 and at most 25000"
         ):
             await x.put("VELO", 30_000)
 
@@ -297,7 +297,7 @@ REFUSED = [
     ("SPMG", "Run", "expected Stop, Pause, Move, Go"),
     ("DIR", 2, "DIR has no choice 2: expected one of"),
     ("ACCL", 0, "ACCL=0 is out of range: expected a value above 0"),
-    ("VMAX", 1e9, "not above 546133"),
+    ("VMAX", 1e9, "at most 546133"),
 ]
 
 

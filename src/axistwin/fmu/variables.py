@@ -75,8 +75,8 @@ def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
         try:
             act = _command(bench, line)
         except AxistwinError as error:
-            reason = error.message if isinstance(error, PlacedError) else str(error)
-            raise UsageError(f"invalid command {name!r}: {reason}") from None
+            error_in_line = error.message if isinstance(error, PlacedError) else str(error)
+            raise UsageError(f"invalid command {name!r}: {error_in_line}") from None
         found.append(Input(name, f"A change to true performs: {line}", act))
     return found
 

@@ -116,13 +116,13 @@ class _InnerClient:
         return False
 
     def drop(self) -> None:
-        """Do nothing."""
+        """Do nothing, because this client has no network connection to close."""
 
     def pause(self) -> None:
         """Do nothing, because this client needs no flow control."""
 
     def resume(self) -> None:
-        """Do nothing."""
+        """Do nothing, because this client needs no flow control."""
 
 
 class _InnerMaster(Master):

@@ -192,7 +192,7 @@ class Twin:
 
 
 def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
-    """Return the permitted difference of answer times in seconds, or None if the port does not keep real time."""
+    """Return the permitted difference of answer times in seconds, or None if the port delays answers too much."""
     worst = 0.0
     for _ in range(EXCHANGES):
         answer = end.ask(family.first, len(twin.first.data))
@@ -255,7 +255,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if only one controller answers a request, and all answers report moves or sequences."""
+    """True if the twin or the controller leaves a request unanswered, and all answers report moves or sequences."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))

@@ -130,7 +130,7 @@ class Cluster:
         return max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
 
     def _ended(self, future: Any, batch: Sequence[Task]) -> Iterator[Row]:
-        """Yield the rows of results of a finished batch of tasks.  Raises UsageError if the cluster is lost."""
+        """Yield the rows of results of a finished batch of tasks.  Raises UsageError if the cluster is unavailable."""
         if future.status == "finished":
             for row in future.result():
                 self._run_s += (max(row["wall_s"], 1e-3) - self._run_s) / 8
@@ -162,9 +162,8 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        if found.scheme == "tcp" and not connection.recv(
-            1
-        ):  # a Dask scheduler sends the first message after a connection
+        # a Dask scheduler sends a message as soon as a client connects
+        if found.scheme == "tcp" and not connection.recv(1):
             raise OSError("the program at this address is not a Dask scheduler")
 
 

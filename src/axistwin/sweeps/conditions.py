@@ -42,7 +42,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions that compare values with a number.
+    """Return two functions for a comparison with a number: its truth, and the margin by which it holds.
 
     The first returns 1 (true) or 0; the second returns the margin, which is negative if the comparison is false.
     """
@@ -52,7 +52,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions for the condition "high" or "low".
+    """Return two functions for the condition "high" or "low": its truth, and the margin by which it holds.
 
     The first returns 1 (true) or 0; the second returns an infinite margin, which is negative if the level is wrong.
     """

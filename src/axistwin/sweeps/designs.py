@@ -77,7 +77,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Complete each combination of values with random values for the other paths.
+    """Add random values to each combination, for the paths without a list of values.
 
     Each path has its own random sequence.
     """

@@ -77,8 +77,8 @@ class Runner:
             try:
                 recording.check(self.variation.base.build(), sentence.signals, sentence.events, sentence.axes)
             except UsageError as error:
-                reason = str(error).partition("when=")[2] or str(error)
-                raise UsageError(f"cannot evaluate {measure_or_claim}: {reason}") from None
+                missing_in_scene = str(error).partition("when=")[2] or str(error)
+                raise UsageError(f"cannot evaluate {measure_or_claim} in this scene: {missing_in_scene}") from None
 
     def _program(self) -> running.Program:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
@@ -180,8 +180,8 @@ def _note(name: str, finding: Finding) -> list[str]:
 def _named(measure_or_claim: str, text: str, read: Callable[[str], Sentence]) -> Sentence:
     try:
         return read(text)
-    except UsageError as reason:
-        raise UsageError(f"cannot evaluate {measure_or_claim}: {reason}") from None
+    except UsageError as syntax_error:
+        raise UsageError(f"cannot evaluate {measure_or_claim}: {syntax_error}") from None
 
 
 def _function(name: str) -> Callable[[Bench], object]:

@@ -77,8 +77,8 @@ class Variation:
         try:
             alone.scene([value]).build()
         except (SceneError, UsageError) as error:
-            reason = error.message if isinstance(error, SceneError) else str(error)
-            raise UsageError(f"cannot set {place.path} to {value}: {reason}") from None
+            scene_error = error.message if isinstance(error, SceneError) else str(error)
+            raise UsageError(f"cannot set {place.path} to {value}: {scene_error}") from None
 
 
 def states(scene: Scene) -> list[str]:
@@ -108,20 +108,23 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
         first, rest = next(iter(bench.controllers)), [first, *rest]
     if first not in bench.controllers or not rest:
         known_names = (*bench.controllers, "fault", "script", "wire", "seed")
-        raise UsageError(f"{path} is not in the scene: {instead(first, known_names)}, e.g. table.X.load.torque")
+        similar_or_all_names = instead(first, known_names)
+        raise UsageError(f"{path} is not in the scene: {similar_or_all_names}, e.g. table.X.load.torque")
     return _in_controller(scene, bench[first], path, rest)
 
 
 def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
     tables = scene.data.get(kind, [])
     if len(rest) < 2:
-        raise UsageError(f"the path {path} is not complete: expected e.g. {LISTS[kind]}")
+        example = LISTS[kind]
+        raise UsageError(f"the path {path} is not complete: expected e.g. {example}")
     if kind == "fault":
         names: list[str] = []
         for table in tables:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
-            raise UsageError(f"{path}: the scene has no fault {rest[0]!r}, {_suggestion(rest[0], names)}")
+            similar_or_all_faults = _suggestion(rest[0], names)
+            raise UsageError(f"{path}: the scene has no fault {rest[0]!r}, {similar_or_all_faults}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
@@ -131,7 +134,8 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             )
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        raise UsageError(f"{path}: a sweep cannot vary {'.'.join(rest[1:])!r}, {_suggestion(rest[1], known)}")
+        key, similar_or_all_keys = ".".join(rest[1:]), _suggestion(rest[1], known)
+        raise UsageError(f"{path}: a sweep cannot vary {key!r}, {similar_or_all_keys}")
     return (kind, number, rest[1])
 
 
@@ -151,7 +155,8 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         if rest[1] in known:
             return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
         if not (controller.has_variables and len(rest) == 2):
-            raise UsageError(f"{path}: the axis has no option {rest[1]!r}, {instead(rest[1], known)}")
+            option, similar_or_all_options = rest[1], instead(rest[1], known)
+            raise UsageError(f"{path}: the axis has no option {option!r}, {similar_or_all_options}")
         rest = rest[1:]
     if rest[0] in OWN:
         return Place(path, _checked(scene, path, (*at, *map(_key, rest))))
@@ -161,7 +166,8 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         return Place(path, (*at, "variables", rest[0]))
     known_names = (controller.name, *controller.axes, *options, *OWN)
     known_names += ("program",) if controller.has_variables else ()
-    raise UsageError(f"{path} is not in the scene: {instead(rest[0], known_names)}")
+    similar_or_all_names = instead(rest[0], known_names)
+    raise UsageError(f"{path} is not in the scene: {similar_or_all_names}")
 
 
 def _assignable(controller: Controller, name: str) -> bool:
@@ -182,7 +188,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(f"invalid path {path}: the index {key} is only for a list")
+                raise UsageError(f"invalid path {path}: the key before the index {key} is not a list")
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
@@ -209,12 +215,12 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     table = scene.data["controller"][at[1]]
     if "program" not in table:
-        raise UsageError(f'{path}: {_called(table)} has no program, so add e.g. program = "move.sms" to the scene')
+        name = _called(table)
+        raise UsageError(f'{path}: {name} has no program, so add e.g. program = "move.sms" to the scene')
     users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
     if len(users) > 1:
-        raise UsageError(
-            f"{path}: {' and '.join(users)} share the program {table['program']}: expected one program file for each"
-        )
+        controllers, program = " and ".join(users), table["program"]
+        raise UsageError(f"{path}: {controllers} share the program {program}: expected one program file for each")
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
     _assigned(_program(scene, file), place, 0)

@@ -122,7 +122,8 @@ class Recording:
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
-            raise UsageError(f"the scene has no axis {name!r}: {instead(name, [*axes])}")
+            similar_or_all_axes = instead(name, [*axes])
+            raise UsageError(f"the scene has no axis {name!r}: {similar_or_all_axes}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
             raise UsageError(
                 f"the energy of axis {name} is unknown: expected a servo axis with a motor, e.g. motor = 'frame23'"
@@ -154,8 +155,8 @@ class Recording:
                 return candidate
             if candidate in self._also:
                 return self._also[candidate]
-        known_names = [*self._known, *self._derived()]
-        raise UsageError(f"the scene has no signal {name!r}: {instead(name, known_names)}")
+        similar_or_all_signals = instead(name, [*self._known, *self._derived()])
+        raise UsageError(f"the scene has no signal {name!r}: {similar_or_all_signals}")
 
     def _derived(self) -> list[str]:
         found = []

@@ -253,7 +253,7 @@ def _position(text: str) -> float:
     try:
         return real(text)
     except NumberError:
-        raise UsageError(f"invalid position {shortened(text)}: expected e.g. 'table.X passes 1000'") from None
+        raise UsageError(f"invalid position {shortened(text)}: expected a number, e.g. 'table.X passes 1000'") from None
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
@@ -358,7 +358,7 @@ def _until_value(first: Series, second: Series, end_ns: int) -> float:
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    # each element of `before` is the smallest value of the first signal before the same index
+    # `before[i]` is the smallest value of the first signal before index i
     before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 

@@ -79,8 +79,8 @@ class Sweep:
             raise UsageError(f"the path {path} is varied twice: expected one range or list, e.g. --vary seed=0..99")
         try:
             self.varied[path] = read(values)
-        except UsageError as reason:
-            raise UsageError(f"cannot vary {path}: {reason}") from None
+        except UsageError as error_of_values:
+            raise UsageError(f"cannot vary {path}: {error_of_values}") from None
         return self
 
     def measure(self, name: str, sentence: str) -> Self:

@@ -99,8 +99,8 @@ def load(file: Path) -> SweepFile:
         first = error.errors()[0]
         line, column = place_of(tuple(first["loc"]), places(text))
         key = ".".join(map(str, first["loc"]))
-        reason = first["msg"].lower()
-        raise SceneError(f"invalid key {key}: {reason}", file=str(file), line=line, column=column) from None
+        violated_rule = first["msg"].lower()
+        raise SceneError(f"invalid key {key}: {violated_rule}", file=str(file), line=line, column=column) from None
 
 
 def check(file: Path) -> None:

@@ -141,7 +141,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield lines with the given values, which the user copies into programs or the scene."""
+        """Yield lines that set the given values, for the user to copy into programs or the scene."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):

@@ -270,7 +270,8 @@ def work() -> None:
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
-    with suppress(EOFError, BrokenPipeError):  # these errors mean that the parent process has ended
+    # EOFError and BrokenPipeError mean that the parent process has ended
+    with suppress(EOFError, BrokenPipeError):
         pickle.dump(True, rows)  # the value True means that the worker is ready
         rows.flush()
         while True:

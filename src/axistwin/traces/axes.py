@@ -143,7 +143,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not `<=`, because the previous move may end with a pulse at this time
+            if move.start_ns < since_ns:  # with `<=`, a pulse of the previous move could be lost
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -175,7 +175,7 @@ class ServoTrace:
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        self._last = {"position": axis.position, "commanded": axis.position}  # an axis at rest has no position error
+        self._last = {"position": axis.position, "commanded": axis.position}  # a trace starts with the position error 0
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:

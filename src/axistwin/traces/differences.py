@@ -127,7 +127,7 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return an array: True for each value of one trace without a match in the other trace.
+    """Return an array with True for each value of one trace that has no match in the other trace.
 
     A match is a value of `that` that differs from the value of `this` by no more than the tolerance.
 

@@ -277,8 +277,8 @@ def _words(path: Path, text: str) -> str:
     """Decode a text from a VCD word, which contains escape sequences instead of blanks."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
-    except ProgramError as error:
-        raise TraceError(f"{path} contains an invalid text {shortened(text)}: {error.message}") from None
+    except ProgramError as syntax_error:
+        raise TraceError(f"{path} contains an invalid text {shortened(text)}: {syntax_error.message}") from None
 
 
 # Parquet
@@ -320,9 +320,9 @@ def _parquet_table(path: Path) -> Any:
         table = pq.ParquetFile(path).read()
         table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
-        reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
-        raise TraceError(f"{path} is damaged or is not a Parquet file: {reason}") from None
-    # the type of a dictionary-encoded column is the type of its values
+        read_error = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
+        raise TraceError(f"{path} is damaged or is not a Parquet file ({read_error})") from None
+    # for a dictionary-encoded column, `value_type` is the type of the values
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:

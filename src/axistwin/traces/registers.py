@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """Convert the value of a register to a value for a trace."""
+    """Return the value of a register as a trace stores it: a text as ASCII bytes, a number unchanged."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 
@@ -54,7 +54,7 @@ class ReportedRegisters:
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
-        order = np.argsort(which.astype(np.int16), kind="stable")  # NumPy sorts 16-bit numbers by the fast radix sort
+        order = np.argsort(which.astype(np.int16), kind="stable")  # NumPy sorts 16-bit numbers very fast
         numbers, begins = np.unique(which[order], return_index=True)
         spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]

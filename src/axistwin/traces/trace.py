@@ -148,7 +148,7 @@ class Tracer:
         self._computing_ahead: list[ServoAxis] = []  # servo axes compute their samples in advance
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []  # axes and controllers report these changes
+        self._rows: list[Rows] = []  # changes that axes and controllers report
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -174,7 +174,10 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write the changes before now; if `for_others` is True, also flush the file for other programs."""
+        """Write all changes before the present time.
+
+        `for_others`: also flush the file, so that other programs can read the changes.
+        """
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
@@ -310,7 +313,7 @@ class Tracer:
             self._write(self.bench.now)
 
     def _after_events(self) -> None:
-        """Poll the registers, and write the collected changes if there are enough of them.
+        """Poll the registers; if many changes are waiting, write these changes.
 
         Called after the events of each time.
         """

@@ -102,9 +102,8 @@ def run(
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
     """
     if program is None and not target.endswith(".toml"):
-        raise UsageError(
-            f"the PROGRAM is missing: expected a file for {product(target).indefinite}, e.g. axistwin run if1 moves.if1"
-        )
+        model = product(target).indefinite
+        raise UsageError(f"the PROGRAM is missing: expected a file for {model}, e.g. axistwin run if1 moves.if1")
     loaded = running.scene_program() if program is None else running.load(program, target)
     if plot is not None:
         from axistwin.plots.picture import check_suffix  # this import is lazy because only --plot needs it

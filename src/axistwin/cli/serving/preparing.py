@@ -65,7 +65,7 @@ class _Preparation:
         self._stopped.set()
 
     def run(self) -> None:
-        """Compile or load the code of each controller model.  This is the main function of the thread."""
+        """Main function of the thread: compile or load the code of each controller model."""
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():

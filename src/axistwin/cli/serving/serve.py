@@ -153,7 +153,7 @@ def serve(
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         with ExitStack() as background:
-            # the controllers are prepared after the ports are open, so the first answers are not delayed
+            # the controllers are prepared in the background, after the ports have opened
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
@@ -328,7 +328,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the trace and the recording do not contain the power-off
+        files.close()  # the trace and the recording end before the power-off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():
@@ -336,7 +336,7 @@ async def _serve(
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
-    """Start virtual time, now or at the first connection.
+    """Start virtual time, either at once or at the first connection.
 
     `waits`: start at the first connection.  `to`: run at full speed to this time in seconds, and pause.
     """
@@ -351,7 +351,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 
 def _freeze_objects() -> None:
-    """Shorten the pauses of the garbage collector by excluding all present objects."""
+    """Exclude all present objects from garbage collection, so that its pauses are short."""
     gc.freeze()  # a full garbage collection before `freeze` would delay the start
 
 

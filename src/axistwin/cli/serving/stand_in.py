@@ -136,7 +136,7 @@ class _Run:
             if self._proper_end:
                 journal.end(self._driver.positions)
             elif not self._driver.live and self._at_start is not None:
-                journal.end(self._at_start)  # the motors have not moved
+                journal.end(self._at_start)  # the motors are still at their start positions
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
@@ -167,7 +167,7 @@ class _Run:
             return 1
         import_module("numpy")  # this slow import must end before the motors start
         gc.collect()
-        gc.freeze()  # `freeze` shortens the pauses of the garbage collector
+        gc.freeze()  # `freeze` shortens the pauses for garbage collection
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()

@@ -168,7 +168,7 @@ class MotorRecord:
         sign = 1 if field == "JOGF" else -1
         if self._runs_out(sign * self._sign):
             await self._set(LVIO=1)
-            raise RefusedError(f"{field} would move beyond the position limit: move in the other direction")
+            raise RefusedError(f"{field} would jog the axis beyond the position limit: jog in the other direction")
         self._apply_profile(self.values["JVEL"], self.values["ACCL"])
         self._jogging = field
         await self._set(LVIO=0, **{field: 1})
@@ -195,8 +195,8 @@ class MotorRecord:
         try:
             await self.axis.home(direction)
             if self.axis.status.faults or self.axis.stopped:
-                reason = "; ".join(map(str, self.axis.status.faults)) or "it was stopped"
-                raise RefusedError(f"the search for home failed: {reason}")
+                faults_or_stop = "; ".join(map(str, self.axis.status.faults)) or "the axis was stopped"
+                raise RefusedError(f"the search for home failed: {faults_or_stop}")
             self._homed = True
         finally:
             await self._set(**{field: 0})
@@ -223,7 +223,7 @@ class MotorRecord:
     async def _velocity(self, field: str, value: float) -> None:
         most = self.values["VMAX"] if field != "VMAX" else self.axis.core.max_velocity / float(abs(self._per))
         if not 0 < value <= most:
-            raise RefusedError(f"{field}={value:g} is out of range: expected a value above 0 and not above {most:g}")
+            raise RefusedError(f"{field}={value:g} is out of range: expected a value above 0 and at most {most:g}")
         await self._set(**{field: value})
         if field in ("VELO", "VMAX"):
             unit = self.values["UREV"]

@@ -52,7 +52,7 @@ class AddressSpace:
         self.server.subscribe_server_callback(CallbackType.PreWrite, self._process_writes)
 
     async def _process_writes(self, event: ServerItemCallback, _: object) -> None:
-        """Pass each value that a client writes to its axis, pin or register.  Raises UaStatusCodeError."""
+        """Write each value from a client to the axis, pin or register of the node.  Raises UaStatusCodeError."""
         if not event.is_external:
             return
         for each in event.request_params.NodesToWrite:
@@ -61,7 +61,8 @@ class AddressSpace:
                 try:
                     await write(each.Value.Value.Value)
                 except (DriverError, TypeError, ValueError) as error:
-                    raise UaStatusCodeError(_opc_ua_status_code(error)) from None
+                    refusal = UaStatusCodeError(_opc_ua_status_code(error))
+                    raise refusal from None
 
     def _id(self, *names: str) -> tuple[ua.NodeId, ua.QualifiedName]:
         return ua.NodeId(".".join(names), self._index), ua.QualifiedName(names[-1], self._index)
@@ -264,7 +265,7 @@ class AxisNodes:
     async def _set_speed(self, value: float) -> None:
         rate = self._scale.rate(float(value))
         if not 0 < rate <= self._axis.core.max_velocity:
-            raise ValueError(f"speed {value} is out of range: expected a value above 0 and not above the axis maximum")
+            raise ValueError(f"speed {value} is out of range: expected above 0, up to the maximum of the axis")
         self._axis.core.velocity = rate
 
     async def _set_acceleration(self, value: float) -> None:

@@ -44,8 +44,9 @@ def read_users(path: Path) -> dict[str, Account]:
         if not words or words[0].startswith("#"):
             continue
         if len(words) != 3 or words[2] not in ROLES:
-            form = "NAME PASSWORD operator|viewer, e.g. anna k7Rw2p operator"
-            raise UsageError(f"{path}:{number}: invalid user: expected {form}")
+            raise UsageError(
+                f"{path}:{number}: invalid user: expected NAME PASSWORD operator|viewer, e.g. anna k7Rw2p operator"
+            )
         found[words[0]] = Account(words[1], words[2])
     if not found:
         raise UsageError(f"{path} has no users: expected at least one line, e.g. 'anna k7Rw2p operator'")

@@ -27,7 +27,7 @@ MISSING = (
     "speed, distance, start/stop speed, acceleration, range, backlash, delay: no request reports them",
     "outputs: no request reports them",
 )
-REMEDY = "check --line, or switch the interface off and on and initialise it, e.g. with U61"
+LINE_OR_RESTART = "--line, or switch the interface off and on and initialise it, e.g. with U61"
 
 
 def read(exchange: Exchange) -> Contents:
@@ -37,11 +37,11 @@ def read(exchange: Exchange) -> Contents:
     """
     end = terminator(exchange, SHORT_S)
     if end is None:
-        raise LinkError(f"the interface does not answer request E: {REMEDY}")
+        raise LinkError(f"the interface does not answer request E: check {LINE_OR_RESTART}")
     found = Contents(depends=set("FKQNOE"), missing=list(MISSING))
     found.values["format"] = _format(exchange, end)
     for request in "FIONEK":  # request F comes first, because F clears the data fault bit
-        found.values[request] = exchange.needed(request.encode() + end, REMEDY)
+        found.values[request] = exchange.needed(request.encode() + end, LINE_OR_RESTART)
     found.values["Q"] = exchange.ask(b"Q" + end, complete=bool).hex().upper()
     if not found.values["K"].isdigit():
         raise LinkError(f"the answer to request K is {found.values['K']!r}: expected a number, so check --line")

@@ -39,7 +39,7 @@ class Exchange:
         self.acts: list[Act] = [Comment(f"model: {self.product.model}")]
 
     def ask(self, *said: bytes, complete: Complete | None = None, patience_s: float = PATIENCE_S) -> bytes:
-        """Send requests to the controller, and return the answer without its echo.
+        """Send requests to the controller, and return the answer without the echo of the requests.
 
         A long silence ends an incomplete answer.  `complete` None: an answer ends in the terminator; bit 8 of the
         terminator is ignored.
@@ -70,12 +70,12 @@ class Exchange:
         answer = bytes(byte & 0x7F for byte in self.ask(said, patience_s=patience_s))
         return answer.rstrip(b"\r\n").decode("latin-1")
 
-    def needed(self, said: bytes, remedy: str) -> str:
-        """Return the answer to a request.  Raises LinkError with the given remedy if there is no answer."""
+    def needed(self, said: bytes, what_to_check: str) -> str:
+        """Return the answer to a request.  Raises LinkError if the controller does not answer."""
         answer = self.line(said)
         if not answer:
             request = said.decode("latin-1").strip()
-            raise LinkError(f"the controller does not answer request {request}: {remedy}")
+            raise LinkError(f"the controller does not answer request {request}: check {what_to_check}")
         return answer
 
     def _note(self, said: tuple[bytes, ...], received: bytes) -> None:

@@ -39,7 +39,7 @@ def read(exchange: Exchange) -> Contents:
     Raises LinkError if the motor does not answer or is moving.
     """
     _first(exchange)
-    if exchange.needed(b"RBt\r", "check the line format, e.g. --line '9600 8N1'") == "1":
+    if exchange.needed(b"RBt\r", "the line format, e.g. --line '9600 8N1'") == "1":
         raise LinkError("the motor is moving: stop the motor, then run the rescue again")
     found = Contents(depends={*STATE, "ADDR"}, missing=list(MISSING))
     before = exchange.line(b"RBs\r")
@@ -55,7 +55,7 @@ def read(exchange: Exchange) -> Contents:
         found.values[f"al[{index}]"] = exchange.line(f"Ral[{index}]\r".encode())
     found.program = _upload(exchange, found)
     if before == "0" and exchange.line(b"RBs\r") == "1":
-        exchange.end.send(b"Zs\r")  # the motor did not know a request and has set its flag Bs
+        exchange.end.send(b"Zs\r")  # Zs clears the flag Bs, which an unknown request has set
     silent = [name for name, value in found.values.items() if not value]
     if silent:
         found.missing.append(f"no answer to {', '.join(silent)}")
