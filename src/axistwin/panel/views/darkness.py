@@ -12,10 +12,14 @@ MODES = {
 """Icon and label of each mode; a click selects the next mode."""
 
 
+class Darkness(ui.dark_mode, component="darkness.js"):
+    """The colours of the page: dark, light, or as the user's system sets them.  They are set only when they change."""
+
+
 def darkness(context: Context) -> None:
     """Build the button that selects dark or light colours; the selection is stored for this user."""
     settings = context.person.settings
-    dark = ui.dark_mode(_mode(settings.get("dark")))
+    dark = Darkness(_mode(settings.get("dark")))
 
     def show() -> None:
         icon, words = MODES[dark.value]
