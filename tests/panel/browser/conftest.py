@@ -19,7 +19,7 @@ FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
 ]  # fmt: skip
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 STILL = """addEventListener("DOMContentLoaded", () => {
   const style = document.createElement("style");
   style.textContent = "*, ::before, ::after { transition-duration: 0s !important; animation-duration: 0s !important; }";
@@ -54,7 +54,7 @@ def browser():
     """Start chromium."""
     path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if path is None:
-        pytest.skip("there is no browser here: install Debian's package chromium to test the panel in one")
+        pytest.skip("there is no browser here: install Debian's package chromium-headless-shell to test the panel in one")
     playwright_of = pytest.importorskip("playwright.sync_api", reason="the panel is tested with playwright")
     with playwright_of.sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
