@@ -179,7 +179,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # Without stored checksums, the next start compiles again.
+        return  # The next start compiles the kernel again, because the checksums are missing.
 
 
 def _whole(directory: Path) -> bool:
@@ -201,7 +201,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return a copy of each module's global variables, in which the given functions are compiled.
+    """Compile the given functions, and return a copy of the global variables of each module.
 
     The copies are listed by the name of the module.
     """
