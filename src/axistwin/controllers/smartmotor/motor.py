@@ -257,7 +257,7 @@ class Motor(Processor):
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # Be and Bh end the program if C1 cannot be called
+                flow.end(self)  # A fault ends the program if label C1 cannot be called
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 

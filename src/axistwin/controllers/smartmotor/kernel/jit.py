@@ -137,7 +137,7 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """A compiled function whose first call marks the cached machine code as complete."""
+    """A compiled function that stores checksums of the cached machine code after the first call."""
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory

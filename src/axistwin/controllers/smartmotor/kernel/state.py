@@ -117,7 +117,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
     STOPPING,  # 1 while the motor decelerates after a fault; F=1 requests this deceleration.
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
-    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after its return.
+    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after the return from C1.
     OBSERVE_INDEX,  # 1 if every change of Bx must be reported.
 ) = islice(_slots, 5)
 # positions of the nearest index marks below and above the shaft
