@@ -47,10 +47,11 @@ class Steps:
 
 
 def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
-    """Yield step commands that output a pulse at each wanted time, within a tolerance in ticks.
+    """Yield step commands that output pulses at the wanted times.
 
-    The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
-    ValueError if an interval is out of range.
+    `tolerance`: maximum error of a pulse time in ticks.  `last`: tick of the pulse before the wanted times.
+    The times must rise, and `last` must be earlier than the first time by more than `tolerance`.
+    Raises ValueError if an interval is out of range.
     """
     import numpy as np
 

@@ -131,7 +131,7 @@ class Train:
         """Yield the direction and the pulse times of each move between two times."""
         import numpy as np
 
-        # an earlier move may output its last pulse at start_ns, so the search begins 1 ns earlier
+        # a move that ends with a pulse exactly at `start_ns` is included
         earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
@@ -142,7 +142,7 @@ class Train:
                     yield move.direction, times
 
     def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
-        """Return two counts of a move: the pulses before `start_ns`, and the pulses before `stop_ns`."""
+        """Return the number of pulses of a move before `start_ns`, and the number before `stop_ns`."""
         profile = move.profile
         if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
             return 0, profile.pulses
