@@ -90,7 +90,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of tracking updates that can be skipped, because they detect no stall.
+    """Return the number of tracking updates that the simulation can skip, because no stall is possible.
 
     The last update before any other event is never one of them: it reads the encoder, whose backlash has a memory.
     """
