@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # observers ignore this pin, because its level changes at each command
+            self.pins[name].restless = True  # not traced by default: each command changes the level
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
