@@ -143,8 +143,8 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        given = shortened(word[0])
-        raise _wrong(f"invalid {field.name} {given}: expected {_valid_values(field)}", rules.WORD, word)
+        given, valid_values = shortened(word[0]), _valid_values(field)
+        raise _wrong(f"invalid {field.name} {given}: expected {valid_values}", rules.WORD, word)
     return field.encode(value)
 
 
