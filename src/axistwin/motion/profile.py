@@ -116,7 +116,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # a pulse counts if its exact time is before the next nanosecond
+        # count the pulses up to the end of this nanosecond
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
@@ -131,7 +131,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the whole pulses before a time, and the elapsed fraction of the next pulse."""
+        """Return the number of whole pulses before a time, and the elapsed fraction of the next pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 

@@ -96,9 +96,10 @@ class Train:
         starts = [move.start_ns for move in self.moves]
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
+            oldest_s, longer_history = to_seconds(first), 2 * len(self.moves)
             raise UsageError(
-                f"pulses before {to_seconds(first):g} s are no longer stored: request later pulses, "
-                f"or add the controller with history={2 * len(self.moves)}"
+                f"pulses before {oldest_s:g} s are no longer stored: request later pulses, "
+                f"or add the controller with history={longer_history}"
             )
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 

@@ -40,9 +40,8 @@ ALL_WORDS = 4.0
 def check_suffix(path: Path) -> None:
     """Raise UsageError if the file name of a picture does not end in `.svg` or `.png`."""
     if path.suffix not in SUFFIXES:
-        raise UsageError(
-            f"invalid file name {path.name!r} for a picture: expected a name that ends in {' or '.join(SUFFIXES)}"
-        )
+        file_name, valid_endings = path.name, " or ".join(SUFFIXES)
+        raise UsageError(f"invalid file name {file_name!r} for a picture: expected a name that ends in {valid_endings}")
 
 
 def save(chart: Chart, path: Path) -> None:
