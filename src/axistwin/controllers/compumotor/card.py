@@ -191,19 +191,19 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Check the commands that a host sends, and return the diagnostics."""
-    from axistwin.controllers.compumotor.checker.program import check  # lazy import: simulations do not check programs
+    from axistwin.controllers.compumotor.checker.program import check  # lazy import: used by program checks only
 
     return check(commands, sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: simulations do not check programs
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: used by program checks only
 
     return RULES
 
 
 def _front(encoder: bool) -> "tuple[Group, ...]":
-    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: needed by the front panel only
+    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: used by the front panel only
 
     return FRONT_1811 if encoder else FRONT
 

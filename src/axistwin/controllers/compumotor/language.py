@@ -29,7 +29,7 @@ class Accept(Flag):
     STREAMING = auto()  # the command is valid in the streaming modes
     SEQUENCE = auto()  # the command may be placed in a sequence buffer
     DURING_SEQUENCE = auto()  # the host may send this command while the board performs a sequence
-    DURING_STREAMING = auto()  # the host may send this command while the board outputs the streaming buffer
+    DURING_STREAMING = auto()  # the host may send this command while a stream is in progress
     DEFINING = auto()  # the command is performed even while a sequence is being defined
     ENCODER = auto()  # 1811 only
 

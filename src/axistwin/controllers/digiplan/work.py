@@ -58,7 +58,7 @@ class Work:
             freed.succeed()
 
     def cancel(self) -> None:
-        """Stop the motion with deceleration, end the procedure in progress, and drop the waiting message."""
+        """Stop the motion with deceleration, end the procedure in progress, and delete the waiting messages."""
         self.drop_held()
         self.motion.decelerate()
         if self.process is not None:
@@ -70,7 +70,7 @@ class Work:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End all work and delete the waiting message at once, because the power is off.
+        """End all work and delete the waiting messages at once, because the power is off.
 
         The work is a move, run or sequence.
         """

@@ -141,7 +141,7 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Begin to execute the command of a marker.
+        """Begin to execute the command that a marker defines.
 
         The stream continues at the same time.  Ignored while the command of another marker is executed.
         """

@@ -73,7 +73,7 @@ def wake(board: State, skipped: int = 0) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # the calculation of stalls and errors needs an encoder ratio (B0h)
+    if loop.ratio is None:  # stalls and errors can be calculated only with an encoder ratio (B0h)
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)

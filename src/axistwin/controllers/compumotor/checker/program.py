@@ -173,7 +173,7 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # bytes 3 to 6 of a command that defines a move are the velocity
+        at = given.sent[3:7]  # bytes 3 to 6 of a move definition contain the velocity
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
             self._about(

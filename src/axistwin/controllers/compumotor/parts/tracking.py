@@ -57,7 +57,7 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return the signed ratio of encoder counts to motor pulses for motion CW or CCW.
+        """Return the signed ratio of encoder counts to motor pulses for one direction of motion.
 
         `physical`: +1 (CW) or -1 (CCW).  The ratio is a number of counts and a number of pulses; the third value is the
         largest deviation in counts.  None while the motor loses steps.

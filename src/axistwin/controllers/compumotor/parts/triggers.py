@@ -20,7 +20,7 @@ class Triggers:
         `response_ns`: time in ns for which an input must stay high before its function runs.
         """
         self.clock, self._response_ns = clock, response_ns
-        # opcode of the command that assigned a function to the trigger, and this function
+        # function of each trigger, with the opcode of the command that assigned the function
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
