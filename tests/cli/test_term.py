@@ -129,7 +129,7 @@ def test_state_is_kept_from_one_session_to_the_next(tmp_path):
 
 
 def test_a_controller_that_does_not_answer_is_told():
-    assert "does not answer the character ( at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").out
+    assert "does not answer '(' at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").out
 
 
 @pytest.mark.parametrize(
