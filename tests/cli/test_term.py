@@ -71,7 +71,7 @@ def test_what_a_local_command_does_not_know():
     lines = after_initialisation(
         term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").out
     )
-    assert lines[1] == "unknown command :what: expected a command that :help lists"
+    assert lines[1] == "unknown command :what: expected a command of the terminal, e.g. :help"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected one of high, on, low, off, release"
     assert lines[7] == "invalid speed 'no': expected max or a number up to 1000000, e.g. 1 for real time"
@@ -345,7 +345,7 @@ def test_the_tutor(model, typed, expected):
 def test_the_tutor_is_off_in_a_pipe_and_can_be_switched():
     assert "data fault" not in term("if1", *AT_ONCE, typed="x\nF\n").out
     assert "data fault" in term("if1", *AT_ONCE, typed="x\n:tutor on\nF\n").out
-    assert "invalid switch 'maybe'" in term("if1", *AT_ONCE, typed=":tutor maybe\n").out
+    assert "invalid value 'maybe' for the tutor" in term("if1", *AT_ONCE, typed=":tutor maybe\n").out
 
 
 def test_a_program_is_loaded(tmp_path):
