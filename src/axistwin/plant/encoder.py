@@ -98,9 +98,9 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the edge of the motor position at which the encoder reaches a count.
+        """Convert an encoder count to the motor position at which the count is reached.
 
-        Edge n lies between the motor positions n-1 and n.
+        The position is given as an edge.  Edge n lies between the motor positions n-1 and n.
         """
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:

@@ -130,7 +130,7 @@ class Master:
 
     @property
     def moving(self) -> bool:
-        """True if the encoder can output more edges: it turns, or is mounted on an axis."""
+        """True if the encoder turns or is mounted on an axis."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property

@@ -279,7 +279,7 @@ class ServoAxis:
         self._find_window()
         self._left_window.emit()
 
-    # Methods to read the state of the axis, and for manual actions
+    # Methods for the state of the axis, and for manual actions
 
     @property
     def position(self) -> int:
@@ -480,8 +480,9 @@ class ServoAxis:
         self.left_window()
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns of the encoder count changes, from `start_ns` to before `stop_ns` (default: up to
-        now).
+        """Return the times in ns of the encoder count changes.
+
+        The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
 
         The count is known at samples; changes between two samples are spread evenly.
         """

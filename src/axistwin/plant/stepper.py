@@ -146,7 +146,7 @@ class StepperAxis:
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         self._lost = 0  # steps lost in finished moves, positive minus negative
-        self._unmade = 0  # pulses that earlier holds of the output have suppressed
+        self._unmade = 0  # pulses suppressed by `hold` before the last call of `let_go`
         # pulse count of the held step output; None while the output is not held
         self._made: int | None = None
         self._was_held = False
@@ -268,7 +268,7 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # Methods to read the state of the axis, and for manual actions
+    # Methods for the state of the axis, and for manual actions
 
     @property
     def position(self) -> int:
@@ -352,7 +352,10 @@ class StepperAxis:
         return move.direction * float(move.profile.rate_at(self.clock.now - move.start_ns))
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns of the issued pulses, from `start_ns` to before `stop_ns` (default: up to now)."""
+        """Return the times in ns of the issued pulses.
+
+        The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
+        """
         return self.train.pulse_times(start_ns, self.clock.now + 1 if stop_ns is None else stop_ns)
 
     @property
