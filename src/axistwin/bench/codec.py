@@ -44,7 +44,7 @@ class Characters:
     """Codec that converts the characters of a serial line to printable text, and text to characters."""
 
     def show(self, data: bytes) -> str:
-        """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
+        """Return bytes as text; spaces at the start and at the end are escaped."""
         text = "".join([_SHOWN[byte] for byte in data])
         middle = text.strip(" ")
         before = len(text) - len(text.lstrip(" "))
