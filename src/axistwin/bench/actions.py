@@ -198,7 +198,7 @@ def _register(value: str) -> tuple[int, int]:
     found = _READ.fullmatch(value)
     if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
         raise ProgramError(
-            f"invalid value {value!r} of the action `read`: expected register 0 or 1, and the number of reads, e.g. 0 16"
+            f"invalid value {value!r} of the action `read`: expected register 0 or 1, and a number of reads, e.g. 0 16"
         )
     return int(found["offset"]), int(found["count"] or 1)
 
@@ -319,9 +319,8 @@ def _flow(value: str) -> Flow:
     try:
         return Flow(value)
     except ValueError:
-        raise ProgramError(
-            f"invalid flow control {value!r}: expected one of {', '.join(flow.value for flow in Flow)}"
-        ) from None
+        known_values = ", ".join(flow.value for flow in Flow)
+        raise ProgramError(f"invalid flow control {value!r}: expected one of {known_values}") from None
 
 
 def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
@@ -401,7 +400,8 @@ def _level(value: str, *other_values: str) -> bool:
     try:
         return LEVELS[value]
     except KeyError:
-        raise ProgramError(f"invalid level {value!r}: expected one of {', '.join((*LEVELS, *other_values))}") from None
+        known_levels = ", ".join((*LEVELS, *other_values))
+        raise ProgramError(f"invalid level {value!r}: expected one of {known_levels}") from None
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:

@@ -34,7 +34,10 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the column (from 0) and the width of each byte in a text that the host sends."""
+        """Yield the column and the width of each byte in a text that the host sends.
+
+        The first column is 0.
+        """
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Return an explanation of a message in plain words; "" if the message needs no explanation."""
