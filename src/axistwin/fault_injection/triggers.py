@@ -119,9 +119,9 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return the trigger for received data, e.g. "table hears X1000" or "table says U".
+    """Return the trigger for received data, e.g. "table hears X1000".
 
-    The device has received the data (hears), or the host has received the data (says).
+    With the verb "hears" the device receives the data, with "says" the host.
     """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
@@ -192,7 +192,7 @@ def _runs(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     names = machine.product.programs
     if not names:
-        raise UsageError(f"{machine.name} runs no programs: expected a controller that stores programs")
+        raise UsageError(f"{machine.name} cannot store programs: expected a controller that stores programs")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(example=f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
@@ -224,8 +224,10 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
         raise UsageError(f"{machine.name} has no program line {line}: expected {lines}")
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
-        text, timed_line = listing.lines[line - 1], _timed_line(listing, line)
-        raise UsageError(f"program line {line} of {machine.name} ({text}) takes no time: expected {timed_line}")
+        text, next_valid_line = listing.lines[line - 1], _timed_line(listing, line)
+        raise UsageError(
+            f"program line {line} of {machine.name}, {text}, takes no time and causes no event: expected {next_valid_line}"
+        )
 
 
 def _timed_line(listing: Listing, after: int) -> str:
