@@ -152,7 +152,8 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault with the given name.  Raises UsageError for an unknown name."""
         if name not in self._those:
-            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
+            known_faults = ", ".join(self.names) or "none"
+            raise UsageError(f"unknown fault {name!r}: known faults are {known_faults}")
         return self._those[name]
 
     @property
@@ -238,7 +239,8 @@ class Faults:
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
+            known_faults = ", ".join(self.names) or "none"
+            raise UsageError(f"unknown fault {name!r}: known faults are {known_faults}")
         for fault in those:
             fault.mend()
 
