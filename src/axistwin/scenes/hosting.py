@@ -83,7 +83,8 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected a file .if1, .181x or .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        raise UsageError(f"{file} is not a program for {name}: expected a program for {bench[name].product.indefinite}")
+        controller_model = bench[name].product.indefinite
+        raise UsageError(f"{file} is not a program for {name}: expected a program for {controller_model}")
     return suffix
 
 
@@ -220,7 +221,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait until the expected number of characters has arrived or no further character arrives."""
+        """Wait until the expected reply is complete, or until no more characters arrive."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -259,7 +260,7 @@ class _ControllerHost:
         yield from self._perform(self._type, lambda: bool(port.pending))
 
     def _open(self) -> Procedure:
-        """Send the character `(` until the interface answers."""
+        """Send the character `(` repeatedly until the interface, an IF1 or IF2, answers."""
         port, heard = self.controller.serial, bytearray()
         unsubscribe = port.subscribe_received(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
