@@ -210,7 +210,7 @@ WRONG = {
     ),
     "two wires to a pin": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\n" * 2),
-        "8:1: if1.input1 has a wire from if1.led already",
+        "8:1: if1.input1 already has a wire from if1.led",
     ),
     "wires in a circle": (
         controllers(

@@ -66,7 +66,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the rank of a host: of two hosts that act at the same time, the host with the lower rank acts first.
+    """Return the rank of a host; at the same time, a host with a lower rank acts first.
 
     The host `outside 2` acts after the host `outside`.
     """
@@ -174,9 +174,8 @@ class _ConversationHost:
 
     def _check(self, name: str) -> None:
         if name not in endpoints.names(self.bench):
-            raise UsageError(
-                f"no controller {name!r} in the scene: expected one of {', '.join(endpoints.names(self.bench))}"
-            )
+            known_names = ", ".join(endpoints.names(self.bench))
+            raise UsageError(f"no controller {name!r} in the scene: expected one of {known_names}")
 
     def _listen(self, name: str) -> None:
         self._check(name)
