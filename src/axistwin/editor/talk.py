@@ -48,7 +48,7 @@ class Conversations:
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place in a conversation, e.g. commands, pins or levels."""
+        """Return the completions at the cursor, e.g. commands, pins or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:
