@@ -186,7 +186,7 @@ def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
         visit.run(1.5)
         type_into(visit, "say-1811", "go_relative 25000")
         type_into(visit, "say-1811", "goo_relative 25000")
-        assert "(column 1)" in visit.messages[-1]
+        assert "invalid text in column 1 of the line" in visit.messages[-1]
         assert visit.found("say-1811").value == "goo_relative 25000"
 
     show(bench_of("1811"), at("1811"), play)
