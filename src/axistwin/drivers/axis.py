@@ -119,7 +119,7 @@ class Axis(Protocol):
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
 
     def set_position(self, position: float) -> None:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; the axis must be at rest."""
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""

@@ -170,7 +170,7 @@ class BlockingAxis(ScaledAxis):
         self._controller.run(self.core.abort())
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position in the positive (1) or negative (-1) direction."""
+        """Begin a search for the home position in direction 1 (positive) or -1 (negative)."""
         self._controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
 
     def status(self) -> Status:
@@ -182,7 +182,7 @@ class BlockingAxis(ScaledAxis):
         return self.status().known_position()
 
     def set_position(self, position: float) -> None:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; the axis must be at rest."""
         self._controller.run(self.core.set_position(self.scale.counts(position)))
 
     def clear_faults(self) -> None:

@@ -461,7 +461,7 @@ class Motor(AxisCore):
         self._board._lost = ""
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of a motor at rest."""
+        """Define the value of the present position without a move; the motor must be at rest."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)

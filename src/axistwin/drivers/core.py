@@ -156,7 +156,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the axis."""
+        """Define the value of the present position without a move of the axis."""
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:

@@ -353,7 +353,7 @@ class IF1(Core):
         yield from self._poll()
 
     def set_position(self, name: str, position: int) -> Procedure[None]:
-        """Assign a value to the present position of an axis; all axes must be at rest."""
+        """Define the value of an axis's present position without a move; all axes must be at rest."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
@@ -500,7 +500,7 @@ class IF1Axis(AxisCore):
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; all axes must be at rest."""
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:

@@ -387,7 +387,7 @@ class Shaft(AxisCore):
         return tuple(fault for bit, fault in FAULTS.items() if word & bit)
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the axis."""
+        """Define the value of the present position without a move of the motor."""
         yield from self._line.send(self.prefix, f"O={position}")
         self.setpoint, self._lost = position, ""
 

@@ -132,7 +132,7 @@ class DrivenAxis:
         self._go.set()
 
     async def set_position(self, position: int) -> None:
-        """Define the present position of an axis at rest.  Raises DriverError."""
+        """Define the value of the present position without a move; the axis must be at rest.  Raises DriverError."""
         await self.station.driver.run(self.core.set_position(position))
         self.station.wake()
         await self.station.polled()

@@ -54,7 +54,9 @@ def browser():
     """Start chromium."""
     path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if path is None:
-        pytest.skip("there is no browser here: install Debian's package chromium-headless-shell to test the panel in one")
+        pytest.skip(
+            "there is no browser here: install Debian's package chromium-headless-shell to test the panel in one"
+        )
     playwright_of = pytest.importorskip("playwright.sync_api", reason="the panel is tested with playwright")
     with playwright_of.sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
