@@ -80,15 +80,15 @@ class Board(Core):
 
     # Bus lines
 
-    def _ask(self, line: str) -> Procedure[str]:
-        """Send a line to the bus socket and return the answer."""
-        yield Write(f"{line}\n".encode())
+    def _ask(self, request: str) -> Procedure[str]:
+        """Send a request to the bus socket and return the answer."""
+        yield Write(f"{request}\n".encode())
         while True:
-            answer = (yield from self._until(b"\n", f"'{line}'")).decode("ascii", "replace").strip()
+            answer = (yield from self._until(b"\n", f"'{request}'")).decode("ascii", "replace").strip()
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"the bus socket refused the request {line!r} and answered {answer!r}")
+            raise WrongAnswerError(f"the bus socket refused the request {request!r}: it answered {answer!r}")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
