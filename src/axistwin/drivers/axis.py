@@ -44,10 +44,8 @@ class Status:
 
     def known_position(self) -> float:
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
-        if self.lost:
-            raise PositionLostError(
-                f"the position is not known, because {self.lost}: home the axis, or call set_position"
-            )
+        if cause := self.lost:
+            raise PositionLostError(f"the position is not known, because {cause}: home the axis, or call set_position")
         return self.position
 
 

@@ -212,7 +212,7 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return the error that reports that a motion has not ended in time."""
+    """Return an error for a motion that takes longer than the timeout."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 

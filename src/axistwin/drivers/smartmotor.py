@@ -83,7 +83,7 @@ class SmartMotors(Core):
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
         """Return True if a motor answers, and detect whether the motor echoes characters."""
-        for _ in range(2):  # the motor may interpret the first RSP as the end of an incomplete command
+        for _ in range(2):  # the motor may interpret the first request RSP as the end of an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
@@ -116,7 +116,7 @@ class SmartMotors(Core):
         yield Write(data)
         if self.echo and (echo := (yield from self._take(len(data), text))) != data:
             raise WrongAnswerError(
-                f"the motor echoed {shown(echo)} instead of {text}: check the line for noise and other hosts"
+                f"the motor returned the wrong echo {shown(echo)} for {text}: check the line for noise and other hosts"
             )
 
     @property
@@ -196,7 +196,9 @@ class SmartMotors(Core):
         while not text.endswith(b"\xff"):
             part = yield from self._discard(0.1)
             if not part:
-                raise SilentError("the motor did not send the end of its program: check that the motor allows UPLOAD")
+                raise SilentError(
+                    "the motor did not send the end of its program: check that the program is not locked by LOCKP"
+                )
             text += part
             if not text.endswith(b"\xff"):
                 yield Write(ACKNOWLEDGE)
@@ -291,14 +293,15 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # after a power cut, the motor would otherwise have the old acceleration again
+            units += 1  # without this step, a motor after a power cut could get its old acceleration
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0
         if whole(found, "RA") != units:
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
-            raise RefusedError(f"{self.name} does not move, because {self._lost}: home the axis, or call set_position")
+            cause = self._lost
+            raise RefusedError(f"{self.name} does not move, because {cause}: home the axis, or call set_position")
         self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:
