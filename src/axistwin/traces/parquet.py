@@ -165,7 +165,7 @@ class ParquetSink:
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        # addresses in the table of contents count from the start of the file
+        # the table of contents contains positions relative to the start of the file
         while (missing := self._place - file.tell()) > 0:
             file.write(NOTHING[:missing])
         tail.parts = []

@@ -190,8 +190,8 @@ def _time_ns(path: Path, text: str, line: int = 0) -> int:
     try:
         return whole(text)
     except NumberError:
-        place = f"{path}:{line}" if line else f"{path}"
-        raise TraceError(f"{place}: invalid time {shortened(text)}: expected nanoseconds, e.g. 1000") from None
+        file_and_line = f"{path}:{line}" if line else f"{path}"
+        raise TraceError(f"{file_and_line}: invalid time {shortened(text)}: expected nanoseconds, e.g. 1000") from None
 
 
 def _guess(value: str) -> str:

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """Return the value of a register as a trace stores it: a text as ASCII bytes, a number unchanged."""
+    """Return the value of a register for a trace: ASCII bytes for a text, and the same number for a number."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 
 class PolledRegister:
-    """A register that the tracer reads at each event.
+    """A register that the tracer reads after each event of the simulation.
 
     `known`: the value at the last event.
     """
