@@ -189,11 +189,11 @@ def test_wrong_ports():
         open_end("/dev/ttyUSB0", None)
     with pytest.raises(UsageError, match="is the socket of a register bus: expected a serial port"):
         open_end("bus://127.0.0.1:1", product("if1").line)
-    with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1 \(.*check the address"):
+    with pytest.raises(LinkError, match=r"cannot open the bus socket bus://127\.0\.0\.1:1 \(.*check its address"):
         open_end("bus://127.0.0.1:1", None)
     done = run("probe", "/dev/no-such-port", "--model", "if1")
     assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open /dev/no-such-port (")
+    assert done.err.startswith("axistwin: cannot open the port /dev/no-such-port (")
     assert "Errno" not in done.err
     assert run("probe", "/dev/no-such-port", "--model", "if1", "--report", "x.txt").code == 2
 
