@@ -132,7 +132,7 @@ def test_a_stored_program_forbids_settings():
 @pytest.mark.parametrize(
     ("model", "said", "error"),
     [
-        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run the probe again"),
+        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run axistwin probe again"),
         ("1811", b"\xd9\x0f", "the board does not answer request 90h (received nothing): send D8h"),
     ],
 )
@@ -148,7 +148,7 @@ def test_an_if2_that_waits_for_its_data_format_is_not_initialised():
     bench = Bench()
     end = VirtualEnd(bench, bench.add("if2"))
     bench.run(2)
-    with pytest.raises(LinkError, match="the IF2 waits for its data format"):
+    with pytest.raises(LinkError, match="the IF2 has no data format yet"):
         probe("if2", end)
 
 

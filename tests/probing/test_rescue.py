@@ -207,7 +207,7 @@ def test_a_controller_that_cannot_be_read(tmp_path, made, error):
 def test_an_interface_without_data_format_is_not_initialised(tmp_path):
     _, end = controller("if2")
     end.bench.run(2)
-    with pytest.raises(LinkError, match="waits for its data format"):
+    with pytest.raises(LinkError, match="has no data format yet"):
         find(end)
 
 

@@ -343,12 +343,13 @@ def examine(end: End, _: Product) -> Condition:
     for code in (MODE, MOVING, PART):
         answers[code] = end.ask(bytes((code,)), expected=MESSAGE).data
         if not answers[code].startswith(bytes((code,))):
+            received = answers[code].hex(" ") or "nothing"
             raise LinkError(
-                f"the board does not answer request {code:02X}h (received {answers[code].hex(' ') or 'nothing'}): "
-                "send D8h to end the definition of a sequence, or reset the board"
+                f"the board does not answer request {code:02X}h (received {received}): "
+                "send D8h if a sequence is being defined; otherwise, reset the board"
             )
     if answers[MOVING][1]:
-        raise LinkError("the motor is moving: stop the motor, then run the probe again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     taken = end.ask(bytes((MOVE_PARAMETERS, MOVE))).data
     reason = ""
     if answers[MODE][1] != INDEXER:

@@ -220,8 +220,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "
-            "then run the probe again"
+            "the IF2 has no data format yet: send e.g. U61, which starts the sequence of a locked IF2, "
+            "then run axistwin probe again"
         )
     if answer == b"U\r":
         return _initialised(end)
@@ -253,9 +253,9 @@ def _condition(end: End, terminator: str) -> Condition:
     busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
     facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
     if not motion.isdigit():
-        raise LinkError(f"the answer to request K is {motion!r}: expected a number, so check --model and --line")
+        raise LinkError(f"the answer to request K is {motion!r} instead of a number: check --model and --line")
     if int(motion) & IN_MOTION:
-        raise LinkError("the motor is moving: stop the motor, then run the probe again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",
                b"F": "a fault is active: close the limits and the emergency stop"}  # fmt: skip
     reason = reasons.get(busy, "")

@@ -103,13 +103,13 @@ def _interface(exchange: Exchange) -> bool:
 
 
 def _uninitialised(exchange: Exchange) -> bool:
-    """Raise LinkError if an IF1 or IF2 waits for its data format.
+    """Raise LinkError if an IF1 or IF2 has no data format yet.
 
     Otherwise the function returns False.
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "
+            "the interface has no data format yet: send e.g. U61, which starts the sequence of a locked IF2, "
             "then run the rescue again"
         )
     return False
