@@ -142,14 +142,14 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # the timing of the host determines the position at which a continuous run ends
+        # the end position of a continuous run depends on the timing of the host
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip
 
 
 def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
-    """Return test cases that compare the duration of the steps of a sequence.
+    """Return test cases for the durations of the steps of a sequence.
 
     Each sequence sends `%` when its steps have ended.
     """
@@ -201,7 +201,10 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect the twin's outputs to its inputs if the real interface has a test plug with these connections."""
+    """Connect outputs of the twin to its inputs, as a test plug does at the real interface.
+
+    Without a test plug at the real interface, the function does nothing.
+    """
     if facts.get("plug") == str(True):
         for number, output in zip("123", PLUGGED, strict=True):
             connect(controller, f"output{output}", f"input{number}")

@@ -79,7 +79,7 @@ class End(ABC):
 
     @abstractmethod
     def receive(self) -> bytes:
-        """Return received data, or no bytes after some milliseconds of silence."""
+        """Return the received data, or no bytes if no data arrive within some milliseconds."""
 
     @abstractmethod
     def drain(self) -> None:
