@@ -34,7 +34,7 @@ class SerialPort:
     """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
-        import serial  # lazy import: a TCP port for asyncio does not use pyserial
+        import serial  # lazy import: programs with asyncio and TCP do not need pyserial
 
         scheme, separator, rest = url.partition("://")
         opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url

@@ -100,7 +100,7 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.sweeps.sweep_file import is_sweep_file  # this import is lazy because it loads pydantic
+        from axistwin.sweeps.sweep_file import is_sweep_file  # this import is lazy because pydantic loads slowly
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
@@ -128,7 +128,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads all controller families
+    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads the code of all models
         diagnose_scene,
         is_of_program,
         named_programs,

@@ -55,7 +55,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
 
     `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
     """
-    from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
+    from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
 
     loaded = Scene.load(Path(path))
 
