@@ -63,7 +63,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"{path} has no controller to serve: remove a controller's simulated host, or add ports to a controller"
+                f"{path} has no controller to serve, because each controller has a simulated host: "
+                "remove one of these hosts, or add ports to its controller"
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]
