@@ -146,7 +146,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str] | None) -> int:
-    if sys.stdout is None:  # the caller has closed stdout
+    if sys.stdout is None:  # the program was started without an open stdout
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
     _prepare_output()
     as_json = "--json" in (sys.argv[1:] if arguments is None else arguments)

@@ -34,7 +34,7 @@ class Served(NamedTuple):
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """Return a model with the ports on which the model is served; by default, any free port."""
+    """Return a model with its ports; without given ports, use any free port."""
 
     def build() -> Bench:
         bench = Bench()
@@ -51,7 +51,7 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
-    """Return a scene with the ports on which the scene is served.
+    """Load a scene from a file, and return the scene with its ports.
 
     `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
     """
