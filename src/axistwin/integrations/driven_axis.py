@@ -87,8 +87,8 @@ class DrivenAxis:
         """Begin a motion; return when the axis is at rest.  Raises RefusedError if the motion fails."""
         await self.begin(goal)
         await self._rest.wait()
-        if goal.failure:
-            raise RefusedError(f"the motion failed: {goal.failure}")
+        if reason := goal.failure:
+            raise RefusedError(f"the motion failed: {reason}")
 
     async def begin(self, goal: Goal) -> None:
         """Request a motion.
