@@ -140,7 +140,7 @@ class Board(Core):
             yield from self._prepare()
 
     def _prepare(self) -> Procedure[None]:
-        """Repeat the settings that a reset of the board has cleared."""
+        """Send again the settings that the board has lost in a reset."""
         self.motor.forget()
         if self.marker_bit is not None:
             yield from self._status_until(READY)
@@ -219,7 +219,7 @@ class Board(Core):
         yield from self._status_until(READY, STARTUP_S)
         yield from self._prepare()
 
-    # Functions that only an 1810 or 1811 has
+    # The following functions exist only for an 1810 or 1811.
 
     def outputs(self, first: bool, second: bool) -> Procedure[None]:
         """Set the levels of both programmable outputs."""

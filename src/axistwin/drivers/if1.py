@@ -104,7 +104,7 @@ class IF1(Core):
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
         self._state = _State(dict.fromkeys("XYZ", 0))
 
-    # Functions that synchronise the driver with the controller
+    # The following functions synchronise the driver with the controller.
 
     def synchronise(self) -> Procedure[None]:
         """Find the controller, and initialise a controller whose power has been switched on."""
@@ -372,20 +372,20 @@ class IF1(Core):
             Status(self._state.positions[name], 0, 0, False, lost=self._state.lost.get(name, "")).known_position()
         )
 
-    # Functions that only an IF1 or IF2 has
+    # The following functions exist only for an IF1 or IF2.
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
         """Begin a move of two or three axes to target positions; each axis moves the same number of steps."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
-        by = {name: target - self.position_of(name) for name, target in targets.items()}
-        distances = {abs(distance) for distance in by.values()}
-        if len(distances) != 1:
-            raise RefusedError(f"unequal distances {by}: expected equal distances for axes that move together")
-        signs = {name: 1 if distance >= 0 else -1 for name, distance in by.items()}
+        distances = {name: target - self.position_of(name) for name, target in targets.items()}
+        lengths = {abs(distance) for distance in distances.values()}
+        if len(lengths) != 1:
+            raise RefusedError(f"unequal distances {distances}: expected equal distances for axes that move together")
+        signs = {name: 1 if distance >= 0 else -1 for name, distance in distances.items()}
         axis = self.axes[next(iter(targets))]
         yield from self._set_ramp(axis.acceleration)
-        distance, speed = distances.pop(), self.speed(axis.velocity)
+        distance, speed = lengths.pop(), self.speed(axis.velocity)
         if distance:
             words = "".join(f"{name}{'+' if sign > 0 else '-'}" for name, sign in signs.items())
             yield from self.begin(signs, distance, speed, f"{words}{distance}@{speed}$")

@@ -63,10 +63,10 @@ class SmartMotors(Core):
         axes = ", ".join(self.axes)
         raise RefusedError(f"no axis {name!r}: expected one of {axes}")
 
-    # Functions that synchronise the driver with the motors
+    # The following functions synchronise the driver with the motors.
 
     def synchronise(self) -> Procedure[None]:
-        """Find each motor, and repeat the settings of a motor whose power has been cut."""
+        """Find each motor, and send the settings again to a motor whose power was cut."""
         yield from self._discard(0.0)
         first, *_ = self._shafts
         found = yield from self._find(first)
@@ -108,7 +108,7 @@ class SmartMotors(Core):
         yield Write(everybody + b"WAKE\r")
         yield from self._discard(0.05)
 
-    # Functions that send commands and read reports
+    # The following functions send commands and read reports.
 
     def send(self, prefix: bytes, text: str) -> Procedure[None]:
         """Send commands to a motor, and check the echo if the motor echoes."""
@@ -146,7 +146,7 @@ class SmartMotors(Core):
         (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
         return whole(answer, text)
 
-    # Functions that only a SmartMotor has
+    # The following functions exist only for a SmartMotor.
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
         """Make pins outputs and set their levels, e.g. `outputs(A=True)`."""
@@ -234,7 +234,7 @@ class Shaft(AxisCore):
         """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 
     def prepare(self) -> Procedure[None]:
-        """Repeat the settings that a power cut of the motor has cleared."""
+        """Send again the settings that the motor has lost in a power cut."""
         _, _, acceleration = yield from self._read()
         if self._setting:
             if acceleration not in (self._set_acceleration, self._setting):
