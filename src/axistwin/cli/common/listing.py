@@ -12,7 +12,7 @@ NARROWEST = 100
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print rows as a table on a terminal, or as one line for each row into a pipe or a file."""
+    """Print rows: on a terminal, print a table; in a pipe or a file, print one line for each row."""
     if not sys.stdout.isatty():
         for row in (headings, *rows):
             click.echo("\t".join(row))
