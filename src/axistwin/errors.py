@@ -120,7 +120,7 @@ class NoSceneError(SceneError, UsageError):
 
 
 class ProgramError(PlacedError):
-    """Raised if a program or a conversation cannot be read."""
+    """Raised for an error in a program or in the file of a conversation."""
 
 
 class TraceError(AxistwinError):
