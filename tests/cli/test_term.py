@@ -71,10 +71,10 @@ def test_what_a_local_command_does_not_know():
     lines = after_initialisation(
         term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").out
     )
-    assert lines[1] == "unknown command :what: expected a command that :help lists"
+    assert lines[1] == "unknown command :what: expected a command of the terminal, e.g. :help"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected one of high, on, low, off, release"
-    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 for real time, or max"
+    assert lines[7] == "invalid speed 'no': expected max or a number up to 1000000, e.g. 1 for real time"
     assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
@@ -129,7 +129,7 @@ def test_state_is_kept_from_one_session_to_the_next(tmp_path):
 
 
 def test_a_controller_that_does_not_answer_is_told():
-    assert "does not answer the character ( at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").out
+    assert "does not answer '(' at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").out
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_a_controller_that_does_not_answer_is_told():
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is only for a virtual controller"),
-        (["if1", "--speed", "fast"], "invalid speed 'fast': expected a number"),
+        (["if1", "--speed", "fast"], "invalid speed 'fast': expected max or a number"),
         (["if1", "--line", "fast"], "invalid line format 'fast': expected a text such as"),
     ],
 )
@@ -345,7 +345,7 @@ def test_the_tutor(model, typed, expected):
 def test_the_tutor_is_off_in_a_pipe_and_can_be_switched():
     assert "data fault" not in term("if1", *AT_ONCE, typed="x\nF\n").out
     assert "data fault" in term("if1", *AT_ONCE, typed="x\n:tutor on\nF\n").out
-    assert "invalid switch 'maybe'" in term("if1", *AT_ONCE, typed=":tutor maybe\n").out
+    assert "invalid value 'maybe' for the tutor" in term("if1", *AT_ONCE, typed=":tutor maybe\n").out
 
 
 def test_a_program_is_loaded(tmp_path):

@@ -151,7 +151,7 @@ def test_a_patience_that_is_no_number(bench, if1):
 def test_a_fault_that_cannot_begin_or_be_mended_any_more_is_told_with_its_line(bench, if1):
     with pytest.raises(ProgramError, match=r"^a\.talk:3: unknown fault 'jam': known faults are none$"):
         said(bench, "+1\n\n! mend jam\n")
-    with pytest.raises(ProgramError, match=r"^a\.talk:1: the start time at=0\.5 has passed: expected "):
+    with pytest.raises(ProgramError, match=r"^a\.talk:1: the start time at=0\.5 is in the past: expected "):
         said(bench, "! fault lose 3 at=0.5\n")
 
 

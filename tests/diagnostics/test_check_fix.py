@@ -118,7 +118,7 @@ def test_a_file_that_cannot_be_replaced_is_unchanged(fix, tmp_path, monkeypatch)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be fixed: no space left on device"):
+    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be written: no space left on device"):
         fix("moves.if1", "x1$\n")
     assert (tmp_path / "moves.if1").read_text() == "x1$\n"
     assert len(list(tmp_path.iterdir())) == 1

@@ -153,7 +153,7 @@ def test_invalid_faults_are_refused_before_they_are_added(bench, words_, message
 
 
 def test_a_time_that_has_passed_is_refused(bench):
-    with pytest.raises(UsageError, match=r"the start time at=1 has passed: expected 2\.7"):
+    with pytest.raises(UsageError, match=r"the start time at=1 is in the past: expected 2\.7"):
         bench.faults.add("jam", "if1.X", at=1)
     with pytest.raises(UsageError, match="there is a fault 'a' already"):
         _ = [bench.faults.add("jam", "if1.X", name="a", at=60) for _ in range(2)]

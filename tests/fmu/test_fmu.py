@@ -185,7 +185,7 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         (["--command", "a b: > X"], "invalid command name 'a b'"),
         (["--command", "time: > X"], "invalid command name 'time'"),
         (["--command", "start: knife: X"], "command 'start': unknown kind of line"),
-        (["--command", "start: > X"], "command 'start': no controller in '> X'"),
+        (["--command", "start: > X"], "command 'start': no controller name in '> X'"),
         (["--command", "start: knife: = D low"], "command 'start': invalid line 'knife: = D low'"),
         (["--command", "start: knife: ! Q low"], "command 'start': unknown name 'Q'"),
         (

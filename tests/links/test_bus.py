@@ -168,7 +168,7 @@ def test_a_board_without_power_drives_nothing(served, port):
 @pytest.mark.parametrize(
     ("request_", "answer"),
     [
-        ("x", "error: unknown request 'x': expected a command r, w, i, s or init, e.g. r 0"),
+        ("x", "error: unknown request 'x': expected r, w, i, s or init, e.g. r 0"),
         ("r", "error: unknown request 'r'"),
         ("r 2", "error: invalid offset '2': expected a number from 0 to 1"),
         ("r -1", "error: invalid offset '-1'"),
@@ -178,7 +178,7 @@ def test_a_board_without_power_drives_nothing(served, port):
         ("w 0", "error: unknown request"),
         ("w 0 100", "error: invalid byte '100': expected two hex digits"),
         ("w 0 33 xx", "error: invalid byte 'xx'"),
-        ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: too many bytes in one request (257): expected at most 256"),
+        ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: cannot write 257 bytes in one request: expected at most 256"),
         ("s 2", "error: unknown request"),
         ("init now", "error: unknown request"),
         ("x" * (LONGEST + 1), "error: line too long: expected at most 1024 characters"),

@@ -43,6 +43,20 @@ def test_a_page_for_every_model_with_every_tab(model):
     show(bench_of(model), whole, play)
 
 
+def test_the_clock_is_written_without_an_update_of_the_page():
+    def play(visit):
+        outbox, clock = visit.user.client.outbox, visit.found("clock")
+        visit.run(0.5)
+        outbox.updates.clear()
+        outbox.messages.clear()
+        visit.run(0.5)
+        written = f'axistwinState.write(Vue.toRaw(mounted_app.elements), {clock.id}, "1.000000 s")'
+        assert clock.id not in outbox.updates
+        assert [data["code"] for _, kind, data in outbox.messages if kind == "run_javascript"].count(written) == 1
+
+    show(bench_of("if1"), whole, play)
+
+
 def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
     def build():
         bench = bench_of("if1")()
@@ -172,7 +186,7 @@ def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
         visit.run(1.5)
         type_into(visit, "say-1811", "go_relative 25000")
         type_into(visit, "say-1811", "goo_relative 25000")
-        assert "(column 1)" in visit.messages[-1]
+        assert "invalid text in column 1 of the line" in visit.messages[-1]
         assert visit.found("say-1811").value == "goo_relative 25000"
 
     show(bench_of("1811"), at("1811"), play)

@@ -46,7 +46,7 @@ def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
     ("text", "units", "message"),
     [
         ("3 cm", MM, "'cm' is not the unit of the axis: expected mm"),
-        ("3 mm", None, "unknown unit 'mm': expected counts, or set the option units = { per = 80, of = "),
+        ("3 mm", None, "unknown unit 'mm': give counts, or set the axis option units, e.g. units = { per = 80, of = "),
         ("3.5", MM, "invalid number of counts '3.5': expected e.g. 1000 or '12.5 mm'"),
         ("3 mm/s", MM, "expected a position, e.g. 1000 or '12.5 mm'"),
         ("1.2.3 mm", MM, "invalid number '1.2.3': expected a decimal number below 1e30"),

@@ -210,7 +210,7 @@ WRONG = {
     ),
     "two wires to a pin": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\n" * 2),
-        "8:1: if1.input1 has a wire from if1.led already",
+        "8:1: if1.input1 already has a wire from if1.led",
     ),
     "wires in a circle": (
         controllers(
@@ -265,11 +265,11 @@ WRONG = {
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor is on the shared line 'chain': leave out `ports`, and set `ports` in [[chain]]",
+        "3:1: smartmotor is on the shared line 'chain': remove `ports` here, and set `ports` in [[chain]]",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor is on the shared line 'rs485': leave out `rs485_ports`, and set `ports` in [[rs485]]",
+        "3:1: smartmotor is on the shared line 'rs485': remove `rs485_ports` here, and set `ports` in [[rs485]]",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
@@ -286,7 +286,7 @@ WRONG = {
     ),
     "a motor on a bus": (
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
-        "5:10: only an 1810 or 1811 is on a bus: expected another port than bus://:1811, e.g. tcp://127.0.0.1:5001",
+        "5:10: bus://:1811 is a port for an 1810 or 1811: expected another kind of port, e.g. tcp://127.0.0.1:5001",
     ),
     "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),

@@ -73,8 +73,8 @@ WRONG = {
     "g=5 endif": "1:5 error: unknown command endif: commands are upper case",
     "a = 1": "1:1 error: a is a value, not a command: Ra reports it",
     # commands removed
-    "KGON": "1:1 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
-    "MFRATIO": "1:1 error: MFRATIO has been removed in 4.76: set the ratio with MFMUL= and MFDIV=, then MFR",
+    "KGON": "1:1 error: KGON has been removed in firmware 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
+    "MFRATIO": "1:1 error: MFRATIO has been removed in firmware 4.76: set the ratio with MFMUL= and MFDIV=, then MFR",
     # words of Class 5
     "PT=100": "1:1 error: PT= is a word of Class 5, which sets Bs here: 4.76 uses P=100",
     "PRT=a+1": "1:1 error: PRT= is a word of Class 5, which sets Bs here: 4.76 uses D=a+1",
@@ -188,7 +188,7 @@ def test_a_program_that_does_not_fit():
 def test_what_a_host_sends():
     assert shown("UCI UDI ZS A=8*25\nRP g=-1 GOSUB4", stored=False) == []
     assert shown("ZS KGON A100\naw[0] 1 2 3. WHILE", stored=False) == [
-        "1:4 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
+        "1:4 error: KGON has been removed in firmware 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
         "1:9 error: A100: an assignment needs its equal sign, A=100",
         "2:19 error: a value is missing at the end of the expression: expected e.g. a+1",
     ]

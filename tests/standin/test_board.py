@@ -284,7 +284,9 @@ def test_a_board_with_another_configuration():
 def test_a_queue_that_is_too_small():
     metal = Metal(SmallBoard(moves=20))
     metal.run(1.0)
-    assert kinds(metal, Failed)[0].reason == "the board's queue has 20 entries, but this scene needs 31: use fewer axes"
+    assert (
+        kinds(metal, Failed)[0].reason == "the board can queue only 20 moves, but this scene needs 31: use fewer axes"
+    )
 
 
 @pytest.mark.parametrize(
@@ -299,7 +301,7 @@ def test_a_queue_that_is_too_small():
         (
             (X,),
             (InputPin("other.limit", BoardPin("P9"), stops=0),),
-            "other.limit stops other, which has no axis",
+            "other.limit belongs to other, which has no axis",
         ),
     ],
 )

@@ -93,13 +93,13 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
         ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of a controller"),
         ('"table.output1"', '"table.input1"', "table.input1 is not a switched output"),
         ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': expected one of table.shaft"),
-        ('step = "P2"', "", 'step is missing: expected a pin of the board, e.g. step = "PD2"'),
+        ('step = "P2"', "", 'the key `step` is missing: expected a pin of the board, e.g. step = "PD2"'),
         ('port = "BOARD"', "", 'expected port = "/dev/ttyACM0" or hal = "FILE.hal"'),
         ('port = "BOARD"', 'port = "BOARD"\nhal = "x.hal"', 'expected port = "/dev/ttyACM0"'),
         (
             'port = "BOARD"',
             'hal = "x.hal"',
-            "the key step is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file",
+            "the key `step` is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file",
         ),
     ],
 )

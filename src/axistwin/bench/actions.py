@@ -117,12 +117,12 @@ def motor_of(controller: Controller) -> ServoAxis | None:
 
 
 def voltage(volts: float) -> str:
-    """Format a voltage as in an action, e.g. `2.5V`."""
+    """Return a voltage as text, e.g. `2.5V`."""
     return f"{volts:g}V"
 
 
 def lead_value(pin: Pin) -> str:
-    """Convert the state of a pin's test lead to text, e.g. `high`, `2.5V` or `release`."""
+    """Return the level that the test lead applies to a pin, e.g. `high`, `2.5V` or `release`."""
     lead = pin.lead
     if lead is None:
         return "release"
@@ -144,9 +144,9 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Convert a host's action at a serial line to a target and a value, e.g. `break` and `0.25`.
+    """Convert an action of the host to a target and a value, e.g. `break` and `0.25`.
 
-    A conversation repeats the action with the line `! target value`.
+    In a conversation file, the line `! target value` repeats the action at the serial line.
     """
     match act:
         case SendBreak(seconds):
@@ -171,7 +171,7 @@ def _exact(value: float) -> str:
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Prepare an action at the registers, e.g. `! write 0 33 00`, `! read 0 16` or `! init on`.
+    """Prepare an action on the registers of an 1810 or 1811, e.g. `! write 0 33 00`.
 
     Return a function that performs the action.
     """
@@ -197,7 +197,9 @@ def _register(value: str) -> tuple[int, int]:
     """Parse the value of an action `! read`, e.g. `0 16`: a register number and a number of reads."""
     found = _READ.fullmatch(value)
     if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
-        raise ProgramError(f"invalid read {value!r}: expected register 0 or 1, then the number of reads, e.g. 0 16")
+        raise ProgramError(
+            f"invalid value {value!r} of the action `read`: expected register 0 or 1, and a number of reads, e.g. 0 16"
+        )
     return int(found["offset"]), int(found["count"] or 1)
 
 
@@ -205,7 +207,9 @@ def _contents(value: str) -> tuple[int, bytes]:
     """Parse the value of an action `! write`, e.g. `0 33 00`: a register number and bytes."""
     found = _WRITTEN.fullmatch(value)
     if found is None:
-        raise ProgramError(f"invalid write {value!r}: expected register 0 or 1, then hex bytes, e.g. 0 33 00")
+        raise ProgramError(
+            f"invalid value {value!r} of the action `write`: expected register 0 or 1, and hex bytes, e.g. 0 33 00"
+        )
     return int(found["offset"]), bytes.fromhex(found["data"])
 
 
@@ -254,10 +258,10 @@ def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
         axis_name = sits["axis"]
         raise ProgramError(f"unknown axis {axis_name!r}: expected the names of a controller and its axis, e.g. table.X")
-    above, below = int(sits["above"] or 1), int(sits["below"] or 1)
-    if below == 0:
-        raise ProgramError(f"invalid ratio {above}/0: expected a denominator above 0, e.g. 3/2")
-    return partial(controller.master.follow, controller.bench[name].axes[axis], Fraction(above, below))
+    numerator, denominator = int(sits["above"] or 1), int(sits["below"] or 1)
+    if denominator == 0:
+        raise ProgramError(f"invalid ratio {numerator}/0: expected a denominator above 0, e.g. 3/2")
+    return partial(controller.master.follow, controller.bench[name].axes[axis], Fraction(numerator, denominator))
 
 
 def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
@@ -281,7 +285,7 @@ def targets(controller: Controller) -> tuple[str, ...]:
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs an action at the host's end of a serial line.
+    """Return a function that performs an action at the host's serial port.
 
     Raises ProgramError for an invalid action.
     """
@@ -315,9 +319,8 @@ def _flow(value: str) -> Flow:
     try:
         return Flow(value)
     except ValueError:
-        raise ProgramError(
-            f"invalid flow control {value!r}: expected one of {', '.join(flow.value for flow in Flow)}"
-        ) from None
+        known_values = ", ".join(flow.value for flow in Flow)
+        raise ProgramError(f"invalid flow control {value!r}: expected one of {known_values}") from None
 
 
 def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
@@ -374,12 +377,12 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # enough digits for any number
+    with localcontext(prec=3 * MOST_CHARACTERS):  # enough digits for the longest permitted number
         return round(Decimal(value), _decimals(number)) == number
 
 
 def shown(value: Value) -> str:
-    """Format a value as text, as in a conversation."""
+    """Return a value as text, in the notation of conversation files."""
     if isinstance(value, bool):
         return level_name(value)
     return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
@@ -397,7 +400,8 @@ def _level(value: str, *other_values: str) -> bool:
     try:
         return LEVELS[value]
     except KeyError:
-        raise ProgramError(f"invalid level {value!r}: expected one of {', '.join((*LEVELS, *other_values))}") from None
+        known_levels = ", ".join((*LEVELS, *other_values))
+        raise ProgramError(f"invalid level {value!r}: expected one of {known_levels}") from None
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Act:
-    """Base class for the lines of a conversation.
+    """Base class for the lines of a conversation file.
 
     `line`: number of the line in the file.  `controller`: the controller that the line names.
     """
@@ -16,28 +16,28 @@ class Act:
 
 @dataclass(frozen=True)
 class Comment(Act):
-    """A comment line of a conversation, which has no effect."""
+    """A comment line of a conversation file; it has no effect."""
 
     text: str = ""
 
 
 @dataclass(frozen=True)
 class Wait(Act):
-    """A line of a conversation that advances virtual time."""
+    """A line of a conversation file that advances virtual time."""
 
     ns: int
 
 
 @dataclass(frozen=True)
 class Say(Act):
-    """A line of a conversation: the host transmits data."""
+    """A line of a conversation file: the host sends data."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """A line of a conversation: the host receives `data`.
+    """A line of a conversation file: the host receives `data`.
 
     Empty data mean that the host has received nothing since the last line.
     """
@@ -47,7 +47,7 @@ class Hear(Act):
 
 @dataclass(frozen=True)
 class Do(Act):
-    """A line of a conversation: a manual action, e.g. drive a pin or switch the power."""
+    """A line of a conversation file: a manual action, e.g. to switch the power on."""
 
     target: str
     value: str
@@ -55,7 +55,7 @@ class Do(Act):
 
 @dataclass(frozen=True)
 class Expect(Act):
-    """A line of a conversation: the expected value of a pin, an axis or the clock."""
+    """A line of a conversation file: the expected value of a pin, an axis or the clock."""
 
     subject: str
     value: str

@@ -96,7 +96,7 @@ class Bench:
         return own | {name: line.port for name, line in self.lines.items()}
 
     def port(self, name: str) -> SerialPort:
-        """Return the host's end of a serial endpoint, e.g. `motor`, `motor.rs485` or `chain`.
+        """Return the host's serial port for an endpoint, e.g. `motor`, `motor.rs485` or `chain`.
 
         Raises UsageError if nothing has this name.
         """
@@ -108,10 +108,13 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call `happens` at the exact time of each occurrence of an event, e.g. "table.X passes 1000".
+        """Call `happens` each time an event occurs, e.g. "table.X passes 1000".
 
-        The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its
-        name.  Return an unsubscribe function.  Raises UsageError for an invalid sentence.
+        The call is at the exact time of the event.  The sentences are those of faults' triggers.
+
+        `here`: the controller whose parts may be named without its name.
+
+        Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
         from axistwin.fault_injection import triggers  # lazy import: only benches with triggers need this module
 
@@ -191,7 +194,7 @@ class Bench:
         return controller
 
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Connect motors to an RS232 daisy chain, and return the host's end of the chain.
+        """Connect motors to an RS232 daisy chain, and return the host's serial port.
 
         A motor's output goes to the next motor, so each motor must echo (`ECHO`) the data for the motors after it.  The
         chain replaces the motors' own `serial` ports, in the format of the first motor.
@@ -199,7 +202,7 @@ class Bench:
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 
     def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """Connect motors to a shared RS-485 line, and return the host's end of the line.
+        """Connect motors to a shared RS-485 line, and return the host's serial port.
 
         Two simultaneous senders garble each other's characters.  The line replaces the motors' own `rs485` ports.
         """

@@ -34,7 +34,10 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the column (from 0) and the width of each byte in a text that the host sends."""
+        """Yield the column and the width of each byte in a text that the host sends.
+
+        The first column is 0.
+        """
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Return an explanation of a message in plain words; "" if the message needs no explanation."""
@@ -44,7 +47,7 @@ class Characters:
     """Codec that converts the characters of a serial line to printable text, and text to characters."""
 
     def show(self, data: bytes) -> str:
-        """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
+        """Return bytes as text; spaces at the start and at the end are escaped."""
         text = "".join([_SHOWN[byte] for byte in data])
         middle = text.strip(" ")
         before = len(text) - len(text.lstrip(" "))

@@ -56,7 +56,7 @@ class Controller:
 
     @property
     def serial(self) -> SerialPort:
-        """The host's end of the serial port.  Raises UsageError for a controller on a bus or in a daisy chain."""
+        """Serial port for the host.  Raises UsageError for a controller on a bus or in a daisy chain."""
         if self._plug is None:
             raise UsageError(f"controller {self.name} has no serial port: use its attribute `bus`")
         if "serial" in self._lines:
@@ -66,7 +66,7 @@ class Controller:
 
     @property
     def rs485(self) -> SerialPort:
-        """The host's end of the RS-485 channel.  Raises UsageError if the controller has no such channel."""
+        """RS-485 port for the host.  Raises UsageError for a controller without an RS-485 channel."""
         if "rs485" in self._lines:
             line = self._lines["rs485"]
             raise UsageError(f"{self.name} is on the shared line {line!r}: use the port that `Bench.rs485` returned")
@@ -77,7 +77,7 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """Registers of a controller on a bus, for the host.  Raises UsageError for a controller with a serial port."""
+        """Register port of a controller on a bus.  Raises UsageError for a controller with a serial port."""
         if self._abilities.bus is None:
             raise UsageError(f"controller {self.name} is not on a bus: use its attribute `serial`")
         return self._abilities.bus
@@ -179,7 +179,7 @@ class Controller:
 
     @property
     def hint(self) -> str:
-        """Reason why the controller does not move, and the remedy, in one line; empty without a problem."""
+        """Status hint: why the controller does not move, and the remedy; "" without a problem."""
         return self._abilities.hint()
 
     @property
@@ -193,7 +193,7 @@ class Controller:
 
     @property
     def busy(self) -> bool:
-        """True while the controller works on a host's request.
+        """True while the controller processes a host's request.
 
         Always False for a device that does not report its work.
         """

@@ -112,7 +112,7 @@ class ManualAction:
 
 @dataclass(frozen=True, slots=True)
 class SettingChanged:
-    """Event: a setting at the host's end of a serial line has changed.
+    """Event: a setting of the host's serial port has changed.
 
     The line `! act value` of a conversation repeats the change.
     """
@@ -129,7 +129,7 @@ Sink = Callable[[Event], None]
 
 @contextmanager
 def observing(bench: Bench, sink: Sink) -> Iterator[None]:
-    """Within a `with` block, call `sink` with every event on the bench."""
+    """Pass every event on the bench to `sink` during a `with` block."""
     with ExitStack() as stack:
         for name in endpoints.names(bench):
             if endpoints.at_a_bus(bench, name):

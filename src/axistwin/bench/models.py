@@ -29,9 +29,8 @@ def model_options(made: Product, given: Mapping[str, Any]) -> Any:
     known = [field.name for field in fields(made.options)]
     for name in given:
         if name not in known:
-            raise UsageError(
-                f"model {made.model} has no option {name!r}: expected one of {', '.join((*made.axes, *known))}"
-            )
+            known_options = ", ".join((*made.axes, *known))
+            raise UsageError(f"model {made.model} has no option {name!r}: expected one of {known_options}")
     return made.options(**given)
 
 

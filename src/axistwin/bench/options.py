@@ -34,14 +34,14 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """Parse a TOML value; return a text that is not TOML unchanged."""
+    """Parse a TOML value; return the given text if it is not TOML."""
     import tomllib  # lazy import: only controllers with options need this module
 
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
         raise UsageError(f"invalid option value {shortened(text)}: expected fewer nested brackets") from None
-    except ValueError:  # ValueError means that the text is not TOML, or is an extremely long number
+    except ValueError:  # the text is not TOML, or it contains an extremely long number
         return text
     check_values(value)
     return value

@@ -59,7 +59,7 @@ class Computer:
         self._uc.hook_add(UC_HOOK_INSN, self._in, None, 1, 0, x86.UC_X86_INS_IN)
         self._uc.hook_add(UC_HOOK_INSN, self._out, None, 1, 0, x86.UC_X86_INS_OUT)
 
-    # Memory and registers
+    # The methods below access memory and registers.
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
         """Write bytes to the memory of the emulated computer."""
@@ -127,7 +127,7 @@ class Computer:
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # execute instructions until `_instruction` stops the processor
+        self._uc.emu_start(begin, MEMORY)  # the callback `_instruction` stops the execution
         self._halted = self._has_just_halted()
         self._catch_up()
 
@@ -143,7 +143,7 @@ class Computer:
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Advance virtual time to the time of the processor."""
+        """Advance the virtual time of the bench to the time that the processor has reached."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
@@ -165,9 +165,8 @@ class Computer:
     # Functions that the processor emulator Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Add the duration of one instruction to the processor's time, or stop the processor.
+        """Stop the processor if an event is due; otherwise advance the processor's time by one instruction.
 
-        The processor stops when an event is due.
         The processor does not stop directly after STI, because an interrupt waits for one more instruction.
         """
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
@@ -194,4 +193,4 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # stop the processor: a write to a board may have scheduled an event
+        self._stop_ns = 0  # stop the processor, because the write to a board may have scheduled an event

@@ -11,7 +11,10 @@ Code = str | int
 
 @dataclass(frozen=True)
 class Field:
-    """A parameter of a command: its name, unit and range; subclasses define its notation."""
+    """A parameter of a command, with a name, a unit and a range.
+
+    Subclasses define the notation.
+    """
 
     name: str
     unit: str = ""

@@ -16,7 +16,7 @@ class Severity(StrEnum):
     """Severity of a diagnostic: error or warning."""
 
     ERROR = "error"  # the controller refuses the command
-    WARNING = "warning"  # the command is accepted or ignored, but its effect is probably not intended
+    WARNING = "warning"  # the controller does not refuse the command, but the effect is probably not intended
 
 
 class Rule(NamedTuple):
@@ -92,7 +92,7 @@ class Diagnostic:
 def diagnose(
     rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
 ) -> Diagnostic:
-    """Return a diagnostic that marks these characters as a violation of `rule`.
+    """Return a diagnostic that marks the given characters as a violation of `rule`.
 
     The mark ends at the end of the first line at the latest.
     """

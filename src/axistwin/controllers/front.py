@@ -19,7 +19,7 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class _Item:
-    """Base class for an item of the front panel, which shows one terminal or register."""
+    """Base class of front panel items, each of which shows one terminal or register."""
 
     label: str
     """Letter or number of the item in the manual."""
@@ -83,7 +83,7 @@ Item = Lamp | Word | Reading
 
 @dataclass(frozen=True)
 class Group:
-    """A group of lamps and registers on the front panel, which one chapter of the manual describes."""
+    """A group of lamps and registers on the front panel, described in one chapter of the manual."""
 
     title: str
     chapter: str

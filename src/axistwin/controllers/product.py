@@ -79,7 +79,7 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Control lines of a serial port, first at the connector, then inside the controller."""
+    """Control lines of a serial port, at the connector and inside the controller."""
 
     plug: ControlLines
     inside: ControlLines
@@ -97,7 +97,7 @@ class Awaited(NamedTuple):
 
 
 class Abilities(NamedTuple):
-    """Interfaces that not every controller has, e.g. a UART, a bus port or stored programs.
+    """Optional interfaces of a controller, e.g. a UART, a bus port or stored programs.
 
     Each default value means that the controller does not have the interface.
     """
@@ -149,14 +149,17 @@ class Device(Protocol):
 
     @property
     def abilities(self) -> Abilities:
-        """Interfaces that not every controller has, e.g. a UART or a bus port."""
+        """Optional interfaces of a controller, e.g. a UART or a bus port."""
 
     def power(self, on: bool) -> None:
         """Switch the power on or off."""
 
 
 class Placed(NamedTuple):
-    """A byte of a command, with its column in the text (from 0)."""
+    """A byte of a command, with its column in the command text.
+
+    The first column is 0.
+    """
 
     byte: int
     column: int
@@ -165,7 +168,7 @@ class Placed(NamedTuple):
 
 
 class Language(Protocol):
-    """Converter between binary commands or messages and text for users."""
+    """Converts commands and messages from bytes to text for users, and back."""
 
     def read(self, text: str) -> bytes:
         """Return the bytes of a command that is written as text.
@@ -174,13 +177,16 @@ class Language(Protocol):
         """
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Return the bytes of a command, each with its column in the text.
+        """Return each byte of a command with its column in the command text.
 
         Raises ProgramError with the column, counted from 1.
         """
 
     def message(self, text: str) -> bytes:
-        """Return the bytes of a message that is written as text, padded to the full length of a message."""
+        """Convert a message from text to bytes.
+
+        The bytes are padded to the full length of a message.
+        """
 
     def explain(self, command: bytes) -> str:
         """Return the meaning of a command, in words."""

@@ -263,9 +263,9 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the virtual time at which waiting for the action ends.
+        """Return the latest virtual time at which the emulated controller may react.
 
-        The limit is the recorded time plus the patience.
+        This is the recorded time plus the patience.
         """
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)

@@ -76,14 +76,16 @@ class Conversation:
         """
         if key not in self.headers:
             return default
-        text = self.headers[key]
+        given_value = self.headers[key]
         with self.placing_errors_at_header(key):
             try:
-                seconds = real(text)
+                seconds = real(given_value)
             except NumberError:
                 seconds = -1.0
             if not 0 <= seconds <= MOST_S:
-                raise UsageError(f"invalid value {shortened(text)} of the header {key}: expected seconds, e.g. 2.5")
+                raise UsageError(
+                    f"invalid value {shortened(given_value)} of the header {key}: expected seconds, e.g. 2.5"
+                )
         return seconds
 
     @property
@@ -155,7 +157,7 @@ def parse(text: str, file: str = "", codec: Codec | None = None, model: str = ""
 
 
 def named_model(lines: Iterable[str]) -> str:
-    """Return the model that the comments at the beginning of a conversation give, or "" if no model is given."""
+    """Return the controller model in the headers of a conversation, or "" if the headers contain no model."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -184,7 +186,7 @@ def seconds(ns: int) -> str:
 
 
 def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> Act:
-    """Parse one line of a conversation, which must not be blank."""
+    """Parse one line of a conversation; the line must not be blank."""
     found = _LINE.fullmatch(line.strip())
     indent = len(line) - len(line.lstrip())
     if not found:
@@ -215,22 +217,22 @@ def _act(mark: str, text: str, codec: Codec, place: dict[str, Any]) -> Act:
     return Expect(*_name_and_value(text, "= X.position 1000"), **place)
 
 
-def _time_ns(number: str) -> int:
+def _time_ns(given_time: str) -> int:
     try:
-        ns = round(decimal(number) * S) if _SECONDS.fullmatch(number) else None
+        ns = round(decimal(given_time) * S) if _SECONDS.fullmatch(given_time) else None
     except NumberError:
         ns = None
     if ns is None:
         raise ProgramError(
-            f"invalid time {shortened(number)}: expected seconds, e.g. +0.25",
+            f"invalid time {shortened(given_time)}: expected seconds, e.g. +0.25",
             code=rules.NO_TIME.code,
-            width=max(1, len(number)),
+            width=max(1, len(given_time)),
         )
     if ns >= MOST_NS:
         raise ProgramError(
-            f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)",
+            f"{shortened(given_time)} s is too long: expected less than 9.2e9 s (292 years)",
             code=rules.NO_TIME.code,
-            width=len(number),
+            width=len(given_time),
         )
     return ns
 

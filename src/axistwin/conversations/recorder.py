@@ -105,7 +105,7 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record a present state, e.g. the level of a control line.
+        """Record the present value of a state, e.g. the level of a control line.
 
         `subject`: name of the state.  Later changes of this state are recorded, too.
         """
@@ -186,7 +186,7 @@ class Recorder:
             self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
 
     def _record_action(self, time_ns: int, controller: str, target: str, value: str) -> None:
-        """Record an action at the machine, such as a change of a switch, or a fault."""
+        """Record an action at the machine, e.g. a changed switch or an injected fault."""
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
@@ -269,8 +269,8 @@ class TalkFile:
             self._file.close()
         except OSError as error:
             self._write_error = self._write_error or str(self._cannot(error))
-        if reason := self._write_error:
-            raise UsageError(f"the recording is incomplete, because {reason}")
+        if write_error := self._write_error:
+            raise UsageError(f"the recording is incomplete: {write_error}")
 
     def _cannot(self, error: OSError) -> UsageError:
         return UsageError(f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}")

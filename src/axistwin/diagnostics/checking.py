@@ -237,7 +237,7 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the characters that a program sends to its only controller.
+    """Yield the characters that a program for one controller sends.
 
     `sent` returns the characters of one line.
     """

@@ -36,7 +36,8 @@ def select(code: str) -> list[Rule]:
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:
         if similar := get_close_matches(code.upper(), listed, 1):
-            raise UsageError(f"unknown diagnostic code {code!r}: did you mean {similar[0]}?")
+            similar_code = similar[0]
+            raise UsageError(f"unknown diagnostic code {code!r}: did you mean {similar_code}?")
         raise UsageError(f"unknown diagnostic code {code!r}: `axistwin check --codes` lists all codes")
     return found
 

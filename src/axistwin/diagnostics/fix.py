@@ -96,4 +96,4 @@ def replace(file: Path, text: str, encoding: str) -> None:
     except OSError as error:
         if beside is not None:
             Path(beside).unlink(missing_ok=True)
-        raise AxistwinError(f"{file} cannot be fixed: {reason(error)}") from None
+        raise AxistwinError(f"{file} cannot be written: {reason(error)}") from None

@@ -30,7 +30,7 @@ class Checked:
 
     @property
     def shown(self) -> str:
-        """Name of the file in messages, e.g. `moves.if1`.
+        """File name for use in messages, e.g. `moves.if1`.
 
         The name of a program in a scene is, for example, `scene.toml → moves.if1`.
         """

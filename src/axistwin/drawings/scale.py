@@ -46,7 +46,7 @@ def ticks(first: float, last: float, most: int) -> Iterator[int]:
 
 
 class Flow:
-    """Decides if a drawing moves smoothly or jumps to its new state."""
+    """Decides whether a drawing moves smoothly or jumps to its new state."""
 
     def __init__(self) -> None:
         self._bench: ref[Bench] = ref(Bench())

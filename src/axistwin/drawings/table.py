@@ -72,10 +72,9 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points in one piece of the path, each as the text `X,Y`.
+        """Yield the points of one SVG element of the path, each as the text `X,Y`.
 
-        The last point is the first point of the next piece.
-        Each piece is one SVG element.
+        The last point is also the first point of the next element.
         """
         oldest = trail.begun - len(trail.points)
         first = max(piece * PIECE - oldest, 0)

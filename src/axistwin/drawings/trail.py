@@ -57,12 +57,12 @@ class Trail:
         return self._axes[0].position, self._axes[1].position
 
     def update(self) -> None:
-        """Add the moves since the previous update to the path."""
+        """Add all moves since the previous update to the path of the tool."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # some moves after the previous update are no longer stored
+        if since_ns > self._seen_ns:  # the first moves after the previous update are no longer in memory
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)

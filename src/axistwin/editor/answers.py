@@ -61,10 +61,10 @@ class Editing(Protocol):
     """
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the word at a place in the text."""
+        """Return the meaning of the word under the cursor."""
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place in the text."""
+        """Return the completions at the cursor."""
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the named parts of the text, e.g. labels and sequences."""

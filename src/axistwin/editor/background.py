@@ -51,13 +51,13 @@ class Background:
         self._end()
 
     def _settle(self, task: bytes, done: "Future[Any]") -> None:
-        """Execute a task in the separate process, and set the result of the future `done`.
+        """Execute a task in the separate process, and store the result in `done`.
 
         This function runs in a thread.
         """
         answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
         if self._closed:
-            return  # after `close`, the event loop may have ended
+            return  # the result is useless, because the server is ending
         succeeded, result = answer
         if succeeded:
             done.set_result(result)
@@ -106,9 +106,9 @@ def work() -> None:
     This is the main function of the separate process.
     """
     with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, which then ends this process
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # ignore Ctrl-C, because the server ends this process
     tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # standard error receives the text that a task prints; standard output is only for answers
+    os.dup2(2, 1)  # send printed text to standard error, because standard output is only for answers
     with suppress(EOFError, BrokenPipeError):
         while True:
             function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process

@@ -104,9 +104,9 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter in one word of a command; None for a word without a parameter.
+        """Return the parameter to which one word after the command belongs.
 
-        `here`: index of the word.
+        `here`: index of the word.  None for a word that belongs to no parameter.
         """
         given = text.split()
         if given[0] in self.names:
@@ -120,9 +120,9 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the data that the modal commands of the previous lines send to the board.
+        """Return the characters of the modal commands in the previous lines.
 
-        These data decide which commands are valid next.
+        Modal commands decide which commands are valid next.
         """
         codec = codec_of(self.made)
         lines = [line if self.is_modal(line) else "" for line in lines]

@@ -22,11 +22,11 @@ class CommandLines:
     """
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command at a place in the text."""
+        """Return the meaning of the command under the cursor."""
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that the user may type next at a place in the text."""
+        """Return the commands that the user may type at the cursor."""
         text = lines[line - 1][:at]
         return [] if ";" in text or _message(text) != text else following(text)
 

@@ -39,7 +39,10 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """Language support for the file type; None for an unknown type or a text that is too long."""
+        """Language support for the file type of the document.
+
+        None for an unknown file type, or for a text that is too long.
+        """
         if self.too_long:
             return None
         match self.suffix:
@@ -64,7 +67,7 @@ class Text:
         """Convert a line and a column, both counted from 1, to a position in the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # the column of an ASCII line is the same in every encoding
+            return here  # in an ASCII line, a column is the same in every encoding
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

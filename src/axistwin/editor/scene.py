@@ -47,7 +47,7 @@ class Scenes:
         return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place in a scene: tables, keys, or values of a key."""
+        """Return the completions at the cursor: tables, keys, or values of a key."""
         text = lines[line - 1][:at]
         if "#" in text:
             return []

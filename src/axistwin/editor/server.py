@@ -199,7 +199,7 @@ async def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp
 
 
 def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    """Return the place where a label is defined, or the file whose name is under the cursor."""
+    """Return the definition of the label under the cursor, or the file whose name is under the cursor."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     editing = text.editing
@@ -213,7 +213,7 @@ def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | N
 
 
 def references(server: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    """Return the places where a label is defined and called."""
+    """Return all positions in the text at which the label under the cursor is defined or called."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     editing = text.editing

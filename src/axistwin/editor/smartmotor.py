@@ -65,7 +65,7 @@ def outline(line: str) -> Outline:
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Replace a string by dots, or a comment by blanks, of the same length."""
+    """Replace each character of a string by a dot, and each character of a comment by a blank."""
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 
@@ -85,20 +85,20 @@ class Source:
         return found
 
     def statement(self, line: int, at: int) -> tuple[Statement, int] | None:
-        """Return the statement at a place in the program, and the statement's start index."""
+        """Return the statement under the cursor, and the index at which this statement begins."""
         listed = parsed(self.lines[line - 1])
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
     def label_at(self, line: int, at: int) -> int | None:
-        """Return the label number in the statement at a place in the program.
+        """Return the number of the label that the statement under the cursor defines or calls.
 
-        None for a statement that neither defines nor calls a label.
+        None for a statement without a label.
         """
         found = self.statement(line, at)
         return digits(found[0]) if found is not None and word(found[0]) in LABELLED else None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
-        """Return the IF, WHILE and SWITCH blocks that enclose a place in the program.
+        """Return the IF, WHILE and SWITCH blocks that enclose the cursor.
 
         The innermost block is last.
         """
@@ -117,7 +117,7 @@ class SourceEditing:
     """Language support for SmartMotor programs (`.sms` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command, value or label at a place in the program."""
+        """Return the meaning of the command, value or label under the cursor."""
         source = Source(tuple(lines))
         found = source.statement(line, at)
         if found is None:
@@ -126,20 +126,20 @@ class SourceEditing:
         return hover(statement.text, at - begin, begin, source)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands, values, variables or labels that are valid at a place in the program."""
+        """Return the commands, values, variables or labels that are valid at the cursor."""
         text = lines[line - 1][:at]
         source = Source(tuple(lines))
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
 
     def definition(self, lines: list[str], line: int, at: int) -> Span | None:
-        """Return the place of the label that a statement calls."""
+        """Return the position at which the label under the cursor is defined."""
         source = Source(tuple(lines))
         label = source.label_at(line, at)
         place = None if label is None else source.labels.get(label)
         return None if place is None else (*place, len(f"C{label}"))
 
     def references(self, lines: list[str], line: int, at: int) -> list[Span]:
-        """Return the places of a label and of all statements that call the label."""
+        """Return all positions at which the label under the cursor is defined or called."""
         source = Source(tuple(lines))
         label = source.label_at(line, at)
         return [

@@ -48,7 +48,7 @@ class Conversations:
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at a place in a conversation, e.g. commands, pins or levels."""
+        """Return the completions at the cursor, e.g. commands, pins or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:
@@ -113,7 +113,7 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the data that the host sends to one controller in modal commands."""
+    """Return the characters of the modal commands that the host sends to one controller."""
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
@@ -139,7 +139,7 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that a conversation can use for a controller model.
+    """Return the names of the actions, values and pins that a controller model has in conversations.
 
     Keys: "!" for the targets of actions, "=" for the values that can be checked, and "pins".
     """

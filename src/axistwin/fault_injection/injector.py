@@ -28,7 +28,7 @@ Listener = Callable[["Fault", str], None]
 
 
 class State(Enum):
-    """The state of a fault: waiting, on or over."""
+    """State of a fault: waiting, active or finished."""
 
     WAITING = "waiting"
     ON = "on"
@@ -80,10 +80,13 @@ class Fault:
         return self.state is State.ON
 
     def mend(self) -> None:
-        """End the fault.  A waiting fault is cancelled; a finished fault stays finished."""
+        """End the fault, or cancel a fault that has not begun.
+
+        A finished fault stays finished.
+        """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # a callback called `mend` while the fault began
+            if self._mend is None:  # the start of the fault is not complete yet
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -110,7 +113,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the kind and the parameters of each other active fault on the same line, pin, axis or controller."""
+        """Return kind and parameters of all other active faults on the same part of the bench."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -149,7 +152,8 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault with the given name.  Raises UsageError for an unknown name."""
         if name not in self._those:
-            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
+            known_faults = ", ".join(self.names) or "none"
+            raise UsageError(f"unknown fault {name!r}: known faults are {known_faults}")
         return self._those[name]
 
     @property
@@ -197,9 +201,8 @@ class Faults:
 
         def do() -> Fault:
             if terms.at is not None and to_ns(terms.at) < (now_ns := self.world.clock.now):
-                raise UsageError(
-                    f"the start time at={terms.at:g} has passed: expected {to_seconds(now_ns):g} s or later"
-                )
+                now_s = to_seconds(now_ns)
+                raise UsageError(f"the start time at={terms.at:g} is in the past: expected {now_s:g} s or later")
             fault = Fault(self, self._free_name(terms.name, kind), chosen, spot, values, terms.seed)
             self._those[fault.name] = fault
             self._start(fault, arm, terms)
@@ -208,21 +211,21 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger for an event such as "X passes 1000"; None without an event.
+        """Return the trigger for an event such as "X passes 1000"; None if `when` is None.
 
         Raises UsageError for an invalid event.
         """
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
-        """Return the part of the bench that a fault of this kind affects.  Raises UsageError for a wrong part."""
+        """Return the pin, axis, line or controller that a fault affects.  Raises UsageError for a wrong name."""
         found = self.spots(kind.on, here)
         if not on and here in found:
             on = here
         if not on:
             example = kind.on.value.partition(",")[0]
-            thing = with_article(THINGS[kind.on])
-            raise UsageError(f"the fault {kind.name} needs the name of {thing}: expected e.g. {example}")
+            affected_part = with_article(THINGS[kind.on])
+            raise UsageError(f"the fault {kind.name} needs the name of {affected_part}: expected e.g. {example}")
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
@@ -236,7 +239,8 @@ class Faults:
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
+            known_faults = ", ".join(self.names) or "none"
+            raise UsageError(f"unknown fault {name!r}: known faults are {known_faults}")
         for fault in those:
             fault.mend()
 
@@ -260,7 +264,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # the fault begins after all other events at this time
+            else:  # start the fault after all other events at the time of its trigger
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
@@ -271,7 +275,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # hosts that wait until no event is due ignore this fault
+            clock.background += 1  # background event: no host waits for this fault
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
@@ -306,7 +310,7 @@ def _check_seconds(key: str, given: float) -> None:
     try:
         to_ns(given)
     except UsageError:
-        raise UsageError(f"`{key}` is out of range: expected less than 292 years (9.2e9 s)") from None
+        raise UsageError(f"`{key}` is out of range: expected less than 9.2e9 s, which is 292 years") from None
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
@@ -315,4 +319,5 @@ def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> No
     chances = {"probability": lambda p: p < 1, "jitter": lambda s: s > 0, "mask": lambda bits: bits == 0}
     by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))
     if seed is None and (name := next(by_chance, None)):
-        raise UsageError(f"fault {kind.name} is random with {name}={values[name]:g}: expected a seed, e.g. seed=1")
+        given = f"{name}={values[name]:g}"
+        raise UsageError(f"fault {kind.name} is random with {given}: expected a seed, e.g. seed=1")

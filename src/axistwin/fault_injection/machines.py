@@ -92,12 +92,13 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError unless the terminal is an input with a known level for an open wire."""
+    """Raise UsageError if the terminal is an output, or if its level with an open wire is unknown."""
     assert spot.pin is not None, "the fault is one of a pin"
+    terminal = spot.name
     if not spot.pin.drivable:
-        raise UsageError(f"{spot.name} is an output: expected an input")
+        raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
-        raise UsageError(f"the level of {spot.name} with an open wire is not defined: use the fault `stuck`")
+        raise UsageError(f"the manual gives no level of {terminal} for an open wire: use the fault `stuck` instead")
 
 
 def open_limit(case: Case) -> Mend:
@@ -147,9 +148,9 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Set the ratio of reported counts to true counts for all active faults of an encoder.
+    """Set the ratio of reported counts to true counts of an encoder.
 
-    The ratio is the product of the ratios of these faults.
+    The ratio is the product of the ratios of all active faults of the encoder.
     """
     encoder = _axis(case).encoder
 
@@ -174,8 +175,9 @@ def check_data_sheet(spot: Spot) -> None:
     """Raise UsageError for an ideal servo motor, on which this fault has no effect."""
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
+        name = spot.name
         raise UsageError(
-            f'this fault has no effect on the ideal motor of {spot.name}: expected a real motor, e.g. motor="frame23"'
+            f'the ideal motor of {name} cannot have this fault: expected a real motor, e.g. motor="frame23"'
         )
 
 
@@ -225,13 +227,12 @@ def check_drive(spot: Spot) -> None:
 
 def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
-    pins = spot.machine.product.drive_fault_pins
+    controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(f"{spot.machine.name} has no fault input for a drive: use the fault `jam` or `stall`")
+        raise UsageError(f"{controller} has no fault input for a drive: use the fault `jam` or `stall`")
     if name not in pins:
-        raise UsageError(
-            f"{spot.machine.name} has no fault input for the drive of {name}: expected one of {', '.join(pins)}"
-        )
+        axes = ", ".join(pins)
+        raise UsageError(f"{controller} has no fault input for the drive of axis {name}: expected one of {axes}")
     return pins[name]
 
 

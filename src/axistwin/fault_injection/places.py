@@ -134,7 +134,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return lines, pins, axes or controllers of a bench by full name and by short name.
+    """Return parts of a bench, e.g. its pins, by full name and by short name.
 
     Short names are included: pins and axes of the controller `here` without its name.  A controller's name is a short
     name of its serial port, or of its only pin or axis.
@@ -157,4 +157,5 @@ def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
         return found[name]()
     for similar in get_close_matches(name, found, n=1):
         raise UsageError(f"unknown {kind} {name!r}: did you mean {similar!r}?")
-    raise UsageError(f"unknown {kind} {name!r}: expected one of {', '.join(found) or '(none)'}")
+    known_names = ", ".join(found) or "(none)"
+    raise UsageError(f"unknown {kind} {name!r}: expected one of {known_names}")

@@ -122,10 +122,10 @@ class Case:
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
     """Returns the kinds and values of all other active faults on the same part of the bench."""
 
-    def luck(self, effect: str) -> Chance:
+    def luck(self, random_effect: str) -> Chance:
         """Return the random number generator of the fault.  Raises UsageError for a fault without a seed."""
         if self.chance is None:
-            raise UsageError(f"{effect} is random: expected a seed, e.g. seed=1")
+            raise UsageError(f"{random_effect} is random: expected a seed, e.g. seed=1")
         return self.chance
 
 

@@ -50,9 +50,8 @@ def read(text: str, world: World, here: str = "") -> Arm:
     """Return the trigger for an event such as "X passes 1000".  Raises UsageError for an invalid event."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in VERBS:
-        raise UsageError(
-            f"invalid event when={text!r}: expected e.g. 'X passes 1000', with one of the verbs {', '.join(VERBS)}"
-        )
+        verbs = ", ".join(VERBS)
+        raise UsageError(f"invalid event when={text!r}: expected e.g. 'X passes 1000', with one of the verbs {verbs}")
     return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -119,9 +118,9 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return the trigger for received data, e.g. "table hears X1000" or "table says U".
+    """Return the trigger for received data, e.g. "table hears X1000".
 
-    The device has received the data (hears), or the host has received the data (says).
+    With the verb "hears" the device receives the data, with "says" the host.
     """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
@@ -184,7 +183,8 @@ def _raises(wish: _Wish) -> Arm:
     if alarms is None:
         raise UsageError(f"{machine.name} has no fault flags: expected a controller with fault flags")
     if wish.what and wish.what not in alarms.names:
-        raise UsageError(f"{machine.name} has no fault flag {wish.what!r}: expected one of {', '.join(alarms.names)}")
+        flag, known_flags = wish.what, ", ".join(alarms.names)
+        raise UsageError(f"{machine.name} has no fault flag {flag!r}: expected one of {known_flags}")
     return lambda happens: alarms.subscribe(lambda name: happens() if wish.what in ("", name) else None)
 
 
@@ -192,7 +192,7 @@ def _runs(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     names = machine.product.programs
     if not names:
-        raise UsageError(f"{machine.name} runs no programs: expected a controller that stores programs")
+        raise UsageError(f"{machine.name} cannot store programs: expected a controller that stores programs")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(example=f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
@@ -224,8 +224,10 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
         raise UsageError(f"{machine.name} has no program line {line}: expected {lines}")
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
-        text, timed_line = listing.lines[line - 1], _timed_line(listing, line)
-        raise UsageError(f"program line {line} of {machine.name} ({text}) takes no time: expected {timed_line}")
+        text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
+        raise UsageError(
+            f"program line {line} of {machine.name}, {text}, takes no time and causes no event: expected {valid_line}"
+        )
 
 
 def _timed_line(listing: Listing, after: int) -> str:
@@ -237,7 +239,8 @@ def _timed_line(listing: Listing, after: int) -> str:
 def _other_fault(wish: _Wish) -> Arm:
     faults = dict.fromkeys((*wish.world.faults.names, *wish.world.faults.announced))
     if wish.who not in faults:
-        raise UsageError(f"unknown fault {wish.who!r}: known faults are {', '.join(faults) or 'none'}")
+        fault, known_faults = wish.who, ", ".join(faults) or "none"
+        raise UsageError(f"unknown fault {fault!r}: known faults are {known_faults}")
     return lambda happens: wish.world.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )

@@ -55,7 +55,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     name = _model_name(out)
     scene = _alone(scene if isinstance(scene, Scene) else Scene.load(scene))
     texts = _files(scene)
-    inputs(scene.build(), commands)  # check the commands: `inputs` raises UsageError for an invalid command
+    inputs(scene.build(), commands)  # `inputs` raises UsageError if a command is invalid
     settings = _settings(scene, texts, commands)
     with TemporaryDirectory() as folder:
         root = Path(folder)
@@ -64,7 +64,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="")
         (root / SETTINGS).write_text(json.dumps(settings, indent=2, ensure_ascii=False), encoding="utf-8")
-        # each FMU needs a module name of its own, because a process imports a module name only once
+        # each FMU needs a different module name, because a process imports each name only once
         script = root / f"fmu_{name}_{settings['token'].replace('-', '')}.py"
         script.write_text(SCRIPT.format(version=VERSION, name=name), encoding="utf-8")
         made = FmuBuilder.build_FMU(
@@ -129,4 +129,5 @@ def _move(made: Path, out: Path) -> None:
     except OSError as error:
         with suppress(OSError):
             unfinished.unlink()
-        raise UsageError(f"{out} cannot be written: {error.strerror}") from None
+        reason = error.strerror
+        raise UsageError(f"{out} cannot be written: {reason}") from None

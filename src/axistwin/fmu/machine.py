@@ -95,8 +95,9 @@ class Machine(Fmi3Slave):
         return Fmi3StepResult(status=Fmi3Status.ok)
 
 
-def _check_version(made_by: str) -> None:
-    if made_by != VERSION:
+def _check_version(needed_version: str) -> None:
+    if needed_version != VERSION:
         raise UsageError(
-            f"this FMU needs axistwin {made_by}, but {VERSION} is installed: install {made_by}, or export the FMU again"
+            f"this FMU needs axistwin {needed_version}, but {VERSION} is installed: "
+            f"install {needed_version}, or export the FMU again"
         )

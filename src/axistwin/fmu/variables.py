@@ -37,7 +37,7 @@ _PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True)
 class Input:
-    """An input of an FMU: the level of a terminal, or a number.
+    """An input of an FMU, which is a logic level or a number.
 
     `unit`: the unit of a number; empty for a level.
     `set` is called only with a new value.
@@ -52,7 +52,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """An output of an FMU: the level of a terminal, or a number."""
+    """An output of an FMU, which is a logic level or a number."""
 
     name: str
     doc: str
@@ -160,10 +160,10 @@ def _command(bench: Bench, line: str) -> Callable[[float], object]:
     codec = codec_of(bench[who].product) if who in bench.controllers else None
     act = parse_line(line, 0, "") if codec is None else parse_line(line, 0, "", codec)
     if not isinstance(act, Say | Do):
-        raise UsageError(f"invalid line {line!r}: expected a command (>) or an action (!), e.g. {EXAMPLE}")
+        raise UsageError(f"invalid line {line!r}: expected > before a command or ! before an action, e.g. {EXAMPLE}")
     if not act.controller:
         if not only and not (isinstance(act, Do) and act.target in FAULT_ACTS):
-            raise UsageError(f"no controller in {line!r}: expected the controller first, e.g. table: ! input1 high")
+            raise UsageError(f"no controller name in {line!r}: expected the name first, e.g. table: ! input1 high")
         act = type(act)(**{**vars(act), "controller": only})
     perform = ActionRunner(bench).prepare(act)
 

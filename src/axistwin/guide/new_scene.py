@@ -36,8 +36,8 @@ def read_models(text: str) -> tuple[str, ...]:
     """Parse a list of models such as `if1, smartmotor`.  Raises UsageError for an unknown model."""
     models = tuple(word.lower() for word in text.replace(",", " ").split())
     known_models = ", ".join(FAMILIES)
-    if unknown := [model for model in models if model not in FAMILIES]:
-        raise UsageError(f"no model {unknown[0]!r}: expected one or more of {known_models}")
+    if unknown_model := next((model for model in models if model not in FAMILIES), ""):
+        raise UsageError(f"no model {unknown_model!r}: expected one or more of {known_models}")
     if not models:
         raise UsageError(f"no model is given: expected one or more of {known_models}")
     return models

@@ -50,14 +50,16 @@ class Example:
         Raises UsageError if a file exists already or cannot be written.
         """
         wanted = {file: target / file.relative_to(self.root) for file in self.files}
-        if existing := [path for path in wanted.values() if path.exists()]:
-            raise UsageError(f"{existing[0]} exists already: choose another directory")
+        if existing_file := next((path for path in wanted.values() if path.exists()), None):
+            raise UsageError(f"{existing_file} exists already: choose another directory")
         try:
             for file, path in wanted.items():
                 path.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(file, path)
         except OSError as error:
-            raise UsageError(f"cannot copy to {target} ({reason(error)}): choose another directory") from None
+            raise UsageError(
+                f"the example cannot be copied to {target}: {reason(error)}; choose another directory"
+            ) from None
         return list(wanted.values())
 
 

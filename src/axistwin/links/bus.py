@@ -38,11 +38,11 @@ class Registers(Protocol):
 
     @property
     def interrupt(self) -> bool:
-        """True while the board interrupts the host."""
+        """True while the interrupt line from the board to the host is active."""
 
     @property
     def interrupt_line(self) -> Pin:
-        """The interrupt line to the host."""
+        """The interrupt line from the board to the host."""
 
     def read(self, offset: int) -> int:
         """Return the contents of the register at an offset."""
@@ -55,7 +55,9 @@ class Registers(Protocol):
 
 
 class Slot(SingleClient["Master"]):
-    """Endpoint for the one client that reads and writes the registers of a board.
+    """Endpoint of a board, to which one client at a time can connect.
+
+    The client reads and writes the registers of the board.
 
     `reset` is called for each new client.
     """
@@ -74,7 +76,7 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no requests from the client.
+        """True while the server must not read requests from the client.
 
         This is the case while the gate is closed, or while the client does not read its answers.
         """
@@ -105,7 +107,7 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute all complete requests in the received data.
+        """Execute all complete requests of the client.
 
         An incomplete request is stored until its end arrives.
         """
@@ -145,12 +147,13 @@ class Master(Connection):
             case ["init"]:
                 self.slot.bus.init()
                 return "ok"
-        request = " ".join(words)
-        raise UsageError(f"unknown request {_shown(request)}: expected a command r, w, i, s or init, e.g. r 0")
+        request = _shown(" ".join(words))
+        raise UsageError(f"unknown request {request}: expected r, w, i, s or init, e.g. r 0")
 
     def _store(self, offset: int, values: list[int]) -> str:
         if len(values) > MAX_BLOCK:
-            raise UsageError(f"too many bytes in one request ({len(values)}): expected at most {MAX_BLOCK}")
+            number_of_bytes = len(values)
+            raise UsageError(f"cannot write {number_of_bytes} bytes in one request: expected at most {MAX_BLOCK}")
         for value in values:
             self.slot.bus.write(offset, value)
         return "ok"

@@ -200,7 +200,7 @@ class ComPort:
                 pass
         return None
 
-    # do not answer a request for the present state of an option, to prevent an endless exchange
+    # A request for the present state of an option gets no answer: answers could repeat endlessly
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
@@ -221,7 +221,7 @@ class ComPort:
     # A command with an invalid value changes no setting; the answer contains the present setting
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # with an empty value, the client requests the server's signature
+        if not value:  # an empty value is a request for the server's signature
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -307,7 +307,7 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of received characters to the client."""
-        # `LineError` and `LineState` have their bits in the same order
+        # `LineError` and `LineState` have the same order of bits
         state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()

@@ -107,7 +107,7 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # this file exists only on Linux, and only while the thread runs
+        except FileNotFoundError:  # the file `stat` exists only on Linux, and only while the thread runs
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"
@@ -150,5 +150,5 @@ def _sleeping(host: HostThread) -> Iterator[None]:
 
 
 def pause() -> None:
-    """Sleep for the time between two polls of the host threads."""
+    """Wait for a short real time before the host threads are checked again."""
     time.sleep(POLL_S)

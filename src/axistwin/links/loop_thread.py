@@ -30,7 +30,7 @@ class LoopThread:
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # a coroutine that is never awaited must be closed
+            coroutine.close()  # close the coroutine, because the coroutine will not run
             self.check_outside()
             raise UsageError("the controllers are closed: expected a call inside the `with` block")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()

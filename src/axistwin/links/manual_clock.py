@@ -51,7 +51,9 @@ class ServedClock:
 
     def advance(self, seconds: float) -> None:
         """Raise UsageError, because virtual time follows the wall clock."""
-        raise UsageError(f'cannot advance by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")')
+        raise UsageError(
+            f'cannot advance virtual time by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")'
+        )
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Wait until `condition()` is true, for at most `timeout` seconds of real time.
@@ -225,7 +227,7 @@ class ManualClock(ServedClock):
             pause()
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
-        """Wait in real time until a host sends data or ends.
+        """Wait in real time until a host has sent data or has finished.
 
         The host may be sleeping in real time.
         """

@@ -169,7 +169,10 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Call `change()`, which changes the line format or a control line."""
+        """Change the line format or a control line at the present virtual time.
+
+        `change()` makes the change.
+        """
         self.pacer.sync()
         change()
         self.pacer.work()

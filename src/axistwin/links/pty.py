@@ -27,7 +27,7 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
-EXTPROC = 0o200000  # with this flag, Linux reports every change of the settings
+EXTPROC = 0o200000  # flag that makes Linux report every change of the line settings
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
@@ -67,11 +67,13 @@ class PtyPort:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # delete the link that a killed server has left
+                self._link.unlink()  # delete the symbolic link of a server that was killed
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
-            raise LinkError(f"cannot create {self.url}: {self._link} already exists; choose another path") from None
+            raise LinkError(
+                f"cannot create {self.url}: the file {self._link} already exists; choose another path"
+            ) from None
         except OSError as error:
             self._close_files()
             reason = (error.strerror or str(error)).lower()
@@ -104,7 +106,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # ignore the packet that the method `_hold` has caused
+            return  # ignore this packet, because `_hold` has emptied the buffers
         if self._connect():
             self._take(packet[0], packet[1:])
 
@@ -120,7 +122,7 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """Connect this client if possible; return True if the client is now connected.
+        """Connect this client, and return True on success.
 
         A refused client is not tried again before the client closes the device.
         """

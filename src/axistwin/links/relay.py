@@ -115,7 +115,7 @@ class Relay:
     # Functions that forward data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # characters with errors belong to a break, and `_break` forwards the break
+        if not errors:  # forward only characters without errors; `_break` forwards a break
             self._outgoing.append(byte)
 
     def _forward(self) -> None:

@@ -50,7 +50,8 @@ class SerialDevice:
         self._lines: Lines | None = None
         if not plug.connect(self):
             self._device.close()
-            raise LinkError(f"cannot use {url}: another port of {plug.name} is already connected")
+            controller_name = plug.name
+            raise LinkError(f"cannot use {url}: {controller_name} is already connected to another port")
         self._begin()
 
     def _begin(self) -> None:

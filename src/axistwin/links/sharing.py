@@ -112,7 +112,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # an incomplete request ends when the line becomes silent
+            self._complete = True  # treat the request of the removed client as complete
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)

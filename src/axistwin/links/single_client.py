@@ -53,7 +53,7 @@ class Gate:
         return self.reason != ""
 
     def close(self, reason: str) -> None:
-        """Flush pending output, stop reading from clients, and refuse new clients.
+        """Send pending output, stop reading from clients, and refuse new clients.
 
         An empty reason opens the gate.
         """
@@ -125,7 +125,7 @@ class SingleClient(Generic[G]):
         return True
 
     def disconnect(self, client: G) -> None:
-        """Free the endpoint for the next client after `client` has disconnected."""
+        """Release the endpoint after `client` has disconnected."""
         if self.client is client and self.gate.closed:
             self._has_disconnected = True
         elif self.client is client:

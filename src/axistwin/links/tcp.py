@@ -195,7 +195,7 @@ class TcpClient(Connection):
         self.plug.send(data)
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the client, or discard the bytes while the client does not read."""
+        """Send bytes to the client; discard the bytes if the client does not read."""
         if self.stalled:
             self.dropped += len(data)
         elif not self._transport.is_closing():
@@ -247,7 +247,7 @@ async def _resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    # asyncio disables Nagle's algorithm only with IPPROTO_TCP
+    # with IPPROTO_TCP, asyncio disables Nagle's algorithm for the socket
     sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         # on Windows, SO_REUSEADDR would let a second server use the same address

@@ -48,5 +48,5 @@ class Writer:
             return os.write(self.descriptor, data)
         except BlockingIOError:
             return 0
-        except OSError:  # discard the data, because the read callback handles the closed connection
+        except OSError:  # discard the data if the write fails
             return len(data)

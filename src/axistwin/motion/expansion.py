@@ -47,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # the patterns need at most half the memory of `out`
+    patterns: dict[int, NDArray[np.int64]] = {}  # pulse times of repeated profiles, in at most half the memory of `out`
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:
@@ -63,7 +63,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _shared(moves: Sequence[Timed]) -> list[Timed]:
-    """Replace equal velocity profiles of moves by one shared profile object."""
+    """Let all moves with equal velocity profiles share one profile object."""
     known: dict[tuple[int, ...], Profile] = {}
     found = []
     for start_ns, profile in moves:
@@ -94,7 +94,7 @@ def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) ->
 
 
 def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
-    """Split moves into batches of about SEGMENTS segments."""
+    """Split moves into batches, each with about `SEGMENTS` profile segments."""
     batch, segments = [], 0
     for move in moves:
         batch.append(move)
@@ -107,7 +107,7 @@ def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
 
 
 def _method(profile: Profile) -> Callable[[Sequence[Timed], "NDArray[np.int64]"], None]:
-    """Return the fastest function that computes the pulse times of a profile exactly."""
+    """Return the fastest exact method to compute the pulse times of a profile."""
     pulses = _pulses(profile)
     if pulses * profile.per_rate > EXACT or pulses > LONG * len(profile.starts):
         return _one_by_one

@@ -47,7 +47,7 @@ class Profile:
     def __init__(
         self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
     ) -> None:
-        """Calculate the integer tables of a profile.
+        """Convert the segments of the profile to tables of integers.
 
         `phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion.
         """
@@ -62,7 +62,7 @@ class Profile:
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:
-        """Append segments to the integer tables of the profile.
+        """Append the rates and start times of segments to the tables of the profile.
 
         Return False if a table would need fractions.
         """
@@ -72,7 +72,8 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            if seconds is not None and seconds is not duration:  # divide only once for segments of equal duration
+            # consecutive segments of the same duration need only one division
+            if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
             if unfit or rest:
@@ -115,7 +116,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # count all pulses whose exact time is before elapsed_ns + 1
+        # count the pulses up to the end of this nanosecond
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
@@ -130,7 +131,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the whole pulses before a time, and the elapsed fraction of the next pulse."""
+        """Return the number of whole pulses before a time, and the elapsed fraction of the next pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 
@@ -246,7 +247,7 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Return the duration in seconds of `parts` units of 1/`per_second` s.
+    """Return `parts` divided by `per_second` as an exact number of seconds.
 
     Calls with equal arguments return the same object.
     """

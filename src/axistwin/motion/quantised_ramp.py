@@ -42,16 +42,16 @@ def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels of a slow ramp, which stays on each level for several intervals.
+    """Yield the levels of a slow ramp, each with its duration in intervals.
 
-    Each level comes with its duration in intervals.
+    A slow ramp stays at each level for one or more intervals.
     """
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
     done = 0
     for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
-        # compute k, the number of the last interval at the rate `level`
+        # k is the number of the last interval at this level
         edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
         k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
         yield level, k - done
@@ -88,7 +88,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Total number of pulses after 0, 1, 2 … levels of the acceleration."""
+        """Number of pulses in the first k levels of the acceleration, for k = 0, 1 and so on."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

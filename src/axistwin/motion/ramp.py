@@ -31,7 +31,7 @@ class Ramp:
         self.index = lru_cache(maxsize=64)(self._index)
 
     def run(self) -> Profile:
-        """Return the velocity profile of an acceleration to the rate `top` and an endless motion at this rate."""
+        """Return the velocity profile of a run: a ramp to the rate `top`, then endless motion."""
         return Profile((*self._level_segments(len(self.levels)), Segment(self.top, None)))
 
     def _index(self, distance: int) -> Profile:

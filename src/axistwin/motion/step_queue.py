@@ -47,10 +47,11 @@ class Steps:
 
 
 def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
-    """Yield step commands that output a pulse at each wanted time, within a tolerance in ticks.
+    """Yield step commands that output pulses at the wanted times.
 
-    The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
-    ValueError if an interval is out of range.
+    `tolerance`: maximum error of a pulse time in ticks.  `last`: tick of the pulse before the wanted times.
+    The times must rise, and `last` must be earlier than the first time by more than `tolerance`.
+    Raises ValueError if an interval is out of range.
     """
     import numpy as np
 
@@ -69,7 +70,8 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
     The tick of each pulse is from its bound in `low` to its bound in `high`.
     """
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
-        raise ValueError(f"interval of {int(high[0])} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
+        interval_ticks = int(high[0])
+        raise ValueError(f"interval of {interval_ticks} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
     best, reach = _fit(low[:1], high[:1]), 2
     assert best is not None, "a command of one pulse is always possible"
     while reach <= len(low) and (found := _fit(low[:reach], high[:reach])):

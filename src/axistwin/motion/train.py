@@ -96,9 +96,10 @@ class Train:
         starts = [move.start_ns for move in self.moves]
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
+            oldest_s, longer_history = to_seconds(first), 2 * len(self.moves)
             raise UsageError(
-                f"pulses before {to_seconds(first):g} s are no longer stored: request later pulses, "
-                f"or add the controller with history={2 * len(self.moves)}"
+                f"pulses before {oldest_s:g} s are no longer stored: request later pulses, "
+                f"or add the controller with history={longer_history}"
             )
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
@@ -131,7 +132,7 @@ class Train:
         """Yield the direction and the pulse times of each move between two times."""
         import numpy as np
 
-        # an earlier move may output its last pulse at start_ns, so the search begins 1 ns earlier
+        # a move that ends with a pulse exactly at `start_ns` is included
         earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
@@ -142,7 +143,7 @@ class Train:
                     yield move.direction, times
 
     def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
-        """Return two counts of a move: the pulses before `start_ns`, and the pulses before `stop_ns`."""
+        """Return the number of pulses of a move before `start_ns`, and the number before `stop_ns`."""
         profile = move.profile
         if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
             return 0, profile.pulses

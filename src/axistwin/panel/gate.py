@@ -88,7 +88,7 @@ class Gate:
             return "invalid Sec-Fetch-Site: expected a request from the panel's own page"
         return ""
 
-    # Access with a token
+    # Functions that check the token in a request
 
     def _unknown(self, scope: Scope, cookies: dict[str, str]) -> str:
         if self._token is None:

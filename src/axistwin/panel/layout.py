@@ -30,7 +30,10 @@ def written(person: Person) -> str:
 
 
 def restore(person: Person, cookie: str | None) -> None:
-    """Restore the layout of a new user's page from a cookie; an invalid cookie is ignored."""
+    """Restore the page layout that a cookie of the browser contains.
+
+    The cookie is ignored if it is invalid, or if the user already has settings.
+    """
     if person.settings or cookie is None:
         return
     try:

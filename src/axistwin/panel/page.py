@@ -124,7 +124,8 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
-            oldest.outbox.message_history.clear()  # a browser that connects again reloads the page
+            # a browser that connects again reloads the page, and does not need old messages
+            oldest.outbox.message_history.clear()
             _released(elements)
 
     def _forget(self, client: Client) -> None:
@@ -271,7 +272,10 @@ class _Frames:
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
-        """Update all views of the page, with pauses in which other tasks of the event loop run."""
+        """Update all views of the page.
+
+        Other tasks of the event loop run in pauses of the update.
+        """
         left = deque(self._made)
         while left:
             self._context.session.inspect(partial(_refresh_some, left))
@@ -286,7 +290,10 @@ class _Frames:
             self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
-        """Build the tabs that the user has opened, with pauses in which other tasks of the event loop run."""
+        """Build the tabs that the user has opened.
+
+        Other tasks of the event loop run in pauses of the work.
+        """
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())

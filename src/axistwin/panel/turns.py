@@ -22,9 +22,9 @@ class _Abandoned(BaseException):
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Execute `compute()` in short pieces, between which other tasks run, and return the result.
+    """Execute `compute()` in short pieces, and return the result.
 
-    Raises the exception of `compute()`.
+    Other tasks of the event loop run between the pieces.  Raises the exception of `compute()`.
     """
     work = _Work(compute)
     try:
@@ -60,7 +60,7 @@ class _Work(Generic[T]):
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation, and execute its `finally` clauses."""
+        """Cancel the computation; the `finally` clauses of the computation are executed."""
         self._abandoned = True
         while not self._over:
             self.go_on()

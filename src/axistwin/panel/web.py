@@ -58,7 +58,7 @@ class Address:
         host = host.strip("[]") or LOOPBACK
         if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
             raise UsageError(
-                "invalid --panel-token: expected letters and digits only, because the token is part of an address"
+                "invalid --panel-token: expected letters and digits only, because the token is part of the panel's URL"
             )
         return Address(host, port, token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
 
@@ -69,7 +69,7 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # messages are recorded even before the first page is opened
+        self.common(Talk)  # record messages even before a user opens the first page
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None
@@ -79,14 +79,14 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        sock = _listening(self.address)  # the socket is opened first, because the address may be in use
+        sock = _listening(self.address)  # open the socket first, because the port may be in use
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # compressing a message takes longer than building the message
+                ws_per_message_deflate=False,  # messages are not compressed, because compression is slow
             )
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))

@@ -45,7 +45,10 @@ Listener = Callable[[Samples], None]
 
 @dataclass(slots=True)
 class _Stretch:
-    """A block of consecutive samples of a moving axis; `before` is the position before the first sample."""
+    """Consecutive samples of an axis in motion.
+
+    `before`: the position before the first sample.
+    """
 
     start_ns: int
     period_ns: int
@@ -57,7 +60,7 @@ class _Stretch:
         return self.start_ns - self.period_ns
 
     def times(self) -> "NDArray[np.int64]":
-        """Return the interpolated times of the count changes, evenly spaced between two samples."""
+        """Return the times of the count changes, interpolated between the samples."""
         import numpy as np
 
         positions = np.frombuffer(self.positions, np.int64)
@@ -97,7 +100,9 @@ class CountHistory:
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":
-        """Return the times of all count changes from `start_ns` to before `stop_ns`.
+        """Return the times of all count changes in an interval.
+
+        The interval is from `start_ns` to before `stop_ns`.
 
         Raises UsageError if old changes have been discarded; the message suggests the option `history=larger_history`.
         """

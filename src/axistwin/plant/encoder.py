@@ -36,29 +36,35 @@ class Encoder:
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = self._began = 0  # `_began` is the load position at the start of the present motion
+        self._load = self._began = 0  # load position at the start of the present motion
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        # `_counted` stores the load position and the count at the latest encoder fault
+        # load position and encoder count at the time of the latest encoder fault
         self._counted: tuple[int, int] | None = None
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
-        """Turn the shaft to `position` in pulses, without a reversal, and return the encoder count."""
+        """Turn the shaft to a position, and return the encoder count.
+
+        `position`: in pulses.  The motion to this position has no reversal.
+        """
         before, self._load = self._load, self._dragged(self._load, position)
         if self._load != before:
             self.direction = 1 if self._load > before else -1
         return self._count(self._load)
 
     def begin(self) -> None:
-        """Store the position of the load at the start of a motion without reversal."""
+        """Store the load position at the start of a motion.
+
+        The motion has no reversal.
+        """
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the encoder count at an earlier shaft position of the present motion.
+        """Return the count that the encoder had at an earlier shaft position.
 
-        The motion has no reversal.
+        The position is part of the present motion, which has no reversal.
         """
         return self._count(self._dragged(self._began, position))
 
@@ -92,9 +98,9 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Convert an encoder count to the edge at which the encoder reaches the count.
+        """Convert an encoder count to the motor position at which the count is reached.
 
-        Edge n lies between the motor positions n-1 and n.
+        The position is given as an edge.  Edge n lies between the motor positions n-1 and n.
         """
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:

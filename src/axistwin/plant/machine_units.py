@@ -95,12 +95,14 @@ def position(given: int | str, units: MachineUnits | None) -> int:
         return given
     found = _QUANTITY.fullmatch(given) if isinstance(given, str) and len(given) < 100 else None
     if found is None or found["per_second"]:
-        raise UsageError(f"expected a position, e.g. {_example_positions(units)}")
+        example_position = _example_position(units)
+        raise UsageError(f"expected a position, e.g. {example_position}")
     if found["of"] is None:
         try:
             return whole(found["number"], -MOST_POSITION, MOST_POSITION)
         except NumberError:
-            raise UsageError(f"invalid number of counts {given!r}: expected e.g. {_example_positions(units)}") from None
+            example_position = _example_position(units)
+            raise UsageError(f"invalid number of counts {given!r}: expected e.g. {example_position}") from None
     counts = round(_quantity(found["number"], found["of"], units))
     if abs(counts) > MOST_POSITION:
         raise UsageError(f"position {given} is out of range: expected {-MOST_POSITION} to {MOST_POSITION} counts")
@@ -119,12 +121,13 @@ def rate(given: float | str, units: MachineUnits | None) -> float:
 
 
 def _quantity(number: str, unit: str, units: MachineUnits | None) -> Fraction:
+    given_unit = shortened(unit)
     if units is None:
         raise UsageError(
-            f"unknown unit {shortened(unit)}: expected counts, or set the option units = {EXAMPLE} of the axis"
+            f"unknown unit {given_unit}: give counts, or set the axis option units, e.g. units = {EXAMPLE}"
         )
-    if unit != units.of:
-        raise UsageError(f"{shortened(unit)} is not the unit of the axis: expected {units.of}")
+    if unit != (axis_unit := units.of):
+        raise UsageError(f"{given_unit} is not the unit of the axis: expected {axis_unit}")
     try:
         return Fraction(decimal(number)) * units.per
     except NumberError:
@@ -133,5 +136,5 @@ def _quantity(number: str, unit: str, units: MachineUnits | None) -> Fraction:
         ) from None
 
 
-def _example_positions(units: MachineUnits | None) -> str:
+def _example_position(units: MachineUnits | None) -> str:
     return f"1000 or '12.5 {units.of}'" if units is not None else "1000"

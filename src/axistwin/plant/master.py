@@ -44,7 +44,7 @@ class Followed(Protocol):
 
     @property
     def follows(self) -> "Followed | None":
-        """Another axis, whose shaft turns the master encoder; None without a master encoder."""
+        """The axis that turns the external encoder of this axis; None if no axis turns the encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` each time the axis crosses a position in `edges`.
@@ -130,7 +130,7 @@ class Master:
 
     @property
     def moving(self) -> bool:
-        """True if the encoder will output more edges."""
+        """True if the encoder turns or is mounted on an axis."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -219,7 +219,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Notify the subscribers of a change in the motion of the followed axis."""
+        """Notify the subscribers that the motion of the followed axis has changed."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

@@ -92,13 +92,14 @@ class ServoLoad:
 
 
 def _check(parameter: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """Raise UsageError unless a parameter of a data sheet is in its permitted range.
+    """Raise UsageError if a parameter of a data sheet is outside its permitted range.
 
     The range is from `low` (None: above 0) to `high`.
     """
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
-        raise UsageError(f"invalid {parameter}={value!r}: expected a {'whole number' if whole else 'number'}")
+        expected_type = "a whole number" if whole else "a number"
+        raise UsageError(f"invalid {parameter}={value!r}: expected {expected_type}")
     if value > high or (value <= 0 if low is None else value < low):
         lowest = "above 0" if low is None else f"{low:g}"
         raise UsageError(f"invalid {parameter}={value!r}: expected a number from {lowest} to {high:g}")

@@ -41,10 +41,13 @@ class Source(Protocol):
     """
 
     def refresh(self) -> None:
-        """Publish all samples up to now, without changing the state or the predictions."""
+        """Publish all position samples up to the present time.
+
+        The state and the predictions do not change.
+        """
 
     def catch_up(self) -> None:
-        """Publish all samples up to now, before the state of the shaft changes."""
+        """Publish all position samples before the state of the shaft changes."""
 
     def replan(self) -> None:
         """Discard predicted positions after a change of load, blocking or ambient temperature."""
@@ -80,13 +83,13 @@ class Source(Protocol):
         """True if the shaft turns or a trajectory is in progress."""
 
     def next_sample_ns(self) -> int | None:
-        """Time in ns of the next possible change of position; None if the position cannot change by itself."""
+        """Time of the next position sample, in ns; None while the motor is at rest."""
 
     def temperature(self) -> float:
         """Temperature of the motor, in degrees Celsius."""
 
     def energy_nj(self) -> int:
-        """Energy in nJ that the windings have taken since the bench was created."""
+        """Energy in nJ that the windings have received since the bench was created."""
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts` now."""
@@ -113,26 +116,26 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return only the present position, without a prediction.
+        """Return a list that contains only the present position.
 
         A person can turn the shaft at any time.
         """
         return [self._axis.shaft]
 
     def commanded(self) -> int:
-        """Always 0, because a motor without power has no trajectory."""
+        """Return 0, because a motor without power has no trajectory."""
         return 0
 
     def velocity(self) -> float:
-        """Velocity of the shaft, which is 0."""
+        """Return a velocity of 0, because the shaft is at rest."""
         return 0.0
 
     def moving(self) -> bool:
-        """Always False, because the shaft is at rest."""
+        """Return False, because the shaft is at rest."""
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Always None, because the shaft is at rest."""
+        """Return None, because a shaft at rest has no next sample."""
         return None
 
     def temperature(self) -> float:
@@ -140,7 +143,7 @@ class AtRest:
         return self._axis.ambient
 
     def energy_nj(self) -> int:
-        """Energy in nJ that the windings had taken when the power was switched off."""
+        """Energy in nJ that the windings received before the power was switched off."""
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
@@ -276,7 +279,7 @@ class ServoAxis:
         self._find_window()
         self._left_window.emit()
 
-    # Methods that return the state of the axis, or perform manual actions
+    # Methods for the state of the axis, and for manual actions
 
     @property
     def position(self) -> int:
@@ -319,12 +322,12 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """Always False, because a person can turn the shaft at any time."""
+        """False for every servo axis, because a person can turn the shaft at any time."""
         return False
 
     @property
     def predictable(self) -> bool:
-        """Always False, because positions of a servo are not known in advance."""
+        """False for every servo axis, because positions of a servo cannot be predicted."""
         return False
 
     @property
@@ -346,7 +349,7 @@ class ServoAxis:
         return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:
-        """Time in ns of the next possible change of position; None if the position cannot change by itself."""
+        """Time of the next position sample, in ns; None while the motor is at rest."""
         return self._source.next_sample_ns()
 
     @property
@@ -356,7 +359,7 @@ class ServoAxis:
 
     @property
     def energy(self) -> float:
-        """Energy in J that the motor windings have taken since the bench was created.
+        """Energy in J that the motor windings have received since the bench was created.
 
         The energy includes heat of the windings, and mechanical work.
 
@@ -404,7 +407,10 @@ class ServoAxis:
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """Block the shaft if `on` is True, or release the shaft; the trajectory continues."""
+        """Block the shaft if `on` is True; release the shaft if `on` is False.
+
+        The trajectory continues.
+        """
         self.manual_actions.report(ManualAct.JAM, bool(on))
         self._jams.set(bool(on))
 
@@ -474,8 +480,9 @@ class ServoAxis:
         self.left_window()
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns of the encoder count changes, from `start_ns` to before `stop_ns` (default: up to
-        now).
+        """Return the times in ns of the encoder count changes.
+
+        The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
 
         The count is known at samples; changes between two samples are spread evenly.
         """
@@ -492,7 +499,7 @@ class ServoAxis:
         return self._published.subscribe(callback)
 
     def catch_up(self) -> None:
-        """Publish all samples up to the present time."""
+        """Publish all position samples up to the present time."""
         self._source.refresh()
 
     @property

@@ -145,9 +145,9 @@ class StepperAxis:
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # `_lost` is the net number of steps lost in finished moves
-        self._unmade = 0  # `_unmade` counts the pulses that `hold` suppressed before the last call of `let_go`
-        # `_made` is the number of pulses at which the output is held; None without a hold
+        self._lost = 0  # steps lost in finished moves, positive minus negative
+        self._unmade = 0  # pulses suppressed by `hold` before the last call of `let_go`
+        # pulse count of the held step output; None while the output is not held
         self._made: int | None = None
         self._was_held = False
 
@@ -225,7 +225,7 @@ class StepperAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if the positions up to the next move can be predicted.
+        """True if the positions until the next move can be predicted.
 
         No steps are lost, and the output is not held.
         """
@@ -233,7 +233,7 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True for an ideal motor whose motion has no subscribers.
+        """True if the motor is ideal and its motion has no subscribers.
 
         A new velocity profile then affects only the pulses.
         """
@@ -241,7 +241,7 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """Always None, because the controller of a stepper motor has no external encoder."""
+        """None for every stepper axis, because its controller has no external encoder."""
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
@@ -268,7 +268,7 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # Methods that return the state of the axis, or perform manual actions
+    # Methods for the state of the axis, and for manual actions
 
     @property
     def position(self) -> int:
@@ -278,11 +278,11 @@ class StepperAxis:
 
     @property
     def lost(self) -> int:
-        """Net number of lost steps: pulses that the output has made, minus the motor position."""
+        """Number of lost steps: pulses of the step output minus the motor position."""
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function that calculates the lost steps from the number of pulses of the present move.
+        """Return a function that converts pulses of the present move to lost steps.
 
         None if no steps are lost.
         """
@@ -325,7 +325,7 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Net number of pulses that the method `hold` has suppressed."""
+        """Number of pulses that `hold` has suppressed, positive minus negative."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
@@ -352,7 +352,10 @@ class StepperAxis:
         return move.direction * float(move.profile.rate_at(self.clock.now - move.start_ns))
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns of the issued pulses, from `start_ns` to before `stop_ns` (default: up to now)."""
+        """Return the times in ns of the issued pulses.
+
+        The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
+        """
         return self.train.pulse_times(start_ns, self.clock.now + 1 if stop_ns is None else stop_ns)
 
     @property
@@ -400,7 +403,10 @@ class StepperAxis:
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """Block the shaft if `on` is True, or release the shaft; the pulse output continues."""
+        """Block the shaft if `on` is True; release the shaft if `on` is False.
+
+        The pulse output continues.
+        """
         self.manual_actions.report(ManualAct.JAM, on)
         self._jams.set(on)
 
@@ -408,7 +414,7 @@ class StepperAxis:
         """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # Methods that predict edges and lost steps
+    # Methods that predict position crossings and lost steps
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time in ns at which the present move next reaches `position`; None if never."""
@@ -426,9 +432,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` at the pulse with which the axis crosses a position in `edges`.
+        """Call `callback()` each time the axis crosses a position in `edges`.
 
-        Edge n lies between the positions n-1 and n.
+        The call is at the exact pulse.  Edge n lies between the positions n-1 and n.
 
         Return an unsubscribe function.
         """
@@ -517,7 +523,7 @@ class StepperAxis:
 
 
 class _EdgeSubscription:
-    """Subscription that calls `callback` each time the axis crosses one of several positions.
+    """Calls a function each time the axis crosses one of several positions.
 
     The calls are predicted from the present profile of the axis.
     """
@@ -542,7 +548,7 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        """Schedule the call of `callback` for the next crossing of a position."""
+        """Schedule `callback` for the next time at which the axis crosses a position."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]

@@ -24,7 +24,7 @@ class PositionSwitch:
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
     def _update(self) -> None:
-        """Switch on or off according to the present position of the axis."""
+        """Update the state of the switch after a change of the axis position."""
         inside = self._inside()
         if inside is not self.on:
             self.on = inside

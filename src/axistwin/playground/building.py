@@ -33,11 +33,13 @@ def build(target: Path, engine: Path) -> Path:
     cores = sorted(engine.glob(CORE))
     if not cores:
         raise UsageError(
-            f"no file {CORE} in {engine}: expected the wheel of pydantic-core for Pyodide, e.g. from `make engine`"
+            f"no file {CORE} in the folder {engine}: expected the wheel of pydantic-core for Pyodide, "
+            "e.g. from `make engine`"
         )
-    missing = [name for name in ENGINE if not (engine / name).is_file()]
-    if missing:
-        raise UsageError(f"no file {missing[0]} in {engine}: expected the files that `npm install pyodide` installs")
+    if missing_file := next((name for name in ENGINE if not (engine / name).is_file()), ""):
+        raise UsageError(
+            f"no file {missing_file} in the folder {engine}: expected the files that `npm install pyodide` installs"
+        )
     wheel = _wheel(engine)
     target.mkdir(parents=True, exist_ok=True)
     for path in (*(engine / name for name in ENGINE), cores[-1], *engine.glob(ENGINE_LICENCE)):
@@ -60,24 +62,24 @@ def _wheel(engine: Path) -> tuple[str, bytes]:
 
     The wheel is read from the folder `engine`, or made from the installed files.
     """
-    name = f"axistwin-{VERSION}-py3-none-any.whl"
-    if (engine / name).is_file():
-        return name, (engine / name).read_bytes()
+    wheel = f"axistwin-{VERSION}-py3-none-any.whl"
+    if (engine / wheel).is_file():
+        return wheel, (engine / wheel).read_bytes()
     try:
         installed = list(_installed(distribution("axistwin")))
     except PackageNotFoundError:
         installed = []
     if not any(path == "axistwin/__init__.py" for path, _ in installed):
-        raise UsageError(f"the Python wheel {name} is missing in {engine}: get the wheel with `make engine`")
-    return name, _archive(installed)
+        raise UsageError(f"no file {wheel} in the folder {engine}: build the file with `make engine`")
+    return wheel, _archive(installed)
 
 
 def _libraries() -> Iterator[tuple[str, bytes]]:
-    for name in LIBRARIES:
+    for package in LIBRARIES:
         try:
-            yield from _installed(distribution(name))
+            yield from _installed(distribution(package))
         except PackageNotFoundError:
-            raise UsageError(f"the Python package {name} is missing: install it with pip install {name}") from None
+            raise UsageError(f"a Python package is missing: install {package} with `pip install {package}`") from None
 
 
 def _installed(found: Distribution) -> Iterator[tuple[str, bytes]]:

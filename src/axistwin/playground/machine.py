@@ -103,7 +103,7 @@ class Playground:
                     f"{name!r} is not a file name: expected letters, digits, dots and hyphens, e.g. scene.toml"
                 )
         if scene not in texts:
-            raise UsageError(f"no scene among the files: expected a file named {scene}")
+            raise UsageError(f"the scene file is missing: expected a file named {scene}")
         fresh = self._folder / "opened"
         rmtree(fresh, ignore_errors=True)
         for name, text in texts.items():
@@ -306,7 +306,7 @@ class Playground:
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
-        """Return a ZIP archive with a scene; the scene repeats this session.
+        """Return a ZIP archive with a scene that repeats this session.
 
         The command `axistwin run` runs the scene.
         """

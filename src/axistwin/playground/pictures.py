@@ -62,9 +62,9 @@ class _Machine:
         self._tool = outputs[0] if outputs else ""
 
     def drawings(self) -> list[tuple[str, Drawing]]:
-        """Return the controller's drawings, each with the name of its axis.
+        """Return all drawings of the controller, each with an axis name.
 
-        The name is "" for a drawing of several axes or none.
+        The name is "" for a drawing that shows several axes or no axis.
         """
         table = [] if self._table is None else [("", self._table.drawing)]
         figures = [(axis, shown.drawing) for axis, shown in self._figures.items()]

@@ -136,7 +136,7 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """Convert a part of a signal to a curve that begins at `from_ns` and ends at `to_ns`."""
+    """Return the curve of a signal between the times `from_ns` and `to_ns`."""
     import numpy as np
 
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)

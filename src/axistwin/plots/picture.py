@@ -40,9 +40,8 @@ ALL_WORDS = 4.0
 def check_suffix(path: Path) -> None:
     """Raise UsageError if the file name of a picture does not end in `.svg` or `.png`."""
     if path.suffix not in SUFFIXES:
-        raise UsageError(
-            f"invalid file name {path.name!r} for a picture: expected a name that ends in {' or '.join(SUFFIXES)}"
-        )
+        file_name, valid_endings = path.name, " or ".join(SUFFIXES)
+        raise UsageError(f"invalid file name {file_name!r} for a picture: expected a name that ends in {valid_endings}")
 
 
 def save(chart: Chart, path: Path) -> None:
@@ -101,7 +100,7 @@ def show(chart: Chart) -> None:
 
 
 def _layout_engine() -> "LayoutEngine":
-    """Return a layout engine for Matplotlib that rounds the positions of all diagrams.
+    """Return a layout engine that rounds the position of each diagram in a picture.
 
     The positions can differ by 1e-16 between two runs, and rounding makes the SVG files of two runs equal.
     """
@@ -113,7 +112,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                axes.set_in_layout(True)  # `set_position` excludes the diagram from the layout
+                axes.set_in_layout(True)  # needed because `set_position` takes the diagram out of the layout
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
 
@@ -184,9 +183,9 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield each fault with the row above the plot in which its name is drawn.
+        """Yield each fault of the chart, with the row in which the name of the fault is drawn.
 
-        The row is None if there is no space for the name.
+        The rows are above the plot.  The row is None if there is no space for the name.
 
         The elements are the start, the end, the row and the name.
         """
@@ -282,7 +281,7 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
-        if not speakers:  # the picture would be empty without this text
+        if not speakers:  # a picture without signals shows this text
             row.text(
                 0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
                 color=GREY, fontsize=WORDS_SIZE + 1,

@@ -158,7 +158,7 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the values of a text signal between two times.
+    """Return the texts that a recorded signal has between two times.
 
     The text that is already valid at `from_ns` is included.
     """
@@ -168,7 +168,7 @@ def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield the faults from a recorded signal that lists the active faults.
+    """Convert the recorded list of active faults to faults with start and end times.
 
     A value is e.g. `jam, lose`.
     """

@@ -61,7 +61,7 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the national keyboard of a program from its comment, e.g. `; keyboard: germany`.
+    """Return the national keyboard that a program names in a comment, e.g. `; keyboard: germany`.
 
     The default is `us`.
     """
@@ -86,7 +86,7 @@ def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], 
 
 
 def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
-    """Run the simulation until no more events are due.
+    """Run the simulation until no planned events are left.
 
     Returns False if `deadline_ns` is reached first.
     """
@@ -116,7 +116,7 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True if a line of the program is a `!` line or a status request.
+    """True if a line is sent without waiting: a `!` line or a status request.
 
     If such a line is sent at once, the next line is sent at once too.
     """
@@ -124,7 +124,7 @@ def _never_waits(act: Act) -> bool:
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note for the user that this line and all later lines of the program were not sent in time."""
+    """Return a note that this line and all later lines were not sent in time."""
     return (
         f"line {line} and later lines were not sent: a line before is not finished at {bench.seconds:g} s: "
         f"write +SECONDS above line {line} to send it at a time"
@@ -140,8 +140,10 @@ class _LineSender:
     def _only_interface(self) -> Controller:
         interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
         if len(interfaces) != 1:
+            number_of_interfaces = len(interfaces)
             raise ProgramError(
-                f"an .if1 file needs exactly one IF1 or IF2, not {len(interfaces)}: write a .talk conversation instead",
+                f"the simulation has {number_of_interfaces} interfaces: "
+                "expected one IF1 or IF2 for an .if1 file, or use a .talk file",
                 file=self.file,
             )
         return interfaces[0]
@@ -175,8 +177,9 @@ class _LineSender:
             if self.bench.run_until(lambda: heard.endswith(b"U\r"), PATIENCE_S):
                 break
         else:
+            interface, baud_rate = self.controller.name, wanted.baudrate
             raise ProgramError(
-                f"{self.controller.name} does not answer the character ( at {wanted.baudrate} baud: expected U",
+                f"{interface} does not answer '(' at {baud_rate} baud: expected the answer 'U'",
                 file=self.file,
             )
         unsubscribe()

@@ -28,7 +28,8 @@ def language_of(target: str) -> Language:
     """
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
-        raise ProgramError(f"{made.model} has no hex commands: expected an 1810 or 1811 for a .181x file")
+        model = made.model
+        raise ProgramError(f"{model} has no hex commands: expected an 1810 or 1811 for a .181x file")
     return made.language
 
 
@@ -89,8 +90,10 @@ def _prepared(act: Act, controller: Controller, host: Host, file: str) -> Callab
 def _only_board(bench: Bench, file: str) -> Controller:
     boards = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
     if len(boards) != 1:
+        number_of_boards = len(boards)
         raise ProgramError(
-            f"a .181x file needs exactly one 1810 or 1811, not {len(boards)}: write a .talk conversation instead",
+            f"the simulation has {number_of_boards} boards: "
+            "expected one 1810 or 1811 for a .181x file, or use a .talk file",
             file=file,
         )
     return boards[0]

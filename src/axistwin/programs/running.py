@@ -54,7 +54,10 @@ class Program:
 
 
 def load(path: Path, target: str = "") -> Program:
-    """Load a program from a file, for the model or scene `target`.  Raises ProgramError if the file cannot be read."""
+    """Load a program from a file.
+
+    `target`: the model or scene that runs the program.  Raises ProgramError if the file cannot be read.
+    """
     # DOS writes file suffixes in capitals, so suffixes are compared in lower case
     match path.suffix.lower():
         case ".talk":
@@ -92,7 +95,7 @@ def unknown_kind(path: Path) -> UsageError:
 
 
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
-    """Return the options that the headers of a conversation set, as `NAME=VALUE`.
+    """Return the options in the headers of a conversation, as `NAME=VALUE`.
 
     The headers are `; options:` and `; line:`.
 
@@ -102,9 +105,8 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     model = headers.get("model", "")
     if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
         bus_or_line = "a serial line" if _on_a_line(model) else "a bus"
-        raise UsageError(
-            f"{conversation.file} cannot run on {target}: expected a controller on {bus_or_line}, e.g. {model}"
-        )
+        file = conversation.file
+        raise UsageError(f"{file} cannot run on {target}: expected a controller on {bus_or_line}, e.g. {model}")
     check_headers(conversation, target)
     return (*conversation.option_words, *_line_of(conversation))
 

@@ -38,11 +38,13 @@ def read_source(path: Path) -> str:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
+        reason = error.strerror
+        raise UsageError(f"{path} cannot be read: {reason}") from None
     try:
         return _lines(data.decode(encoding_of(data)))
     except UnicodeDecodeError as error:
-        raise UsageError(f"{path} cannot be read as {error.encoding}: expected a text file") from None
+        encoding = error.encoding
+        raise UsageError(f"{path} cannot be read as {encoding}: expected a text file") from None
 
 
 def as_sent(text: str) -> bytes:
@@ -61,7 +63,7 @@ def _lines(text: str) -> str:
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
-    """Load a program into the only SmartMotor, and cycle the motor's power.
+    """Load a program into the only SmartMotor of a simulation, and cycle the motor's power.
 
     Raises ProgramError if the motor refuses the program.
     """
@@ -124,14 +126,15 @@ def only_motor(bench: Bench, file: str) -> Controller:
     """
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
+        number_of_motors = len(motors)
         raise ProgramError(
-            f"a stored program needs exactly one SmartMotor, not {len(motors)}: write a .talk conversation instead",
+            f"the simulation has {number_of_motors} SmartMotors: expected one for an .sms file, or use a .talk file",
             file=file,
         )
     motor = motors[0]
     if motor.name not in motor.ports:
         raise ProgramError(
-            f"{motor.name} shares its serial line with other controllers: write a .talk conversation for this line",
+            f"{motor.name} shares its serial line with other controllers: expected its own line, or use a .talk file",
             file=file,
         )
     return motor
@@ -144,14 +147,16 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     """
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
+        host_format = port.host.format
         raise ProgramError(
-            f"the motor does not answer the command LOAD at {port.host.format}: expected the byte 06", file=file
+            f"no answer to LOAD: expected the byte 06 from a motor with the line format {host_format}", file=file
         )
     sent = _without_comments(source)
     port.write(sent + END + b"RCKS\r")
     if not port.read().endswith(b"P\r"):
+        number_of_bytes = len(sent)
         raise ProgramError(
-            f"the program has {len(sent)} bytes, too many for the motor: increase the option program_bytes",
+            f"the program has {number_of_bytes} bytes, too many for the motor: increase the option program_bytes",
             file=file,
         )
 

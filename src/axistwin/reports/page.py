@@ -64,7 +64,8 @@ def write_page(page: Page, path: Path) -> None:
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from None
+        reason = error.strerror
+        raise UsageError(f"{path} cannot be written: {reason}") from None
 
 
 def of_recorded_files(

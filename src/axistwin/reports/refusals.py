@@ -33,9 +33,9 @@ class Refusal:
 
 
 def models_at(bench: Bench) -> dict[str, Product]:
-    """Return the controller model at each serial port or bus, by name.
+    """Return the controller model at each serial port or bus.
 
-    If the simulation has only one port or bus, "" is also a valid name.
+    The keys are the names of the ports and buses.  "" is also a key if the simulation has only one port or bus.
     """
     found = {name: controller.product for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
@@ -76,9 +76,10 @@ class _Sender:
         """True until the host has sent the data format, which is not part of the program."""
 
     def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the program errors that begin in the next message of the run.
+        """Return the errors in the next message of the host.
 
-        If the message is not part of the program, the list is empty.
+        An error belongs to the message in which the error begins.  If the message is not part of the program, the
+        list is empty.
         """
         if self._in_greeting:
             self._in_greeting = not data.endswith(b"\r")

@@ -74,15 +74,15 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        # `_latest` contains the time of the next sample and the last `WINDOW` positions
+        # `_latest` stores the expected time of the next sample, and the last `WINDOW` positions
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
-        # `_direction` is the sign of the commanded velocity in the present move, or 0 before the motion begins
+        # `_direction` is the sign of the commanded velocity; 0 before the motion begins
         self._direction = 0
         # `_farthest` is the farthest commanded position of the present move
         self._farthest = 0
 
     def add_samples(self, samples: Samples) -> None:
-        """Find the moves of the axis in the next block of position samples."""
+        """Find the moves of the axis in the next position samples."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
@@ -99,9 +99,9 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Put the last `WINDOW` earlier positions in front of the positions of a block.
+        """Insert the last `WINDOW` earlier positions before the new positions.
 
-        If the samples before the block are unknown, the axis is assumed to have been at rest.
+        If the earlier samples are unknown, the axis is assumed to have been at rest.
         """
         import numpy as np
 
@@ -121,14 +121,14 @@ class ServoMoves:
         commanded: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> None:
-        """Find the moves in a block of samples, and add the moves to the list `moves`.
+        """Find the moves in position samples, and add the moves to the list `moves`.
 
         `whole`: result of `_with_window`; `active`: indices of the samples with motion.
         """
         import numpy as np
 
         positions = whole[WINDOW:]
-        # trajectory[0] is the position before the block, so sample i ends at trajectory[i + 1]
+        # trajectory[0] is the previous position, so trajectory[i + 1] belongs to sample i
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
         for first, end, is_new in self._spans(samples, times, trajectory, active):
             if is_new:

@@ -35,7 +35,7 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *run.faults, *levels, *run.turned, *run.moves()]
-    # for equal times, `sorted` keeps the order of the list: actions, then moves
+    # at equal times, moves come last, because `sorted` does not change the order of equal items
     for item in sorted(told, key=_time_ns):
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
@@ -65,7 +65,7 @@ def summary(run: RunRecord) -> Iterator[str]:
 
 
 def extremes(run: RunRecord) -> Iterator[str]:
-    """Yield the lowest and the highest position of each axis, and the times at which limit and stop inputs opened."""
+    """Yield the position range of each axis, and the times at which limit and stop inputs opened."""
     for name, moves in _by_axis(run).items():
         places = [place for move in moves for place in (move.origin, move.target)]
         low, high, unit = min(places), max(places), moves[0].units

@@ -22,11 +22,12 @@ def check_ports(contents: SceneFile, source: Source) -> None:
             )
         if url.scheme == "bus" and not at_a_bus:
             raise source.error(
-                f"only an 1810 or 1811 is on a bus: expected another port than {port}, e.g. {EXAMPLES['tcp']}", path
+                f"{port} is a port for an 1810 or 1811: expected another kind of port, e.g. {EXAMPLES['tcp']}", path
             )
         place = _place(url)
         if place in taken:
-            raise source.error(f"{port} is the same port as {taken[place]}: expected a different port", path)
+            earlier_port = taken[place]
+            raise source.error(f"{port} is the same port as {earlier_port}: expected a different port", path)
         if place:
             taken[place] = port
 
@@ -59,11 +60,12 @@ def _place(url: PortUrl) -> tuple[str, ...]:
 
 def _check_shared(contents: SceneFile, source: Source) -> None:
     """Raise SceneError if a controller on a shared line has separate ports."""
-    for kind, name, line, _ in shared_lines(contents):
+    for line_kind, name, line, _ in shared_lines(contents):
         for number, table in enumerate(contents.controller):
-            key = "ports" if kind == "chain" else "rs485_ports"
-            if table.called in line.motors and getattr(table, key):
+            key = "ports" if line_kind == "chain" else "rs485_ports"
+            motor = table.called
+            if motor in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{table.called} is on the shared line {name!r}: leave out `{key}`, and set `ports` in [[{kind}]]",
+                    f"{motor} is on the shared line {name!r}: remove `{key}` here, and set `ports` in [[{line_kind}]]",
                     ("controller", number, key),
                 )

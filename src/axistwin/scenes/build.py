@@ -38,9 +38,9 @@ T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if the chain of references that begins at `name` returns to `name`.
+    """True if the references from `name` lead back to `name`.
 
-    `leads_to` has the next name for each name.
+    `leads_to`: for each name, the name to which it refers.
     """
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
@@ -50,12 +50,13 @@ def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
 
 
 def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
-    """Raise UsageError if two wires end at the same terminal, or if wires form a loop."""
+    """Raise UsageError for two wires to the same terminal, and for wires in a loop."""
     if target in laid:
         other = laid[target][1]
         if other.to != wire.to:
             raise UsageError(f"{wire.to} is the same terminal as {other.to}, which already has a wire: remove one wire")
-        raise UsageError(f"{wire.to} has a wire from {other.from_} already: remove one of the wires")
+        other_source = other.from_
+        raise UsageError(f"{wire.to} already has a wire from {other_source}: remove one of the wires")
     at: Pin | None = source
     while at is not None:
         if at is target:
@@ -241,7 +242,7 @@ class Builder:
             raise self.source.error(f"{owner} has no {kind} {name!r}: expected one of {', '.join(known)}", path)
         return known[name]
 
-    # Methods that add the faults, the script and the hosts
+    # Methods that add faults, script entries and hosts to the bench
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
@@ -261,12 +262,13 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for each other in a loop, because such faults would never begin."""
+        """Raise SceneError if faults wait for each other, because such faults never begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
+                event = table.when
                 raise self.source.error(
-                    f"fault {name} never begins, because {table.when!r} depends on {name}: expected another event",
+                    f"fault {name} never begins, because {event!r} depends on {name}: expected another event",
                     ("fault", number, "when"),
                 )
 
@@ -349,11 +351,11 @@ class Builder:
             raise UsageError(f"the scene has no controller {here!r}: expected one of {controllers}")
         names = self.bench.faults.names
         if act.target == "mend" and act.value not in (*names, *KINDS, *self._scripted(), "all"):
-            raise UsageError(f"unknown fault {act.value!r}: known faults are {', '.join(names) or 'none'}")
+            known_faults = ", ".join(names) or "none"
+            raise UsageError(f"unknown fault {act.value!r}: known faults are {known_faults}")
         if not here and act.target not in FAULT_ACTS:
-            raise UsageError(
-                f"the key `on` is missing: expected one of the controllers {', '.join(self.bench.controllers)}"
-            )
+            controllers = ", ".join(self.bench.controllers)
+            raise UsageError(f"the key `on` is missing: expected one of the controllers {controllers}")
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:

@@ -122,7 +122,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # the changed conversation replaces the original text
+                del self.files.texts[name]  # the original text of a changed conversation is not needed
             text = moved
         return self.files.add(name, text)
 
@@ -142,17 +142,17 @@ class Copy:
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the initial stored state of a controller, and return the directory of the copy."""
+        """Copy the initial state file of a controller, and return the directory of the copy."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Methods that write a scene for controllers without a scene file
+    # Methods that create a scene file from a bench
 
     def of_bench(self, note: str) -> str:
-        """Return the text of a scene file that builds the same controllers."""
+        """Return the text of a scene file that describes the controllers of the bench."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
         script = {"script": self.script} if self.script else {}
         return f"# {note}\n\n{tables({**data, **script})}"

@@ -66,7 +66,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the rank of a host: of two hosts that act at the same time, the host with the lower rank acts first.
+    """Return the rank of a host; at the same time, a host with a lower rank acts first.
 
     The host `outside 2` acts after the host `outside`.
     """
@@ -83,7 +83,8 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected a file .if1, .181x or .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        raise UsageError(f"{file} is not a program for {name}: expected a program for {bench[name].product.indefinite}")
+        controller_model = bench[name].product.indefinite
+        raise UsageError(f"{file} is not a program for {name}: expected a program for {controller_model}")
     return suffix
 
 
@@ -173,9 +174,8 @@ class _ConversationHost:
 
     def _check(self, name: str) -> None:
         if name not in endpoints.names(self.bench):
-            raise UsageError(
-                f"no controller {name!r} in the scene: expected one of {', '.join(endpoints.names(self.bench))}"
-            )
+            known_names = ", ".join(endpoints.names(self.bench))
+            raise UsageError(f"no controller {name!r} in the scene: expected one of {known_names}")
 
     def _listen(self, name: str) -> None:
         self._check(name)
@@ -220,7 +220,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait until the expected number of characters has arrived or no further character arrives."""
+        """Wait until the expected reply is complete, or until no more characters arrive."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -259,7 +259,7 @@ class _ControllerHost:
         yield from self._perform(self._type, lambda: bool(port.pending))
 
     def _open(self) -> Procedure:
-        """Send the character `(` until the interface answers."""
+        """Send the character `(` repeatedly until the interface, an IF1 or IF2, answers."""
         port, heard = self.controller.serial, bytearray()
         unsubscribe = port.subscribe_received(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):

@@ -105,7 +105,7 @@ class Scene:
 
     @property
     def operator(self) -> OperatorTable:
-        """The operator panel of the scene; empty if the scene has no operator panel."""
+        """Buttons, lamps and selector switches of the operator panel; empty if the scene has none."""
         return self._contents.operator
 
     @property
@@ -125,7 +125,7 @@ class Scene:
 
     @property
     def hosted(self) -> set[str]:
-        """Controllers to which only a simulated host is connected, because they have no ports."""
+        """Names of the controllers that have a simulated host and no ports."""
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     @property
@@ -229,11 +229,12 @@ class Scene:
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if motors follow each other in a loop through their external encoders."""
+        """Raise SceneError if a motor follows itself through external encoders."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
+                motor, axis = table.called, table.master
                 raise self._source.error(
-                    f"the keys `master` form a loop through {table.called}: expected another axis than {table.master}",
+                    f"{motor} follows itself through the keys `master`: expected another axis than {axis}",
                     ("controller", number, "master"),
                 )

@@ -37,7 +37,7 @@ def _depth(value: object) -> int:
 
 
 class Source:
-    """The text of a scene file, with the places of its tables and keys.
+    """The text of a scene file, with the line and column of each table and key.
 
     `text` replaces the contents of the file.
     """
@@ -84,7 +84,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # Validate the data as JSON, because `strict` then accepts a list for a pair and an integer for a float.
+        # validation as JSON accepts a list for a pair, and an integer for a float
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -118,7 +118,7 @@ class Source:
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Convert a message of `tomllib` to a SceneError with its line and column.
+        """Convert a TOML error to a SceneError with the line and column of the error.
 
         A message without a place refers to the end of the file.
         """
@@ -144,7 +144,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Find the key that an error in a `with` block names, and add its line and column to the error.
+        """Add the line and column of the wrong key to errors in a `with` block.
 
         Converts a UsageError to a SceneError at the key that the message names.
 
@@ -192,7 +192,8 @@ def read_text(file: Path) -> str:
     try:
         return file.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise NoSceneError(f"the scene file cannot be read: {error.strerror}", file=str(file)) from None
+        reason = error.strerror
+        raise NoSceneError(f"the scene file cannot be read: {reason}", file=str(file)) from None
     except UnicodeDecodeError:
         raise SceneError("the scene file is not a text file in UTF-8: save it as UTF-8", file=str(file)) from None
 

@@ -262,7 +262,7 @@ Name = Annotated[str, Field(pattern=r"^[\w-]+$")]
 
 
 class FaultTerms(Table):
-    """The keys that all faults of a scene have in common, e.g. place, start time and duration."""
+    """The keys that all faults of a scene have, e.g. kind, start time and duration."""
 
     kind: Annotated[str, Field(json_schema_extra={"enum": list(KINDS)})]
     """Kind of fault; `axistwin faults` lists them."""

@@ -41,9 +41,9 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Connect the ports of the session to the rebuilt controllers; clients stay connected.
+        """Connect the ports of the session to the new controllers.
 
-        The settings of the bench's ports are not changed.
+        Clients stay connected.  The settings of the bench's ports are not changed.
 
         Raises UsageError, without any change, if the bench has no port of a name that is in use.  Not allowed while the
         bench is being advanced.

@@ -115,12 +115,15 @@ class Journal:
             yield moment
 
     def truncate(self, cursor: Cursor) -> Tail:
-        """Delete all actions after the position `cursor`, and return the deleted part for `restore`."""
+        """Delete all actions after the position `cursor`, and return the deleted actions.
+
+        `restore` can restore the deleted actions.
+        """
         tail = Tail(
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # remove each action that occurs only in the deleted part
+        for act in self._acts[cursor.known :]:  # remove the actions that occur only in the deleted part of the journal
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -173,6 +176,5 @@ def check(act: Act) -> None:
     Raises UsageError.
     """
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
-        raise UsageError(
-            f"invalid value {act.value!r} of the action {act.target}: expected one line without a semicolon"
-        )
+        value, action = act.value, act.target
+        raise UsageError(f"invalid value {value!r} of the action {action}: expected one line without a semicolon")

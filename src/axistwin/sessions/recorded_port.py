@@ -40,7 +40,7 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect this line to the control line of a rebuilt controller."""
+        """Connect this line to the control line of a new controller."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -94,7 +94,7 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end of the serial line to the present controller."""
+        """The host's end of the serial line to the connected controller."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
@@ -124,7 +124,7 @@ class RecordedPort:
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
-        """Connect this port to the serial port of a rebuilt controller.
+        """Connect this port to the serial port of a new controller.
 
         The settings of the serial port are not changed.
         """
@@ -143,7 +143,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # virtual time has gone back to before this setting
+                if set_ns > now_ns:  # repeat only the settings that are later than the present time
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -185,7 +185,7 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # discard a character that the host received before the replay
+            self.present.read()  # the host has already received this character before the replay
         else:
             self._receives.emit(byte, errors)
 
@@ -201,7 +201,7 @@ class RecordedBus:
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Connect this port to a rebuilt board.
+        """Connect this port to a new board.
 
         The registers are not changed.
         """
@@ -214,7 +214,7 @@ class RecordedBus:
 
     @property
     def interrupt(self) -> bool:
-        """True while the board activates its interrupt line to the host."""
+        """True while the interrupt line from the board to the host is active."""
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:

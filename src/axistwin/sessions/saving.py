@@ -37,11 +37,12 @@ def files(
         found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    before = max(map(rank_of, headers), default=0)  # at the same time, the host with the highest rank acts last
+    # actions at the same time are performed in the order of the hosts' ranks
+    before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # use the script only if no host of an earlier saved session must act first
+        # a script cannot act after a host of an earlier saved session
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -119,7 +120,7 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Copy an action, without the controller's name if the conversation belongs to this controller."""
+        """Return a copy of an action, and omit the name of the conversation's own controller."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

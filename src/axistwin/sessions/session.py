@@ -140,9 +140,9 @@ class Session:
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach(bench)` now, and again when the session builds a new bench.
+        """Call `attach` now, and again after each restart of the simulation.
 
-        Each new bench is attached before its first event.
+        `attach(bench)` receives the present bench.  Each new bench is attached before its first event.
         """
         self._attached.append(attach)
         attach(self.bench)
@@ -297,7 +297,7 @@ class Session:
             return observer.seen
 
     def add_break(self, sentence: str) -> Break:
-        """Add a breakpoint at a described event, e.g. "table.X passes 1000".
+        """Add a breakpoint at an event, e.g. "table.X passes 1000".
 
         Raises UsageError.
         """
@@ -311,7 +311,7 @@ class Session:
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until a described event, e.g. "table.X passes 1000", or until a breakpoint.
+        """Run until a given event, e.g. "table.X passes 1000", or until a breakpoint.
 
         Raises UsageError for an invalid sentence.
         """
@@ -320,7 +320,7 @@ class Session:
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Continue a step for a slice of real time; return False if no event is left."""
+        """Continue the command `step` for a short real time; return False if no event is left."""
         return steps.advance(
             self.bench,
             lambda: min(end_ns, observer.end_ns),
@@ -328,7 +328,7 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time towards `time_ns` for one slice of real time.
+        """Advance virtual time towards `time_ns` for a short real time.
 
         Return True if `time_ns` is reached.
         """
@@ -477,7 +477,7 @@ class Session:
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # build the new bench first, so that an error leaves the session unchanged
+        bench = self._build()  # an error in `_build` must leave the session unchanged
         self.input.mute()
         self.bench = bench
         for attach in self._attached:
@@ -528,7 +528,7 @@ class Session:
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """End the present slice of real time, so that `_after_advance` is called."""
+        """Interrupt the advance of virtual time, so that `_after_advance` is called."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:

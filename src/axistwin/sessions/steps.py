@@ -56,7 +56,7 @@ class StepObserver:
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at an event, or at the end of a message.
+        """End the step at this event, unless more characters of a message can follow.
 
         All characters of one message count as one event.
         """

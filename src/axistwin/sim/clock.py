@@ -36,7 +36,7 @@ class _Call(Event):
 
 
 class Clock(Environment):
-    """Virtual time in integer nanoseconds, from 0."""
+    """Clock that counts virtual time in whole nanoseconds, from 0."""
 
     now: int  # `now` is an integer, although SimPy also allows floats
 
@@ -60,11 +60,11 @@ class Clock(Environment):
 
     @property
     def done(self) -> bool:
-        """True if all events that are due by now have happened."""
+        """True if all events up to the present time have been executed."""
         return not self._queue or self._queue[0][0] > self._now
 
     def run_to(self, end_ns: int) -> None:
-        """Process all events that are due up to and including `end_ns`; `now` is `end_ns` afterwards.
+        """Execute all events up to the time `end_ns`, then set the clock to this time.
 
         Raises UsageError for a time after the end of virtual time.
         """
@@ -75,7 +75,7 @@ class Clock(Environment):
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # an exception leaves the event `end` in the queue
+            self._withdraw(end)  # after an exception, the event `end` is still in the queue
 
     @property
     def free_ns(self) -> int:
@@ -86,7 +86,7 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` if no event is due until then.
+        """Advance the clock by `duration_ns` if no event is due in this time.
 
         Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 
@@ -131,7 +131,7 @@ class Clock(Environment):
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` at the end of each nanosecond in which something happens.  Return an unsubscribe function.
+        """Call `callback` at the end of each nanosecond in which an event happens.  Return an unsubscribe function.
 
         The callback may read the bench but must not change it.  Without subscribers there is no cost.
         """

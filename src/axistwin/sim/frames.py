@@ -104,7 +104,7 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the ranges of low bits in the frame of a character.
+        """Return which bits of a character are low, as ranges of bit numbers.
 
         Each range: its first bit, and the first bit after the range.
         """
@@ -174,18 +174,21 @@ class Frame:
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """Return the frame of a character; the bits of `flipped` select data bits to invert."""
+        """Return the signal of a character; `flipped` selects the data bits to invert."""
         intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
         return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
 
     @classmethod
     def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
-        """Return a frame that holds the wire at space for `duration_ns`."""
+        """Return a signal that holds the wire at space for `duration_ns`."""
         return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property
     def end(self) -> int:
-        """Time in units of 1/`per` ns at which the last low level of the frame ends."""
+        """Time at which the last low level of the signal ends.
+
+        The time is in units of 1/`per` ns.
+        """
         return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 

@@ -34,7 +34,7 @@ class Space:
 
 
 class Levels:
-    """The level of a wire as a function of time, from the present time on.
+    """Stores the present and future levels of a wire.
 
     The levels must be read in order of time.
     """
@@ -43,11 +43,11 @@ class Levels:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of stored `Space` objects."""
+        """Return the number of stored time spans at low level."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
-        """Put a frame on the wire.
+        """Add a character or another signal to the levels of the wire.
 
         Where frames overlap, the wire is at space if any of the frames is.
         """
@@ -59,7 +59,7 @@ class Levels:
         self._spaces.extend(new)
 
     def cut(self, now_ns: int) -> None:
-        """Set the wire to mark from `now_ns` on, until the next call of `put`."""
+        """Set the wire to mark from the time `now_ns` until the next call of `put`."""
         spaces = self._spaces
         while spaces and spaces[-1].begin >= now_ns * spaces[-1].per:
             spaces.pop()
@@ -67,9 +67,9 @@ class Levels:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
     def low(self, at: int, per: int) -> bool:
-        """True if the wire is low at the time `at/per` ns.
+        """True if the wire is low at the given time.
 
-        Earlier spaces are discarded.
+        The time is `at/per` ns.  Earlier spaces are discarded.
         """
         self.forget(at, per)
         spaces = self._spaces
@@ -103,13 +103,16 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard the stored `Space` objects that end at or before the time `at/per` ns."""
+        """Discard the time spans at low level that end at or before the given time.
+
+        The time is `at/per` ns.
+        """
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if the wire stays at mark from `now_ns` on."""
+        """True if the wire stays at mark from the time `now_ns`."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
@@ -124,7 +127,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the stored `Space` objects that end after `first` begins."""
+        """Remove and return the time spans that overlap the time span `first` or begin later."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -136,7 +139,7 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Merge `Space` objects that overlap.
+    """Merge the time spans at low level that overlap.
 
     Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """

@@ -19,13 +19,14 @@ MOST_TORQUE = 1000.0
 """Maximum external torque on a shaft, in N·m."""
 
 
-def check_counts(counts: object, act: str) -> None:
+def check_counts(counts: object, action: str) -> None:
     """Raise UsageError unless `counts` is a whole number in the permitted range."""
     if type(counts) is not int:
-        raise UsageError(f"invalid number of counts in {act}({counts!r}): expected a whole number, e.g. 4000")
+        raise UsageError(f"invalid number of counts in {action}({counts!r}): expected a whole number, e.g. 4000")
     if abs(counts) > MOST_COUNTS:
+        given_counts = shortened(str(counts))
         raise UsageError(
-            f"invalid number of counts in {act}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS}"
+            f"invalid number of counts in {action}({given_counts}): expected {-MOST_COUNTS} to {MOST_COUNTS}"
         )
 
 
@@ -49,7 +50,10 @@ def by_itself(clock: Clock) -> Iterator[None]:
 
 
 class ManualAct(StrEnum):
-    """Kinds of manual actions, named as in conversations and recordings."""
+    """Kinds of manual actions at a machine.
+
+    Conversations and recordings contain the same names.
+    """
 
     POWER = "power"
     JOYSTICK = "joystick"

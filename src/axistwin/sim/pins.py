@@ -105,13 +105,16 @@ class Pin:
         return self._flash_ns != 0
 
     def drive(self, level: bool) -> None:
-        """Force the level with a test lead, whatever is connected to the terminal."""
+        """Force the level of the terminal with a test lead."""
         before = self.level
         self._put_lead(bool(level))
         self._update(before)
 
     def release(self) -> None:
-        """Remove the test lead, so that the connected part sets the level again."""
+        """Remove the test lead from the terminal.
+
+        The connected output stage, switch or wire then sets the level.
+        """
         before = self.level
         self._put_lead(None)
         self._update(before)
@@ -174,7 +177,10 @@ class Pin:
 
     @property
     def lead(self) -> bool | float | None:
-        """Level that the test lead forces (for a `UserPin`, the voltage); None without a test lead."""
+        """Level that the test lead forces; None without a test lead.
+
+        For a `UserPin`, this is a voltage.
+        """
         return self._driven
 
     def _put_lead(self, level: bool | None) -> None:
@@ -222,7 +228,7 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """Present level, calculated from the motion or set by a test lead or a defect."""
+        """Level calculated from the motion, unless a test lead or a defect forces another level."""
         return super().level if self._holds or self.driven else self._read()
 
 
@@ -404,7 +410,7 @@ class UserPin(Pin):
         return ended
 
     def _set_source(self, source: str, volts: float | None) -> None:
-        """Set the voltage of one source of the pin; None disconnects the source."""
+        """Set the voltage that one source applies to the pin; None disconnects the source."""
         level, before = self.level, self.volts
         setattr(self, source, volts)
         self._find_volts(level, before)
@@ -431,7 +437,7 @@ def _volts(level: bool | float) -> float:
     if isinstance(level, bool) or not isinstance(level, int | float):
         return PULLED_UP_VOLTS if level else 0.0
     if not LEAST_VOLTS <= level <= MOST_VOLTS:
-        raise UsageError(f"a voltage of {level!r} V would destroy a user pin: expected 0 to 5 V, True or False")
+        raise UsageError(f"a voltage of {level!r} V would destroy a user pin: expected 0 to 5 V, e.g. 3.3")
     return float(level)
 
 

@@ -23,7 +23,10 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """Program lines that have subscribers; None if a subscriber has requested all lines."""
+        """Program lines to which callbacks are subscribed.
+
+        None if a callback is subscribed to all lines.
+        """
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:

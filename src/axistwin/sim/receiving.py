@@ -45,9 +45,9 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the levels of the character up to a time, and return the number of samples.
+        """Sample the next bits of the character, and return the number of samples.
 
-        `before_ns` None: sample the whole character.  Stop at a false start.
+        `before_ns`: sample only the bits before this time; None: sample the whole character.  Stop at a false start.
         """
         count = self.left
         if before_ns is not None:

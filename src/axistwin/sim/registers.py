@@ -83,7 +83,7 @@ class RegisterPort:
 
     @property
     def interrupt(self) -> bool:
-        """True while the board activates its interrupt line to the host."""
+        """True while the interrupt line from the board to the host is active."""
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:

@@ -46,7 +46,7 @@ class Wire(Protocol):
         """
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or break; return its duration on the wire in ns."""
+        """Send a character or break, and return the transmission time in ns."""
 
 
 class _Nowhere:
@@ -55,7 +55,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Discard a character or break, and return its duration in ns."""
+        """Discard a character or break, and return the transmission time in ns."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -71,7 +71,7 @@ class Line:
         self._idle = 0, 1  # a falling edge at or after the time `_idle` is a start bit
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # delayed characters occupy the line until `_free_ns`
+        self._free_ns = 0  # end of the last delayed character, in ns of virtual time
 
     # Methods that inject faults into the line
 
@@ -142,7 +142,7 @@ class Line:
             self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or break; return its duration on the wire in ns."""
+        """Send a character or break, and return the transmission time in ns."""
         if isinstance(item, Break):
             return self._carry_break(item)
         delayed = self._free_ns and self._free_ns > self.clock.now
@@ -159,7 +159,7 @@ class Line:
         return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
 
     def _passage(self, sent: UartFormat) -> Passage:
-        """Apply all line disturbances to the next character, and return the result."""
+        """Apply all line disturbances to the next character, and return the effects."""
         passage = Passage(sent)
         for disturbance in tuple(self._disturbances):
             disturbance.meet(passage)
@@ -199,7 +199,7 @@ class Line:
     # Methods that receive characters from the wire
 
     def _append(self, frame: Frame) -> None:
-        """Put a frame on the wire now.
+        """Add a character or another signal to the wire at the present time.
 
         Levels that the receiver has sampled before stay the same.
         """
@@ -219,10 +219,10 @@ class Line:
             reading.left <= (1 if self.receiver.resynchronises else 0)
             or frame.end * reading.per > reading.next * frame.per
         ):
-            self._levels.put(frame)  # a frame that ends before the next sample has no effect
+            self._levels.put(frame)  # a signal that ends before the next sample has no effect
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
-        """Try to receive a character without sampling; return True on success.
+        """Receive a character without sampling if possible; return False if sampling is necessary.
 
         A character can be received without sampling if the wire is otherwise free.
 
@@ -245,7 +245,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # the receiving device may now set another format
+        self.receiver.take(whole.byte, SOUND)  # this call may change the line format of the receiver
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -314,7 +314,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # the receiving device may now set another format
+        self.receiver.take(byte, errors)  # this call may change the line format of the receiver
         self._reading = None
         self._find_start_bit()
 
@@ -396,7 +396,7 @@ class Uart:
         self.pump()
 
     def send_break(self, seconds: float) -> None:
-        """Send a break that lasts `seconds`, after the queued characters."""
+        """Send a break of `seconds` after all queued characters."""
         self.queue.append(Break(to_ns(seconds)))
         self.pump()
 

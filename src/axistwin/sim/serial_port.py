@@ -47,7 +47,7 @@ class SetFormat(NamedTuple):
 
 
 class SetLine(NamedTuple):
-    """Action of a host: switch its output DTR or RTS on or off."""
+    """Action of a host: set the level of its output DTR or RTS."""
 
     line: Literal["dtr", "rts"]
     on: bool
@@ -71,7 +71,7 @@ class DropPending:
 
 
 class SetInstant(NamedTuple):
-    """Action of a user: select whether characters take transmission time.
+    """Action of a user: send characters with or without transmission time.
 
     `on`: True if characters take no time.
     """

@@ -54,7 +54,10 @@ class Board:
         journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
     ) -> None:
-        """Begin to connect to the board.  `positions`: net pulses of each axis at the start (default 0)."""
+        """Begin to connect to the board.
+
+        `positions`: position of each axis at the start, in pulses; default 0.
+        """
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self._at_start = dict(positions or {})
         self.state = State.CONNECTING
@@ -182,7 +185,7 @@ class Board:
         moves, outputs = config["move_count"], len(self.wiring.outputs)
         needed = SPARE_MOVES + outputs + 12 * len(self.wiring.axes)
         if moves < needed:
-            raise LinkError(f"the board's queue has {moves} entries, but this scene needs {needed}: use fewer axes")
+            raise LinkError(f"the board can queue only {moves} moves, but this scene needs {needed}: use fewer axes")
         self._stream.room = moves - SPARE_MOVES - outputs
         if not motors:
             motors.update({axis.axis: Motor(axis, made.steppers[axis.axis]) for axis in self.wiring.axes})
@@ -362,7 +365,7 @@ class Board:
             self.stop(refused, (motor.pins.controller,))
 
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
-        """Discard the unsent pulses of these controllers, and their later pulses until `resume` is called."""
+        """Discard all unsent and new pulses of these controllers until `resume` is called."""
         self.stopped |= set(groups)
         for motor in self._stream.of(groups):
             motor.waiting.clear()

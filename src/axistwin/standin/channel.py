@@ -15,7 +15,7 @@ RECEIVE_WINDOW = 192
 
 @dataclass
 class _Sent:
-    """A block that has been sent to the board but is not acknowledged."""
+    """A message block that has been sent to the board but is not acknowledged."""
 
     content: bytes
     data: bytes
@@ -36,8 +36,8 @@ class Channel:
         self.window = window
         """Size of the board's receive buffer in bytes."""
         self._reader = frames.Reader()
-        self._first = 0  # number of the oldest block that the board has not acknowledged
-        self._agreed = False  # `_agreed` becomes True when the board acknowledges a block
+        self._first = 0  # number of the oldest unacknowledged message block
+        self._agreed = False  # True after the first acknowledgement of the board
         self._unacknowledged: deque[_Sent] = deque()
         self._waiting: deque[tuple[bytes, Callable[[float], None]]] = deque()
         self._timeout_s = LEAST_TIMEOUT_S
@@ -67,7 +67,7 @@ class Channel:
         self._waiting.append((content, sent))
 
     def silent_s(self, now_s: float) -> float:
-        """Return the seconds since the board's last acknowledgement, or 0 if all blocks are acknowledged."""
+        """Return the seconds since the last acknowledgement; 0 if all message blocks are acknowledged."""
         return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
 
     def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
@@ -78,7 +78,7 @@ class Channel:
                 yield content
 
     def _acknowledge(self, sequence: int, now_s: float, *, is_empty: bool) -> None:
-        """Remove the blocks that the board has acknowledged.
+        """Remove the message blocks that the board has acknowledged.
 
         `sequence` is the number of the next block that the board expects.
         """
@@ -101,7 +101,7 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Renumber the unacknowledged blocks, beginning with the number that the board expects."""
+        """Renumber the unacknowledged message blocks from the number that the board expects."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True
@@ -130,7 +130,7 @@ class Channel:
         return sum(len(block.data) for block in self._unacknowledged)
 
     def _next_block(self, now_s: float) -> bytes:
-        """Return a block with as many waiting commands as fit into one block."""
+        """Return a message block that contains as many waiting commands as possible."""
         most = min(frames.MOST_CONTENT, self.window - self._in_flight - frames.LEAST)
         contents, calls = bytearray(), []
         while self._waiting and (not contents or len(contents) + len(self._waiting[0][0]) <= most):
@@ -146,5 +146,5 @@ class Channel:
         return data
 
     def drop_waiting(self) -> None:
-        """Drop the commands that have not been sent."""
+        """Discard the commands that have not been sent."""
         self._waiting.clear()

@@ -60,7 +60,7 @@ class Connection:
         self.channel, self.dictionary = Channel(), Dictionary()
 
     def drop(self) -> None:
-        """Discard all pending requests and all unsent commands."""
+        """Discard all unanswered requests and all unsent commands."""
         self._requests.clear()
         self.channel.drop_waiting()
 
@@ -91,7 +91,7 @@ class Connection:
     # Requests
 
     def begin(self, procedure: Procedure) -> None:
-        """Start a procedure and send its first request to the board."""
+        """Start a sequence of requests to the board, and send the first request."""
         self._advance(procedure, None)
 
     def ask(self, name: str, answer: str, **values: int) -> Generator[Any, dict[str, Any], dict[str, Any]]:
@@ -151,7 +151,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the clock tick by which a command that is sent now has reached the board."""
+        """Return the first tick of the board's clock for which a new command arrives in time."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -84,7 +84,7 @@ class Dictionary:
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
         if missing:
             raise LinkError(
-                f"the command {name!r} of the board's firmware has other parameters: expected Klipper of 2022 or later"
+                f"the command {name!r} of the firmware has unexpected parameters: expected Klipper of 2022 or later"
             )
         encoded = [frames.integer(command.number)]
         for parameter, _ in command.parameters:

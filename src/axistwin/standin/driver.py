@@ -19,7 +19,7 @@ INPUT_S = 0.02
 
 
 class Wired(Protocol):
-    """The part of a board's wiring that `Driver` uses."""
+    """Interface of the wiring of a motion board."""
 
     @property
     def name(self) -> str:
@@ -116,7 +116,7 @@ class Driver:
 
     @property
     def commanded(self) -> dict[str, int]:
-        """Commanded position of each axis, in net pulses.
+        """Commanded position of each axis in pulses, positive minus negative.
 
         The motors reach these positions one horizon later.
         """

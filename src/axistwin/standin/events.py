@@ -41,7 +41,10 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Failed:
-    """Event: the board has failed, and is not used until the user continues."""
+    """Event: the board has failed.
+
+    The stand-in does not use the board until the user continues.
+    """
 
     reason: str
 

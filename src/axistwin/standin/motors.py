@@ -28,7 +28,7 @@ class Motor(Protocol):
 
     @property
     def pulses(self) -> int:
-        """Net number of pulses that the axis has made."""
+        """Number of pulses that the axis has made, positive minus negative."""
 
     @property
     def moving(self) -> bool:
@@ -62,7 +62,7 @@ class Steps:
 
     @property
     def pulses(self) -> int:
-        """Net number of pulses that the axis has made."""
+        """Number of pulses that the axis has made, positive minus negative."""
         return self._axis.pulses
 
     @property
@@ -91,7 +91,7 @@ class Counts:
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
         self.pulses = axis.position
-        """Net number of pulses that the axis has made."""
+        """Number of pulses that the axis has made, positive minus negative."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
         self._smooth = float(self.pulses)
         """Smooth position at the latest mark."""
@@ -136,7 +136,9 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return the mean encoder position around each of the times `marks`.
+        """Return the mean encoder positions at the times `marks`.
+
+        Each mean is over an interval of `MARK_NS` around its time.
 
         Samples before the last of these times are then discarded.
         """
@@ -156,7 +158,7 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the pulses up to the time `mark`.
+        """Return the direction and the times of the new pulses until the time `mark`.
 
         `smooth` is the smooth position at this time.
         """

@@ -24,7 +24,7 @@ class _Bounds(TypedDict):
 
 
 class _Stops(TypedDict):
-    """The direction of motion that a limit input stops, and the input's active level."""
+    """Effect of a limit input: the direction of motion that the input stops, and the active level."""
 
     stops: int | None
     stops_at: bool
@@ -144,7 +144,7 @@ class _Reader:
         names = list(self._boards)
         with self._scene.placing_errors("stand-in", kind, number):
             if name is None and len(names) > 1:
-                raise UsageError(f"the key board is missing: expected one of {', '.join(names)}")
+                raise UsageError(f"the key `board` is missing: expected one of {', '.join(names)}")
             if name is not None and name not in names:
                 raise UsageError(f"no board {name!r}: expected one of {', '.join(names)}")
         return name or names[0]
@@ -155,14 +155,14 @@ class _Reader:
         text = getattr(table, key)
         with self._scene.placing_errors("stand-in", kind, number):
             if text is None:
-                raise UsageError(f'{key} is missing: expected a pin of the board, e.g. {key} = "PD2"')
+                raise UsageError(f'the key `{key}` is missing: expected a pin of the board, e.g. {key} = "PD2"')
         return BoardPin.read(text)
 
     def _no_pin(self, kind: str, number: int, table: Table, key: str) -> None:
         if getattr(table, key) is not None:
             with self._scene.placing_errors("stand-in", kind, number, key):
                 raise UsageError(
-                    f"the key {key} is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file"
+                    f"the key `{key}` is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file"
                 )
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:

@@ -54,7 +54,7 @@ class StopPage:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers the requests of browsers for the page, for its values, and for a stop."""
+    """Answers HTTP requests: sends the page or the state, or stops all motors."""
 
     content: bytes
     read: Callable[[], Mapping[str, Any]]

@@ -33,13 +33,13 @@ class Timetable:
 
     @property
     def slot(self) -> int:
-        """Length of a time slot in ticks."""
+        """Length of a time slot, in clock ticks."""
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
 
     @property
     def period(self) -> int:
-        """Interval, in ticks, at which the board reads each stop input."""
+        """Interval, in clock ticks, at which the board reads each stop input."""
         return self.slot * self._slots
 
     @property
@@ -56,19 +56,19 @@ class Timetable:
 
     @property
     def report(self) -> int:
-        """Interval, in ticks, at which the board repeats the report of a trigger."""
+        """Interval, in clock ticks, at which the board repeats the report of a trigger."""
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to ticks, rounded to an even multiple of `period`."""
+        """Convert a duration in seconds to clock ticks, rounded to a multiple of two periods."""
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
-        """Return the interval in ticks at which the board reads an input."""
+        """Return the interval, in clock ticks, at which the board reads an input."""
         return self.period if given.stops is not None else self._even_periods(self.wiring.sample_s)
 
     def reading(self, given: InputPin, soon: float) -> int:
-        """Return the tick at which the board next reads an input.
+        """Return the clock tick at which the board next reads an input.
 
         The tick is at `soon` or later.
         """
@@ -77,7 +77,7 @@ class Timetable:
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the tick at which the board next reports a trigger.
+        """Return the clock tick at which the board next reports a trigger.
 
         The tick is at `soon` or later.
 
@@ -86,7 +86,7 @@ class Timetable:
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the tick at the middle of the next time slot with the number `slot`.
+        """Return the clock tick at the middle of a time slot, given by the number of the slot.
 
         The tick is at `soon` or later.
 

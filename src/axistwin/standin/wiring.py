@@ -138,7 +138,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"input {given.to} stops {given.controller}, which has no axis on this board: "
+                f"input {given.to} belongs to {given.controller}, which has no axis on this board: "
                 f"expected an input of {' or '.join(names)}"
             )
 

@@ -83,7 +83,7 @@ class Cluster:
                 )
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the row of results of each task as soon as its run ends.
+        """Yield the results of each run as soon as the run ends.
 
         Raises UsageError if the connection to the cluster is lost.
         """
@@ -175,7 +175,7 @@ def version() -> str:
 
 
 def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
-    """Run tasks in a separate process, and return their rows of results; Dask calls this function on a worker."""
+    """Run tasks in a separate process on a worker of Dask, and return the results."""
     from distributed import get_worker
 
     if not _processes:

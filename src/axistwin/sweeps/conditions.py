@@ -42,9 +42,10 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions for a comparison with a number: its truth, and the margin by which it holds.
+    """Return two functions that evaluate a comparison with a number.
 
-    The first returns 1 (true) or 0; the second returns the margin, which is negative if the comparison is false.
+    The first returns 1 (true) or 0; the second returns the margin by which the comparison is true.  The margin is
+    negative if the comparison is false.
     """
     limit = real(number)
     holds, margin = _SIGNS[sign]
@@ -52,7 +53,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions for the condition "high" or "low": its truth, and the margin by which it holds.
+    """Return two functions that evaluate the condition "high" or the condition "low".
 
     The first returns 1 (true) or 0; the second returns an infinite margin, which is negative if the level is wrong.
     """

@@ -38,7 +38,7 @@ def _grid(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = prod(len(values) for values in listed.values()) * (runs or 1)
     if count > MOST:
         raise UsageError(
-            f"the grid has {count:,} runs: expected at most {MOST:,}, so use fewer values, or --design sobol --runs N"
+            f"the grid has {count:,} runs: expected at most {MOST:,}, e.g. with --design sobol --runs 1000"
         )
     combinations = (point for point in product(*listed.values()) for _ in range(runs or 1))
     return _with_draws(varied, listed, list(combinations), seed)

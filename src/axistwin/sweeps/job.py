@@ -100,7 +100,7 @@ class Runner:
         return row
 
     def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Return the row of a run that has no results yet."""
+        """Return the table row of a run that has no results yet."""
         row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
         row |= dict.fromkeys(self.measures)
         for name in self.claims:

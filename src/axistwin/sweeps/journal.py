@@ -183,10 +183,12 @@ def digest(found: "pa.Table") -> str:
     return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
 
-def check_plan(place: Path, old: Plan, new: Plan) -> None:
-    """Raise UsageError with the first difference if two plans of sweeps differ."""
+def check_plan(file: Path, old: Plan, new: Plan) -> None:
+    """Raise UsageError if two plans of sweeps differ; the message contains the first difference."""
     new = json.loads(json.dumps(new))
     for key in dict.fromkeys((*old, *new)):
         if old.get(key) != new.get(key):
-            before, now = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
-            raise UsageError(f"{place} belongs to another sweep ({key} was {before}, now {now}): choose another --out")
+            old_value, new_value = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
+            raise UsageError(
+                f"{file} belongs to another sweep ({key} was {old_value}, now {new_value}): choose another --out"
+            )

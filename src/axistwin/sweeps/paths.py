@@ -123,8 +123,8 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
         for table in tables:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
-            similar_or_all_faults = _suggestion(rest[0], names)
-            raise UsageError(f"{path}: the scene has no fault {rest[0]!r}, {similar_or_all_faults}")
+            fault, similar_or_all_faults = rest[0], _suggestion(rest[0], names)
+            raise UsageError(f"{path}: the scene has no fault {fault!r}, {similar_or_all_faults}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
@@ -198,7 +198,10 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of the table `node` with a new value at the place `keys`; missing tables are added."""
+    """Return a copy of a table with a new value; missing tables are added.
+
+    `node`: the table.  `keys`: the keys that lead to the value.
+    """
     if not keys:
         return value
     key, rest = keys[0], keys[1:]
@@ -209,18 +212,20 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
     return {**table, key: _put(table.get(key), rest, value)}
 
 
-# Values in SmartMotor programs
+# Functions that set values in SmartMotor programs
 
 
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     table = scene.data["controller"][at[1]]
     if "program" not in table:
         name = _called(table)
-        raise UsageError(f'{path}: {name} has no program, so add e.g. program = "move.sms" to the scene')
+        raise UsageError(f'{path}: the controller {name} has no program: add e.g. program = "move.sms" to the scene')
     users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
-        raise UsageError(f"{path}: {controllers} share the program {program}: expected one program file for each")
+        raise UsageError(
+            f"{path}: the controllers {controllers} share the program {program}: expected one program file for each"
+        )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
     _assigned(_program(scene, file), place, 0)
@@ -245,5 +250,5 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"{place.path}: {program} assigns no number to {place.variable}, expected e.g. {place.variable}=100"
+        f"{place.path}: the program {program} assigns no number to {place.variable}: expected e.g. {place.variable}=100"
     )

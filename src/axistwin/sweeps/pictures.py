@@ -36,7 +36,8 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
     check_suffix(path)
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
-        raise TraceError(f"{title or path}: the sweep has no measures and no claims to plot")
+        sweep = title or path
+        raise TraceError(f"{sweep}: the sweep has no measures and no claims to plot")
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
@@ -103,7 +104,7 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
 
 
 def _bars(axes: "Axes", shares: Mapping[str, Mapping[str, float]] | None) -> None:
-    """Draw two bars for each path, its first-order and its total Sobol index, with 95 % intervals."""
+    """Draw the first-order and the total Sobol index of each path as two bars with 95 % intervals."""
     if shares is None:
         axes.set_axis_off()
         return

@@ -48,9 +48,9 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin by which the claims of a run hold; the search minimises this number.
+    """Return the smallest robustness among the claims of a run.
 
-    The margin of a claim is its robustness.  The number is limited to ±`FAR`; it is `FAR` if no claim has a margin.
+    The search minimises this number.  The number is limited to ±`FAR`; it is `FAR` if no claim has a robustness.
     """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]

@@ -37,7 +37,10 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
 
 
 def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the Sobol indices of each measure by path, or None for a measure without varying results."""
+    """Return the Sobol indices of each measure by path.
+
+    The indices of a measure with equal results in all runs are None.
+    """
     if plan["design"] != DESIGN or table.num_rows != plan["runs"] * (len(plan["varied"]) + 2):
         return {}
     return {name: _indices(list(plan["varied"]), table[name].to_pylist()) for name in plan["measures"]}

@@ -180,7 +180,7 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the seconds from each begin event to the next end event; the time spans do not overlap."""
+    """Yield the seconds from each begin event to the next end event, without overlap."""
     after_ns = -1
     for begin_ns in begins:
         if begin_ns < after_ns:

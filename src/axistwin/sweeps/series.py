@@ -26,7 +26,7 @@ class Series:
 
     @classmethod
     def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
-        """Create a signal from its changes, which are in order of time.
+        """Create a signal from a list of changes in ascending order of time.
 
         Of several changes at the same time, only the last is used.
         """

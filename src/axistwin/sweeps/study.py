@@ -24,7 +24,7 @@ MAGIC = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial of a tuning: the chosen values by path, the score, and the result of each run.
+    """One trial of a tuning, with its values, its score and the results of its runs.
 
     `violations`: number for each claim; above 0, the claim fails.
     """

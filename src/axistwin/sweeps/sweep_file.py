@@ -124,7 +124,7 @@ def _names(message: str, name: str) -> bool:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call a function, and add the line and column in the sweep file to its errors.
+    """Call a function, and add the line and column in the sweep file to the errors of the function.
 
     The place in the sweep file is the line and column of `keys`.
     """

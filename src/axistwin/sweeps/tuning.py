@@ -141,7 +141,10 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield lines that set the given values, for the user to copy into programs or the scene."""
+        """Yield lines of text that set the given values in a program or scene.
+
+        The user can copy these lines.
+        """
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):
@@ -214,7 +217,7 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return the margin by which a claim fails: above 0 if the claim fails, otherwise 0 or below.
+    """Return a number above 0 if a claim fails, otherwise 0 or below.
 
     The number is the negated robustness of the claim.
     """

@@ -28,7 +28,7 @@ _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Values:
-    """The values of one varied path.
+    """The values that a sweep gives to one path.
 
     `listed`: the values for a grid; empty if the values are random.
     """
@@ -75,7 +75,7 @@ def read(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return an unquoted text as a value.
+    """Return an unquoted text unchanged, if the text is a valid value.
 
     Raises UsageError for an empty text, or for a text that begins like a list or a quoted text.
     """

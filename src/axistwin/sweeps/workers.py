@@ -57,7 +57,7 @@ class ThisProcess:
         """Do nothing, because there are no worker processes to stop."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Perform the run of each task, and yield its row of results."""
+        """Perform the run of each task, and yield the results of the run."""
         for number, values in tasks:
             yield self._runner.row(number, values)
 

@@ -91,7 +91,7 @@ class DigiplanGuide(Guide):
             )
 
     def _closed(self, name: str, faults: int) -> str:
-        """Return a sentence that tells the user how to close the circuit of a stop input."""
+        """Return an instruction to close the circuit of a stop input."""
         read = "  and then  K" if faults else ""
         found = at_limit(self.controller, name == "limit_plus") if name in LIMITS else None
         if found is None:
@@ -103,7 +103,7 @@ class DigiplanGuide(Guide):
         )
 
     def _given(self, name: str, level: str) -> str:
-        """Return a sentence that tells the user how to set the input that a sequence waits for."""
+        """Return an instruction to set the input that a sequence waits for."""
         pin = self.controller.pins[name]
         if pin.held or (pin.wired and not pin.driven):
             return self.restored(name, level)
@@ -152,7 +152,10 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Instruction to set the inputs that the first step of the stored sequence waits for, or ""."""
+        """Instruction to set the inputs for which the first step of the stored sequence waits.
+
+        "" if the first step does not wait.
+        """
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
         levels = [self.remedies.drive(f"input{digit}", "high" if word == "H" else "low") for word, digit in inputs]
@@ -204,7 +207,7 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield an explanation of the number in a command, or of the answer to the command."""
+        """Yield the meaning of a command's parameter or answer."""
         match piece[0]:
             case "K" | "Q":
                 yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"

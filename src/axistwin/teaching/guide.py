@@ -50,7 +50,7 @@ class Guide(ABC):
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why a move cannot start, in the order in which the user should remove the reasons."""
+        """Yield the reasons why a move cannot start; the user removes the reasons in this order."""
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:
@@ -88,10 +88,10 @@ class Guide(ABC):
             if command.implemented and not str(command.code).isspace()
         ]
 
-    # Explanations that all controller families share
+    # Explanations that are the same for all controller families
 
     def restored(self, name: str, level: str, *, then: str = "", away: str = "") -> str:
-        """Return a sentence that tells the user how to give an input the level that permits motion.
+        """Return an instruction to set an input to the level that permits motion.
 
         `away` is a move that leaves a limit switch.  The input is never forced while a machine is connected to it.
         """
@@ -125,7 +125,7 @@ class Guide(ABC):
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
 
     def shown(self, source: str, text: str) -> str:
-        """Return a reply as the front panel displays it, e.g. with a unit."""
+        """Convert a reply to the text on the front panel, e.g. with a unit."""
         for group in self.controller.product.front:
             for item in group.items:
                 if isinstance(item, Word) and item.source == source:

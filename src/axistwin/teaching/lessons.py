@@ -49,7 +49,7 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a check that is true if the controller has answered a request.
+    """Return a condition that is true if the controller has answered a request.
 
     `to`: the request.  The answer must match the regular expression `pattern`.
     """
@@ -57,12 +57,12 @@ def answered(pattern: str, to: str = "") -> Check:
 
 
 def is_clear(mask: int) -> Check:
-    """Return a check that is true if a reported status word has 0 in all bits of `mask`."""
+    """Return a condition that is true if a reported status word has 0 in all bits of `mask`."""
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a check that is true if the axis has moved by this distance and is at rest.
+    """Return a condition that is true if the axis has moved by this distance and is at rest.
 
     The distance may be that of the whole step or of the last move.
     """
@@ -75,12 +75,12 @@ def moved(axis: str, by: int) -> Check:
 
 
 def moving(axis: str) -> Check:
-    """Return a check that is true while the axis moves."""
+    """Return a condition that is true while the axis moves."""
     return lambda it: it.controller.axes[axis].moving
 
 
 def stopped(axis: str) -> Check:
-    """Return a check that is true while the axis is at rest."""
+    """Return a condition that is true while the axis is at rest."""
     return lambda it: not it.controller.axes[axis].moving
 
 
@@ -90,17 +90,17 @@ def runs_moves(it: Evidence) -> bool:
 
 
 def level(pin: str, high: bool) -> Check:
-    """Return a check that is true if the terminal has this level."""
+    """Return a condition that is true if the terminal has this level."""
     return lambda it: it.controller.pins[pin].level is high
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a check that is true if both given checks are true."""
+    """Return a condition that is true if both given conditions are true."""
     return lambda it: first(it) and second(it)
 
 
 def register(name: str, value: int | str) -> Check:
-    """Return a check that is true if the register has this value."""
+    """Return a condition that is true if the register has this value."""
     return lambda it: it.controller.registers[name].read() == value
 
 

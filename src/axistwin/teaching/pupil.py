@@ -57,7 +57,10 @@ class Pupil:
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
-        """Return True if the user has done the current step; in this case, go to the next step."""
+        """Go to the next step of the lesson if the current step is done.
+
+        Return True if the current step is done.
+        """
         if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))

@@ -8,28 +8,28 @@ MARGIN = 100
 
 
 class Remedies:
-    """Sentences that tell the user which line to type in a terminal.
+    """Instructions for the user: which line to type in a terminal.
 
     The panel has a subclass that names the buttons and switches of the panel.
     """
 
     def drive(self, pin: str, level: str) -> str:
-        """Return a sentence that tells the user how to set the level of an unconnected input."""
+        """Return an instruction to set the level of an unconnected input."""
         return f"type  :drive {pin} {level}"
 
     def release(self, pin: str) -> str:
-        """Return a sentence that tells the user how to remove the forced level of an input."""
+        """Return an instruction to remove the forced level of an input."""
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:
-        """Return a sentence that tells the user how to end an injected fault.
+        """Return an instruction to end an injected fault.
 
         `pin`: the terminal at which the fault is injected.
         """
         return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
 
     def power(self, *words: str) -> str:
-        """Return a sentence that tells the user how to switch the power on, or off and on."""
+        """Return an instruction to switch the power to each state in `words`, e.g. off and on."""
         return "type  " + "  and  ".join(f":drive power {word}" for word in words)
 
 

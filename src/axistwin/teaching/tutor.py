@@ -170,7 +170,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # a power-up ends the effect of all earlier lines
+        if act == ManualAct.POWER:  # all earlier lines have no effect after the power has been switched
             self._lines.clear()
 
 

@@ -146,7 +146,7 @@ class LocalCommands:
             case "speed":
                 self._virtual_end().set_speed(read_speed(words))
             case _:
-                raise UsageError(f"unknown command :{name}: expected a command that :help lists")
+                raise UsageError(f"unknown command :{name}: expected a command of the terminal, e.g. :help")
         return True
 
     def _virtual_end(self) -> VirtualEnd:
@@ -186,7 +186,8 @@ class LocalCommands:
 
 def _switch(words: str) -> bool:
     if words not in ("on", "off"):
-        raise UsageError(f"invalid switch {shortened(words)}: expected :tutor on or :tutor off")
+        given_value = shortened(words)
+        raise UsageError(f"invalid value {given_value} for the tutor: expected :tutor on or :tutor off")
     return words == "on"
 
 
@@ -196,7 +197,8 @@ def _seconds(words: str) -> float:
     except NumberError:
         seconds = -1.0
     if not 0 <= seconds < 1e6:
-        raise UsageError(f"invalid time {shortened(words)}: expected a number of seconds, e.g. :wait 0.5")
+        given_time = shortened(words)
+        raise UsageError(f"invalid time {given_time}: expected a number of seconds, e.g. :wait 0.5")
     return seconds
 
 

@@ -255,7 +255,7 @@ def _bench(
         bench.add(what, **options)
         return bench, []
     if options:
-        raise UsageError(f"a scene does not accept the options {', '.join(options)}: expected a model, e.g. if1")
+        raise UsageError(f"invalid options for a scene: {', '.join(options)}; only a model such as if1 accepts options")
     if isinstance(what, Bench):
         return what, []
     from axistwin.scenes.scene import Scene  # lazy import, because pydantic is slow to import

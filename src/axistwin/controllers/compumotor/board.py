@@ -68,7 +68,10 @@ class Board(State):
         return len(self._queue.items)
 
     def fail(self) -> None:
-        """Raise the board monitor alarm: the LED lights, and the outputs are in high impedance until a reset."""
+        """Raise the board monitor alarm.
+
+        The LED is on, and the outputs are in high impedance, until a reset.
+        """
         self._die()
         for name in FLOATING:
             self.pins[name].set(self.options.high_impedance)
@@ -111,7 +114,7 @@ class Board(State):
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
-            yield self.clock.timeout(0)  # a command that takes no time ends before the IDB is ready again
+            yield self.clock.timeout(0)  # an instantaneous command ends before the next command is accepted
 
     def _obey_all(self) -> Procedure:
         while self.alive:
@@ -132,12 +135,15 @@ class Board(State):
             yield from self.carry_out(command, values, self.host)
 
     def accepts(self, command: Opcode) -> bool:
-        """True if the board may perform a command of the host now, according to the attributes of the command."""
+        """True if the present state of the board allows this command of the host.
+
+        The attributes of the command decide.
+        """
         needed = _needed(self.in_streaming_mode, self.sequencer.running, self.stream.performing)
         return needed in command.accepted and not self.excludes(command)
 
     def refresh(self) -> None:
-        """Update outputs and position tracking after a change of state."""
+        """Update the outputs and the position tracking after the state of the board has changed."""
         tracking.refresh(self)
         self.outputs.refresh()
         self.shutdown.refresh()
@@ -172,7 +178,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a command needs so that the board accepts the command in this state."""
+    """Return the attributes that a command must have in this state of the board."""
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

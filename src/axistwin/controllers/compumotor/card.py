@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # observers ignore this pin, because its level changes at each command
+            self.pins[name].restless = True  # not traced by default: each command changes the level
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
@@ -191,19 +191,19 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Check the commands that a host sends, and return the diagnostics."""
-    from axistwin.controllers.compumotor.checker.program import check  # lazy import: simulations do not check programs
+    from axistwin.controllers.compumotor.checker.program import check  # lazy import: used by program checks only
 
     return check(commands, sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: simulations do not check programs
+    from axistwin.controllers.compumotor.rules import RULES  # lazy import: used by program checks only
 
     return RULES
 
 
 def _front(encoder: bool) -> "tuple[Group, ...]":
-    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: needed by the front panel only
+    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: used by the front panel only
 
     return FRONT_1811 if encoder else FRONT
 

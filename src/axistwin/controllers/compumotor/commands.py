@@ -36,12 +36,12 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.pulses import Phase
 
-# The command table uses one letter for each attribute in `Accept`, e.g. S for SINGULAR
+# Short names of the command attributes, e.g. S for SINGULAR
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741
 ANY = I | V | Q | C | W
 ASK = I | V | C | W
 
-# Chapters of the manual
+# Names of chapters in the manual
 BITS, STICK, SHUTDOWN, SENSE = "Status bits and outputs", "Joystick", "Remote power shutdown", "Direction"
 SEQ, POS, HOME, STREAM = "Sequence buffers", "Positions and moves", "Home", "Velocity-streaming mode"
 MODE, STOP, ASKING, EVENT = "Modes", "Stop and kill", "Requests", "Interrupts"

@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            # call `_serve` later at the same virtual time, after this callback
+            # `_serve` runs after this callback, at the same virtual time
             self.port.clock.call_later(0, self._serve)
 
     def _serve(self) -> None:

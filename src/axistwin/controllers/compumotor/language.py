@@ -19,14 +19,17 @@ LONGEST = 16
 
 
 class Accept(Flag):
-    """The attributes of a command (chapter Command attributes), which decide when a command is performed."""
+    """The attributes of a command, which decide when the board may perform the command.
 
-    SINGULAR = auto()  # the command takes time, and only one such command runs at a time
+    Chapter Command attributes.
+    """
+
+    SINGULAR = auto()  # the command takes time, and only one SINGULAR command runs at a time
     INDEXER = auto()  # the command is valid in indexer mode
     STREAMING = auto()  # the command is valid in the streaming modes
     SEQUENCE = auto()  # the command may be placed in a sequence buffer
     DURING_SEQUENCE = auto()  # the host may send this command while the board performs a sequence
-    DURING_STREAMING = auto()  # the host may send this command while the board outputs the streaming buffer
+    DURING_STREAMING = auto()  # the host may send this command while a stream is in progress
     DEFINING = auto()  # the command is performed even while a sequence is being defined
     ENCODER = auto()  # 1811 only
 
@@ -75,7 +78,7 @@ class Switch(Number):
     """Parameter type: one byte, in which 00 means off and any other value means on."""
 
     def decode(self, data: bytes) -> bool:
-        """True if the byte is not 00."""
+        """Return True (on) if the parameter byte is not 00."""
         return data[0] != 0
 
 

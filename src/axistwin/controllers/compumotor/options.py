@@ -73,16 +73,18 @@ class Options:
     """Answer to FDh: 94-, six digits, -, two digits, one or two letters."""
 
     def __post_init__(self) -> None:
+        valid_interrupts = ", ".join(get_args(Interrupt))
         for interrupt in self.interrupts:
             if interrupt not in get_args(Interrupt):
-                raise UsageError(f"interrupts={interrupt!r}: expected one of {', '.join(get_args(Interrupt))}")
+                raise UsageError(f"interrupts={interrupt!r}: expected one of {valid_interrupts}")
         for option in ("interrupt_command", "encoder_commands", "stop_after_stream"):
             choices = get_args(get_type_hints(Options)[option])
-            if getattr(self, option) not in choices:
-                raise UsageError(f"{option}={getattr(self, option)!r}: expected one of {', '.join(choices)}")
+            if (given := getattr(self, option)) not in choices:
+                valid_values = ", ".join(choices)
+                raise UsageError(f"{option}={given!r}: expected one of {valid_values}")
         for option in ("test_switch", "invert_z", "invert_encoder", "high_impedance"):
-            if not isinstance(getattr(self, option), bool):
-                raise UsageError(f"{option}={getattr(self, option)!r}: expected true or false")
+            if not isinstance(given := getattr(self, option), bool):
+                raise UsageError(f"{option}={given!r}: expected true or false")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type in (float, "float"):

@@ -38,7 +38,10 @@ IN_DEADBAND = 0x80
 
 
 class State(ABC):
-    """State of an 1810 or 1811 whose power is on.  The state consists of parts such as the pulse generator."""
+    """State of an 1810 or 1811 whose power is on.
+
+    The state consists of parts such as the pulse generator.
+    """
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -64,7 +67,7 @@ class State(ABC):
         self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
         self.host, self.sequence = Owner(clock), Owner(clock)
         """The two sources of commands, each with a SINGULAR command of its own in progress."""
-        # Components for inputs and outputs
+        # Inputs and outputs
         self.events = Events(self.send)
         self.triggers = Triggers(
             clock,
@@ -92,7 +95,7 @@ class State(ABC):
 
     @abstractmethod
     def refresh(self) -> None:
-        """Update outputs and position tracking after a change of state."""
+        """Update the outputs and the position tracking after the state of the board has changed."""
 
     @abstractmethod
     def begin_test(self) -> None:
@@ -112,7 +115,7 @@ class State(ABC):
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
-        """True if the command must not begin during another SINGULAR command of the host.
+        """True if the command must not begin, because a SINGULAR command of the host is in progress.
 
         The result is True only for SINGULAR commands of indexer mode: moves, searches and the joystick.
         """

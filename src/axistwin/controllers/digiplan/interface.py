@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # maximum number of characters in a message; the longest possible sequence is shorter
+MOST_CHARACTERS = 2048  # maximum number of characters in a message, which no valid sequence reaches
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -52,7 +52,7 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # True after the hint `INITIALISED` has been given to the user
+        self._told = False  # True if the user has already received the status hint `INITIALISED`
         self._eighth: list[bool] = []  # value of bit 8 of each character in the present message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
@@ -146,7 +146,10 @@ class Interface(State):
 
     @property
     def kept_sequence(self) -> str:
-        """The stored sequence, available during the self-test too; empty if no sequence is stored."""
+        """The stored sequence, or an empty text if no sequence is stored.
+
+        The stored sequence is available even during the self-test.
+        """
         return self._kept.sequence if self.stage is Stage.RESET else self.sequence
 
     def _process(self, character: int) -> Procedure | None:
@@ -201,7 +204,7 @@ class Interface(State):
             return None
         message = read(text)
         command = message.alone
-        if self.locked:  # while locked, only status requests and `]` are performed
+        if self.locked:  # a locked interface performs only status requests and the command `]`
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
             return self._answer(command) if command is not None and heeded else None
         if command is not None and command.code == "#":
@@ -282,7 +285,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        # while the host controls a sequence, the host may send moves, but no other sequence
+        # a host that controls a sequence may send moves, but cannot start another sequence
         if self.work.control is not None:
             self.faults.raise_line(LineFault.DATA)
             return

@@ -35,7 +35,10 @@ class Accept(Flag):
 
 
 class Order(IntEnum):
-    """Order of commands in a message or step (chapter Combining inputs and outputs with move instructions)."""
+    """Order of the commands in a message or in a step of a sequence.
+
+    Chapter Combining inputs and outputs with move instructions.
+    """
 
     ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # a message may contain several MOVE commands
 
@@ -71,7 +74,10 @@ class Written(Field):
 
     @property
     def form(self) -> str:
-        """Syntax of the parameter for help texts, with a comma in front if the command needs a comma."""
+        """Syntax of the parameter for help texts, in brackets if the parameter is optional.
+
+        The text begins with a comma if the command needs a comma.
+        """
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
@@ -304,7 +310,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # an invalid number causes an error at its first wrong character
+            return  # the parser reports an invalid number later, at the first wrong character
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -322,4 +328,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing, because the parser reads the character as a part of another command."""
+    """Do nothing, because this character is only a part of another command."""

@@ -44,8 +44,9 @@ class Options:
 
     def __post_init__(self) -> None:
         for option, choices in CHOICES.items():
-            if getattr(self, option) not in choices:
-                raise UsageError(f"{option}={getattr(self, option)!r}: expected one of {', '.join(map(repr, choices))}")
+            if (given := getattr(self, option)) not in choices:
+                valid_values = ", ".join(map(repr, choices))
+                raise UsageError(f"{option}={given!r}: expected one of {valid_values}")
         for option in ("self_test_s", "recalculation_s", "strobe_ms"):
             value = getattr(self, option)
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 60:
@@ -53,5 +54,5 @@ class Options:
         if self.strobe_ms == 0:
             raise UsageError("strobe_ms=0: expected a number above 0, e.g. 1")
         for option in ("fault_output", "strict_format"):
-            if not isinstance(getattr(self, option), bool):
-                raise UsageError(f"{option}={getattr(self, option)!r}: expected true or false")
+            if not isinstance(given := getattr(self, option), bool):
+                raise UsageError(f"{option}={given!r}: expected true or false")

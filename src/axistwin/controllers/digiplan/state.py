@@ -132,7 +132,7 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters for a move that begins now.
+        """Parameters that apply to a move that begins now.
 
         New ramp data apply only after the ramp has been calculated.
         """
@@ -142,7 +142,10 @@ class State(ABC):
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a new ramp.  For up to a second, the interface processes no characters."""
+        """Calculate a new ramp.
+
+        The interface processes no characters during the calculation, which takes up to a second.
+        """
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 

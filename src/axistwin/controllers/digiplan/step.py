@@ -34,9 +34,10 @@ class Problem(NamedTuple):
 
 @dataclass
 class Step:
-    """One direct message, or one step of a sequence, with fields in the order of execution.
+    """One direct message, or one step of a sequence.
 
-    Directions are +1 and -1.  A field that was not stated is None, False or empty.
+    The fields are in the order of execution.  Directions are +1 and -1.
+    A field that was not stated is None, False or empty.
     """
 
     settings: dict[str, int] = field(default_factory=dict)

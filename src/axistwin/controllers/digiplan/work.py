@@ -9,7 +9,10 @@ from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, inte
 
 
 class Work:
-    """Carries out one move, run or sequence at a time.  A sequence can give control to the host."""
+    """Carries out moves, runs and sequences, one at a time.
+
+    A sequence can give control to the host.
+    """
 
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
@@ -23,12 +26,12 @@ class Work:
 
     @property
     def occupied(self) -> bool:
-        """True while a move, run or sequence is in progress and the host does not have control."""
+        """True while a move, run or sequence is in progress, unless the host has control of the sequence."""
         return self.process is not None and self.control is None
 
     @property
     def busy(self) -> bool:
-        """True while a move, run or sequence occupies the interface, or while a message waits."""
+        """True while the interface is occupied, or while a message waits to be carried out."""
         return self.occupied or self.held is not None
 
     def begin(self, procedure: Procedure) -> None:
@@ -55,19 +58,19 @@ class Work:
             freed.succeed()
 
     def cancel(self) -> None:
-        """Stop the motion with deceleration, end the procedure in progress, and drop the waiting message."""
+        """Stop the motion with deceleration, end the procedure in progress, and delete the waiting messages."""
         self.drop_held()
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # a process cannot interrupt itself, e.g. a step whose output is wired to a fault input
+            # interrupt the active process later, because a process cannot interrupt itself
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End all work and delete the waiting message at once, because the power is off.
+        """End all work and delete the waiting messages at once, because the power is off.
 
         The work is a move, run or sequence.
         """
@@ -110,10 +113,7 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Delete the waiting message and the message after it.
-
-        The first message waits for the end of a move, run or sequence.
-        """
+        """Delete the messages that wait for the end of a move, run or sequence."""
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)

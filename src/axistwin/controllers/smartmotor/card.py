@@ -113,7 +113,7 @@ class SmartMotor:
         self.power(True)
 
     def _let_go(self) -> None:
-        """Release all user pins and engage the static brake, as without power."""
+        """Make all user pins inputs and engage the static brake, because the power is off."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)

@@ -285,7 +285,7 @@ COMMANDS = CommandSet(
     I("PRINT1()",  "print on channel 1",                 IO,       (ITEMS,),        BOTH,   partial(reports.print_, channel=1),                    P, "PRINT1(item,…)"),
     *(I(f"PRINT{p}()", f"print on AniLink device {p}",   ANILINK,  (ITEMS,),        BOTH,   partial(reports.print_device, device=p),               P, f"PRINT{p}(item,…)") for p in "ABCDEFGH"),
 
-    # Commands that firmware 4.76 has removed (1.3)
+    # Commands that firmware 4.76 has removed (manual, section 1.3)
     I("ES400",     "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
     I("ES1000",    "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
     I("KGON",      "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0, KG=0 F switches it off"),

@@ -175,7 +175,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # A latched flag that is already set reports no new fault.
+            i[slot] = slot in LATCHED  # A latched flag that is already 1 causes no report of a new fault.
 
     def leave(self) -> None:
         """Store the state of the motor's mechanics and windings for the next power-up."""
@@ -250,14 +250,14 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call C1 or C2 at the end of a statement (table 7.1).
+        """Call C1 or C2 at the end of a statement (manual, table 7.1).
 
         If both calls are pending, only C1 is called.
         """
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # Be and Bh end the program if C1 cannot be called
+                flow.end(self)  # A fault ends the program if label C1 cannot be called
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 

@@ -34,7 +34,7 @@ class Nonvolatile:
             "locked": self.locked,
             "eeprom": self.eeprom.hex(),
         }
-        import json  # lazy import: needed only to save or load a memory
+        import json  # lazy import: needed only for files
 
         store.save(json.dumps(contents, indent=1).encode())
 
@@ -47,7 +47,7 @@ class Nonvolatile:
         contents = store.load()
         if contents is None:
             return cls()
-        import json  # lazy import: needed only to save or load a memory
+        import json  # lazy import: needed only for files
 
         try:
             return cls._from(json.loads(contents))
@@ -81,4 +81,4 @@ class Nonvolatile:
 
 def _require(valid: bool, key: str) -> None:
     if not valid:
-        raise ValueError(f"the value of {key!r} is invalid")
+        raise ValueError(f"the value of the key {key!r} is invalid")

@@ -64,8 +64,10 @@ class Options:
             if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
                 raise UsageError(f"{name}={value!r}: expected a number from {low} to {high}")
         for name in ("array_overlay", "brake"):
-            if not isinstance(getattr(self, name), bool):
-                raise UsageError(f"{name}={getattr(self, name)!r}: expected true or false")
+            given = getattr(self, name)
+            if not isinstance(given, bool):
+                raise UsageError(f"{name}={given!r}: expected true or false")
         for name, choices in CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise UsageError(f"{name}={getattr(self, name)!r}: expected one of {', '.join(map(repr, choices))}")
+            given = getattr(self, name)
+            if given not in choices:
+                raise UsageError(f"{name}={given!r}: expected one of {', '.join(map(repr, choices))}")

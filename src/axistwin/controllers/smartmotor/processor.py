@@ -24,11 +24,11 @@ from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
 
 CHANNEL_1 = 4
-"""Bit of F that sends the output of a program to channel 1 (table 7.1)."""
+"""Bit of F that sends the output of a program to channel 1 (manual, table 7.1)."""
 
 
 class Control(Enum):
-    """The signal that controls the static brake (5.2)."""
+    """The signal that controls the static brake (manual, section 5.2)."""
 
     SERVO = "BRKSRV"
     TRAJECTORY = "BRKTRJ"
@@ -38,7 +38,7 @@ class Control(Enum):
 
 @dataclass
 class Reception:
-    """The received records for the next trajectory point of host mode (10.1)."""
+    """The received records for the next trajectory point of host mode (manual, section 10.1)."""
 
     position: int | None = None
     """A position without its clock value."""
@@ -60,7 +60,7 @@ class StoredProgram(Protocol):
         """The statements of the program, in the order of its text."""
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement at a place in the code."""
+        """Return the number of the statement at an index in the code."""
 
 
 class Processor(Dispatcher, ABC):

@@ -26,9 +26,9 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return where the processor stores the value of each register.
+    """Return the kind and the index of each register's value in the processor.
 
-    Each place is a kind (an operation of the interpreter) and an index.
+    The kind is an operation of the interpreter.
 
     A read of the register RI does not clear Bi.
     """
@@ -48,7 +48,7 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that sends only the changes of this follower's registers to the follower.
+        """Return a function that sends this follower the changes of its own registers.
 
         `names`: all followed registers, in the order in which changes are reported.
         """
@@ -71,7 +71,10 @@ class Registers:
         self._followings: list[_Following] = []
 
     def connect(self, motor: Motor | None) -> None:
-        """Connect the registers to a processor that has been switched on; None disconnects the registers."""
+        """Connect the registers to a processor.
+
+        The processor has just been switched on; None disconnects the registers.
+        """
         self._motor = motor
         if motor is not None and self._followings:
             self._follow()

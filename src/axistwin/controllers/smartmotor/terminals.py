@@ -40,7 +40,7 @@ class EncoderPin(UserPin):
 
     @property
     def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the external encoder sets the level, so that the level is read on demand."""
+        """True if the level must be computed at each read, because the external encoder sets the level."""
         return self.shows_encoder
 
     @property
@@ -158,7 +158,10 @@ class IndexLine(Pin):
         self._motor: Processor | None = None
 
     def connect(self, motor: Processor | None) -> None:
-        """Connect the index line to a processor that has been switched on; None disconnects the line."""
+        """Connect the index line to a processor.
+
+        The processor has just been switched on; None disconnects the line.
+        """
         self._motor = motor
         if self._changes:
             self._report_changes()

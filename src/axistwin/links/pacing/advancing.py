@@ -52,7 +52,7 @@ class Advancer(ABC):
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
         """Call `advance`, which advances virtual time, then send the output of the ports.
 
-        The advance lasts for one slice of real time.
+        The advance lasts for one `Slice` of real time.
         `advance(over)` advances the bench, outside the pacer's own advances.
 
         `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # a failed action ends the advance early: advance again
+        while not found:  # continue after a failed action has interrupted the advance
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

@@ -21,7 +21,7 @@ class Delays:
             self.most_late_s = max(self.most_late_s, late_s)
 
     def report(self) -> str | None:
-        """Return a report about delays in one line; None if no delay has occurred."""
+        """Return a one-line report about the delays; None if no delay has occurred."""
         if not self.overruns:
             return None
         times = "once" if self.overruns == 1 else f"{self.overruns} times"

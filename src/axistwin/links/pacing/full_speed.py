@@ -24,7 +24,7 @@ class FullSpeed:
         """Do nothing, because virtual time is always up to date at full speed."""
 
     def work(self) -> None:
-        """Advance virtual time during one slice of real time.
+        """Advance virtual time as far as possible in about 2 ms of real time.
 
         Nothing is done if the next advance is already planned.
         """

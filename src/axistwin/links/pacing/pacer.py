@@ -144,7 +144,7 @@ class Pacer(Advancer):
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:
-        """Return a report about delays in one line; None if no delay has occurred."""
+        """Return a one-line report about the delays; None if no delay has occurred."""
         return self.delays.report()
 
     def _restart(self) -> None:

@@ -85,7 +85,7 @@ class RealTime:
             clock.run_to(target_ns)
 
     def _plan_next(self) -> None:
-        """Plan the next advance at the time of the next event.
+        """Plan the next advance of virtual time for the time of the next event.
 
         An event that is not yet due waits until `BLOCK_S` seconds after the last advance.
         """

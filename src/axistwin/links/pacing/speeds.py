@@ -28,5 +28,5 @@ def checked_speed(speed: float | None, text: str = "") -> float | None:
     """
     if speed is None or 0 < speed <= MAX_SPEED:
         return speed
-    shown = shortened(text or f"{speed:g}")
-    raise UsageError(f"invalid speed {shown}: expected a number up to 1000000, e.g. 1 for real time, or max")
+    given_speed = shortened(text or f"{speed:g}")
+    raise UsageError(f"invalid speed {given_speed}: expected max or a number up to 1000000, e.g. 1 for real time")

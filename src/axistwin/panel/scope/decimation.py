@@ -60,7 +60,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
     Values after `now_ns` are unknown.
     """
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    # the last change before the window determines the value at the start of the window
+    # the last change before `from_ns` determines the value at `from_ns`
     rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
@@ -95,7 +95,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # first time in `edges` that is later than the first change
+    known = begins.searchsorted(0, "right")  # index of the first pixel that begins after the first change of the signal
     held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1

@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Unit of a signal's values, or codec that gives the meaning of the signal's messages."""
+    """Describes how to show a signal, by the unit of its values or the codec of its messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -65,9 +65,9 @@ def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the signals that a scene uses: axes, wired terminals and messages.
+    """Return the names of the most important signals of a scene.
 
-    Axes without a machine are left out.
+    These are the signals of the axes with a machine, of the wired terminals and of the messages.
     """
     names = {signal.full for signal in signals}
     wired = [_terminal(end) for wire in bench.wires for end in wire]

@@ -115,7 +115,7 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """Delete the oldest signals that no screen shows.
+        """Delete the oldest recordings of signals that no screen shows.
 
         Nothing is deleted while at most `MOST_SIGNALS` signals are stored.
         """

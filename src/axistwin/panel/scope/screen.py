@@ -48,7 +48,7 @@ class Cursors:
 
     @property
     def named(self) -> dict[str, int]:
-        """Times of the cursors that are set; the keys are A and B."""
+        """Time of each cursor that is set; the keys are the cursor names A and B."""
         return {name: at for name, at in (("A", self.a_ns), ("B", self.b_ns)) if at is not None}
 
     @property
@@ -123,7 +123,10 @@ class Screen:
 
     @property
     def record(self) -> Record:
-        """The recorded signals that the screen shows; a copy while the screen is paused."""
+        """The recorded signals that the screen shows.
+
+        While the screen is paused, the signals are a copy.
+        """
         return self.frozen or self.recorder.record
 
     @property
@@ -188,7 +191,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Earliest time from which the record contains all signals on the screen."""
+        """Start of the period for which all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -199,7 +202,7 @@ class Screen:
     # Trigger
 
     def arm(self) -> None:
-        """Arm the trigger, which then searches for the next edge."""
+        """Arm the trigger for the next edge of the trigger signal."""
         self.hit_ns, self._searched_ns = None, self.recorder.record.now_ns
 
     @property
@@ -244,12 +247,12 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the history of the trigger's signal, and the latest time at which an edge can trigger.
+        """Return the history of the trigger's signal, and the end of the time range in which edges are searched.
 
-        The data after the edge must fill the screen.
+        The data after an edge must fill the screen.
         """
         record = self.recorder.record
-        if record is not self._known:  # the recorder has begun a new record for a new simulation
+        if record is not self._known:  # a new recording has begun, so the time of the last edge is invalid
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None

@@ -65,7 +65,7 @@ class Rows(NamedTuple):
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Convert single changes of a signal to intervals, one interval per change."""
+    """Convert the changes of a signal to a table with one interval for each change."""
     return Rows(times, times, values, values, values, values, ZEROS[: len(values)])
 
 
@@ -75,16 +75,13 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge intervals so that at most one interval begins in each period.
-
-    A period has a length of `2 ** shift` ns.
-    """
+    """Merge all intervals that begin in the same period of `2 ** shift` ns."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # add the integral over each interval; a single change has the integral 0
+    if rows.begin is not rows.end:  # add the integrals of merged intervals; the integral of a single change is 0
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -187,7 +184,7 @@ class Track:
     def _keep_older(self, rows: Rows) -> None:
         """Merge the oldest single changes into intervals that cover several changes.
 
-        The intervals are those of the first level, or of the second level if there are few changes.
+        The intervals have the first resolution in `SHIFTS`, or the second resolution if the changes are rare.
         """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
@@ -197,16 +194,17 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge intervals, and store the merged intervals in one level of the history.
+        """Store old intervals of the signal with a coarser resolution in time.
 
-        `level`: the index of the level.  If this level is full, its older half is moved to the next level.
+        `level`: index of the resolution in `SHIFTS`.  If the memory for this resolution is full, the older half of its
+        intervals is stored with the next coarser resolution.
         """
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # this copy lets Python free the memory of the larger array
+            # copy the rows, so that Python can free the memory of the larger array
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)

@@ -124,11 +124,11 @@ class Asides:
 
         return context.move(partial(initialise, context.session, self._name), done)
 
-    async def _wait(self, words: str) -> None:
+    async def _wait(self, given_time: str) -> None:
         try:
-            seconds = real(words)
+            seconds = real(given_time)
         except NumberError:
-            raise UsageError(f"invalid time {shortened(words)}: expected seconds, e.g. :wait 0.5") from None
+            raise UsageError(f"invalid time {shortened(given_time)}: expected seconds, e.g. :wait 0.5") from None
         await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
@@ -176,7 +176,7 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return an instruction to switch the controller's power on, or off and on."""
+        """Return an instruction to switch the power to each state in `words`, e.g. off and on."""
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:

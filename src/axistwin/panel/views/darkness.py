@@ -13,7 +13,10 @@ MODES = {
 
 
 class Darkness(ui.dark_mode, component="darkness.js"):
-    """The colours of the page: dark, light, or as the user's system sets them.  They are set only when they change."""
+    """Page element that selects dark colours, light colours, or the colours of the user's system.
+
+    The browser sets the colours only when the selection changes.
+    """
 
 
 def darkness(context: Context) -> None:

@@ -16,6 +16,7 @@ from axistwin.panel.context import Context, Refresh, seldom, together
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.darkness import darkness
 from axistwin.panel.views.keys import keys
+from axistwin.panel.views.parts import LiveText
 from axistwin.panel.views.people import people
 from axistwin.sessions.breaks import Break
 from axistwin.units import to_seconds
@@ -68,7 +69,7 @@ def _clock(context: Context) -> Refresh:
 
     The display has three decimals while the session runs, six decimals while it is paused.
     """
-    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
+    label = LiveText(tag="div", text="").classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
         label.text = f"{context.session.seconds:.{3 if context.session.running else 6}f} s"

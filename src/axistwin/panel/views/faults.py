@@ -54,7 +54,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # `None` makes the next update show the actual temperature
+        known = None  # the next update shows the actual temperature
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 

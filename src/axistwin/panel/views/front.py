@@ -17,7 +17,10 @@ SELDOM = 5
 
 
 def front(context: Context, name: str) -> Refresh:
-    """Build the lamps, texts and readings of a front panel, their explanations, and the list of all registers."""
+    """Build the front panel of a controller, with its lamps and displays.
+
+    If the model describes its front panel, explanations and a list of all registers are added.
+    """
     controller = context.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:
@@ -103,7 +106,7 @@ def _number(value: int | str | None) -> int | None:
 
 
 def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
-    """Build the explanations of lamps and readings as text, for users who cannot see tooltips."""
+    """Build a text that explains the lamps and displays, for users who cannot see tooltips."""
     with drawer(context, f"{name} meaning", "What it means"):
         for group in groups:
             ui.label(f"{group.title}: {group.chapter}").classes("group-title")

@@ -1,5 +1,6 @@
 """Common elements of views: lamps, keys, readouts and drawers."""
 
+import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
@@ -9,9 +10,12 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from axistwin.controllers.front import Tone
 from axistwin.panel.context import Context
+from axistwin.panel.outbound import execute
 from axistwin.panel.turns import breathe
 
 Thing = TypeVar("Thing", bound=ui.element)
+WRITE = "axistwinState.write(Vue.toRaw(mounted_app.elements), {id}, {text})"
+"""JavaScript that writes a text into an element of the page."""
 
 
 def called(element: Thing, name: str) -> Thing:
@@ -60,7 +64,19 @@ class Key(TextElement):
             self.props["aria-pressed"] = word
 
 
-class Readout(TextElement):
+class LiveText(TextElement):
+    """Text that changes often.
+
+    A new text is written into the page directly, because after an update of an element the browser draws all elements
+    again.
+    """
+
+    def _handle_text_change(self, text: str) -> None:
+        self._text_to_model_text(text)
+        execute(self.client, WRITE.format(id=self.id, text=json.dumps(text)))
+
+
+class Readout(LiveText):
     """Page element that shows a text or a number with a label."""
 
     def __init__(self, label: str, name: str, unit: str = "", tip: str = "") -> None:

@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # too many signals are already recorded for other screens
+        except AxistwinError:  # all screens together show too many signals
             screen.show(())
         return screen
 
@@ -97,7 +97,7 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # without this line, a closed page would stay in memory
+        self._client.on_delete(self._views.clear)  # free the memory of a closed page
 
     def refresh(self) -> None:
         """Update the controls, and update the plot if its contents have changed."""
@@ -129,7 +129,7 @@ class _Scope:
         """True if the present page update includes the table of measurements."""
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
-    # Messages from the browser
+    # Functions that handle messages from the browser
 
     def _done(self, event: events.GenericEventArguments) -> None:
         value = event.args if isinstance(event.args, dict) else {}

@@ -37,5 +37,12 @@ window.axistwinState = (() => {
     document.body.dataset.state = handled === sent ? state : "busy";
   }
 
-  return { attach, show };
+  // Writes a text into an element; `elements`: the data from which Vue draws the page later.
+  function write(elements, id, text) {
+    if (elements[id]) elements[id].text = text;
+    const node = document.getElementById(`c${id}`)?.firstChild;
+    if (node) node.nodeValue = text;
+  }
+
+  return { attach, show, write };
 })();

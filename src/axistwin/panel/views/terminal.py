@@ -142,10 +142,10 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
         return codec.read(text) if whole else codec.read(text) + TERMINATORS[ending]
     except ProgramError as error:
         reason = error.message
-        raise UsageError(f"invalid line (column {error.column}): {reason}") from None
+        raise UsageError(f"invalid text in column {error.column} of the line: {reason}") from None
 
 
-# Break, control lines and line format of the host
+# Functions for the controls of break, DTR, RTS and the character format
 
 
 def _buttons(context: Context, name: str) -> None:

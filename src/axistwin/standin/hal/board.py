@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class HalBoard:
-    """LinuxCNC HAL in the role of a motion board.
+    """LinuxCNC HAL, used as a motion board.
 
     Times are in seconds of the host's clock; `journal` receives one line for each action.
     """
@@ -30,7 +30,10 @@ class HalBoard:
         journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
     ) -> None:
-        """Set up the axes.  `positions`: net pulses of each axis at the start (default 0)."""
+        """Set up the axes of the HAL board.
+
+        `positions`: position of each axis at the start, in pulses; default 0.
+        """
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self.commands: deque[dict[str, Any]] = deque([{"setup": wiring.setup()}])
         """Commands in order; the user of the board sends and removes them."""

@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # halcmd writes to files, because rtapi_app would keep a pipe open
+        # files are used instead of pipes, because rtapi_app keeps pipes open
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
@@ -122,7 +122,8 @@ class HalSender:
             if code:
                 said = [line.strip() for line in err if not line.startswith("Note:")]
                 reason = said[0] if said else f"exit code {code}"
-                raise LinkError(f"`halcmd {' '.join(words)}` has failed: {reason}")
+                command = " ".join(words)
+                raise LinkError(f"`halcmd {command}` has failed: {reason}")
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:

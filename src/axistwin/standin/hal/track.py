@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time in seconds up to which `knots` has returned the positions."""
+        """Time in seconds of the latest point that `knots` has returned."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:

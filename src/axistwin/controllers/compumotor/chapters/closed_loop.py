@@ -11,13 +11,13 @@ from axistwin.controllers.compumotor.parts.tracking import Law, wrapped
 from axistwin.controllers.compumotor.state import State
 from axistwin.sim.clock import Procedure
 
-# Commands for positions and moves
+# Commands that define positions and commands that perform moves
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Fh: define the present closed-loop position as `position` encoder pulses.  Ignored while moving.
+    """Command 2Fh: define the present closed-loop position as `position` encoder pulses.
 
-    Every signed 32-bit number is valid.
+    Ignored while moving.  Every signed 32-bit number is valid.
     """
     if not board.occupied:
         board.loop.define(position)

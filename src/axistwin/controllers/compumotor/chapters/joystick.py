@@ -12,7 +12,10 @@ def disable_joystick(board: State) -> None:
 
 
 def enable_joystick(board: State) -> Procedure:
-    """Command 11h: begin joystick control, which lasts until 10h.  Ignored while the motor is shut down or moving."""
+    """Command 11h: begin joystick control, which lasts until command 10h.
+
+    Ignored while the motor is shut down or moving.
+    """
     if board.shutdown.on or board.moving:
         return
     board.motion.end = None
@@ -31,7 +34,10 @@ def shut_down(board: State, on: bool) -> None:
 
 
 def enable_shutdown_input(board: State, on: bool) -> None:
-    """Command 13h: enable or disable the shutdown input.  Ignored if the joystick is enabled."""
+    """Command 13h: enable or disable the shutdown input.
+
+    Ignored if the joystick is enabled.
+    """
     if not board.joystick.enabled:
         board.shutdown.input_enabled = on
         board.shutdown.refresh()

@@ -18,7 +18,7 @@ FARTHEST_CLOSED_LOOP = 0x7FFF_FFFF
 
 
 def set_default(board: State, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-    """Command 31h: define default velocity and acceleration, in units of the given ranges.
+    """Command 31h: define the default velocity, the default acceleration, and the ranges of both.
 
     Both are 0 after reset.  Ignored if the velocity is beyond its range.  Chapter Move zero.
     """
@@ -27,7 +27,7 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
         board.library.default = move
 
 
-def define(  # `define` has one argument for each parameter of the command
+def define(  # one argument for each parameter of the command
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
     """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, or replace the definition of this move.
@@ -131,7 +131,10 @@ def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
 
 
 def may_perform(board: State, move: Move) -> bool:
-    """True if the move may begin: a preset move at rest only, a continuous move at rest or at constant velocity."""
+    """True if the move may begin in the present state of the board.
+
+    A preset move begins at rest only.  A continuous move begins at rest or at constant velocity.
+    """
     if board.shutdown.on or board.joystick.enabled:
         return False
     if move.kind is Kind.CONTINUOUS:

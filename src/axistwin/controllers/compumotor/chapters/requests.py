@@ -57,7 +57,7 @@ def direction(board: State) -> bytes:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: report the present velocity as ranges and a velocity number.
+    """Command 85h: report the ranges and the velocity number of the present velocity.
 
     The velocity number is always positive.  At the velocity of the move, the number is that of its definition.  In a
     streaming mode, the reply contains the streamed velocity instead.

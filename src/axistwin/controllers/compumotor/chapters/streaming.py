@@ -48,7 +48,7 @@ class StreamOutput:
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # a callback may have ended the stream
+            if not stream.performing:  # return if a callback has ended the stream
                 return
             if duration_ns is None:
                 break
@@ -62,7 +62,7 @@ class StreamOutput:
         stream.finish()
 
     def _run_ahead(self) -> None:
-        """Output the next streamed velocities in one step, so that the simulation needs less time.
+        """Output several streamed velocities in one step, to make the simulation faster.
 
         Each of these velocities is in the present direction and causes only pulses before the next event.  The pulses
         are the same as if each velocity were output separately.
@@ -141,7 +141,7 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Begin to execute the command of a marker.
+        """Begin to execute the command that a marker defines.
 
         The stream continues at the same time.  Ignored while the command of another marker is executed.
         """
@@ -211,7 +211,7 @@ def velocity_time(board: State, *numbers: int) -> None:
 
 
 def distance_time(board: State, count: int, *distances: int) -> None:
-    """Command E3h: store signed distances, each for one update period.
+    """Command E3h: store signed distances, each of which is output during one update period.
 
     The host sends seven distances, of which the first `count` are stored.  The value 8001h ends the stream at velocity
     zero.

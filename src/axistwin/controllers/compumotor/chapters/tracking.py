@@ -73,7 +73,7 @@ def wake(board: State, skipped: int = 0) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # the calculation of stalls and errors needs an encoder ratio (B0h)
+    if loop.ratio is None:  # stalls and errors can be calculated only with an encoder ratio (B0h)
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)
@@ -90,7 +90,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of tracking updates that can be skipped, because they detect no stall.
+    """Return the number of tracking updates that the simulation can skip, because no stall is possible.
 
     The last update before any other event is never one of them: it reads the encoder, whose backlash has a memory.
     """

@@ -74,7 +74,7 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return the commands that the board accepts after the commands of this session.
+    """Return the commands that the board would accept at the end of this session.
 
     The MODAL commands of the session suffice.
     """
@@ -160,7 +160,7 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report parameter values that a command accepts separately, but not together."""
+        """Report invalid combinations of parameter values, e.g. a velocity beyond its range."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
@@ -173,7 +173,7 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # bytes 3 to 6 of a command that defines a move are the velocity
+        at = given.sent[3:7]  # bytes 3 to 6 of a move definition contain the velocity
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
             self._about(

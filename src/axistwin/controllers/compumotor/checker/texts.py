@@ -35,7 +35,7 @@ def name_of(command: language.Opcode) -> str:
 
 @dataclass(frozen=True)
 class Words:
-    """Converter of the commands and messages of one model between bytes and text."""
+    """Converts the commands and messages of one model from bytes to text and back."""
 
     commands: CommandSet
 
@@ -47,7 +47,7 @@ class Words:
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """Return the bytes of a command, each with its column in the text."""
+        """Return each byte of a command with its column in the command text."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
             raise ProgramError(
@@ -133,17 +133,18 @@ def _wrong(message: str, rule: Rule, word: re.Match[str]) -> ProgramError:
 def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
     found = []
     for word in words:
-        if not _HEX.fullmatch(word[0]):
-            raise _wrong(f"{word[0]!r} is not a byte: expected two hex digits", rules.WORD, word)
-        found += [Placed(byte, word.start() + 2 * number) for number, byte in enumerate(bytes.fromhex(word[0]))]
+        given_byte = word[0]
+        if not _HEX.fullmatch(given_byte):
+            raise _wrong(f"{given_byte!r} is not a byte: expected two hex digits", rules.WORD, word)
+        found += [Placed(byte, word.start() + 2 * number) for number, byte in enumerate(bytes.fromhex(given_byte))]
     return found
 
 
 def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        given = shortened(word[0])
-        raise _wrong(f"invalid {field.name} {given}: expected {_valid_values(field)}", rules.WORD, word)
+        given, valid_values = shortened(word[0]), _valid_values(field)
+        raise _wrong(f"invalid {field.name} {given}: expected {valid_values}", rules.WORD, word)
     return field.encode(value)
 
 

@@ -29,7 +29,7 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        # for each requested message: its opcode, and the number of moves begun before the request
+        # opcode of each requested message, and the number of moves that began before the request
         self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:

@@ -13,8 +13,9 @@ class Outputs:
     """The five output bits: the user status bits (0 to 2) and the programmable outputs (bits 3 and 4)."""
 
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
-        """`states` contains one function for each state code of command 0Fh.
+        """Connect the output bits to the pins and to the status byte.
 
+        `states` contains one function for each state code of command 0Fh.
         A function returns True if its state is active.
         """
         self._pins, self._handshake, self._states = pins, handshake, states

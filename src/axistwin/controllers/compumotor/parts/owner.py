@@ -9,7 +9,7 @@ from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, 
 
 
 class Owner:
-    """Source of a SINGULAR command: the host or a sequence."""
+    """Source of commands with the attribute SINGULAR: the host or a sequence."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -17,20 +17,23 @@ class Owner:
 
     @property
     def busy(self) -> bool:
-        """True while a SINGULAR command is in progress."""
+        """True while a command with the attribute SINGULAR is in progress."""
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Begin a SINGULAR command, and call `ended` after its end."""
+        """Begin a command with the attribute SINGULAR.
+
+        The function `ended` is called after the end of the command.
+        """
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
-        """Discontinue the SINGULAR command."""
+        """Discontinue the command in progress that has the attribute SINGULAR."""
         if self.singular is not None:
             interrupt(self.singular)
 
     def kill(self) -> None:
-        """End the SINGULAR command at once, because the power is off."""
+        """End the command in progress at once, because the power is off."""
         process, self.singular = self.singular, None
         if process is not None:
             kill(process)

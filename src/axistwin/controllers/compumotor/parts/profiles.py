@@ -72,7 +72,7 @@ def continuous(speed: Speed) -> VelocityProfile:
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the profile of a change of velocity: a ramp, then endless motion.
+    """Return the profile of a ramp to another velocity, followed by endless motion.
 
     The ramp leads from the velocity `rate` to the velocity of `speed`.  `before`: the velocity range of `rate`.
     """

@@ -50,7 +50,7 @@ class VelocityProfile:
 
     @cached_property
     def from_rest(self) -> Profile:
-        """Pulse profile of the motion, beginning with the motor at rest."""
+        """Pulse profile of the motion if the motor starts from rest."""
         return Profile(self.segments)
 
     @cached_property
@@ -129,7 +129,7 @@ class PulseGenerator:
         return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
-        """Return the time in ns until the present profile has output `pulses` more pulses.
+        """Return the time in ns that the present profile needs for the next `pulses` pulses.
 
         `pulses`: at least 1.
         """
@@ -155,7 +155,7 @@ class PulseGenerator:
         return self.clock.now - self._start_ns
 
     def changed(self) -> Event:
-        """Return the event that happens at the next change of the phase of motion."""
+        """Return an event that occurs when the next phase of the motion begins."""
         if self._changed is None:
             self._changed = self.clock.event()
         return self._changed
@@ -172,7 +172,10 @@ class PulseGenerator:
         self._follow(profile)
 
     def change(self, profile: VelocityProfile) -> None:
-        """Change to another velocity profile in the same direction.  Ignored if the last pulse has been output."""
+        """Change to another velocity profile in the same direction.
+
+        The method has no effect if the last pulse has been output.
+        """
         if self._output.over(self._elapsed_ns):
             return
         self._output = self._output.cut(self._elapsed_ns, profile.segments)
@@ -197,7 +200,7 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Number of velocities that the method `append` accepts at present.
+        """Number of velocities that the next call of `append` can add to the profile.
 
         If the number is 0, velocities must be output one by one.
         """
@@ -206,7 +209,7 @@ class PulseGenerator:
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, segments: Sequence[Segment]) -> None:
-        """Output these velocities in the present direction, one after the other, and then keep the last velocity."""
+        """Output the given segments in the present direction, and then keep the last velocity."""
         added = (*segments[:-1], Segment(segments[-1].rate, None))
         if len(self._output.segments) < MOST_SEGMENTS:
             self._output = self._output.cut(self._elapsed_ns, added)
@@ -229,7 +232,10 @@ class PulseGenerator:
             self._enter(Phase.REST)
 
     def face(self, sign: int) -> None:
-        """Set the sign of the next pulses, and the DIRECTION output (high for CW)."""
+        """Set the direction of the next pulses, and the level of the DIRECTION output.
+
+        The level is high for CW.
+        """
         self._origin, self._output = self._issued, AT_REST
         self.sign = sign
         self._direction.set(self.physical > 0)
@@ -265,7 +271,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # a callback may have changed the profile
+            if plan != self._plan:  # return if a callback has begun another profile
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

@@ -50,7 +50,7 @@ class Sequences:
 
 
 class Order(Enum):
-    """Action after the present command of a sequence, e.g. continue or suspend the sequence."""
+    """Orders to a running sequence: continue, suspend, kill or leave the sequence."""
 
     CONTINUE = auto()
     SUSPEND = auto()

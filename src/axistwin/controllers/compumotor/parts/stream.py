@@ -71,7 +71,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A command that the board executes when its marker value occurs in the stream."""
+    """A command that the board executes when a streamed value equals the value of the marker."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -141,7 +141,7 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the next entries whose output does not raise the buffer empty alarm.
+        """Return the next entries that the board can output without raising the buffer empty alarm.
 
         The result has at most `most` entries.  Each entry is one word.
         """
@@ -183,13 +183,13 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # a process cannot kill itself: the active process ends because `performing` is False
+            # do not kill the active process, which ends because `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream and the command of its marker at once.
+        """End the stream at once, and also a command that a marker has begun.
 
         Called at power-off and before the test function.
         """

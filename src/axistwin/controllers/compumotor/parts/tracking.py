@@ -57,7 +57,7 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return the signed ratio of encoder counts to motor pulses for motion CW or CCW.
+        """Return the signed ratio of encoder counts to motor pulses for one direction of motion.
 
         `physical`: +1 (CW) or -1 (CCW).  The ratio is a number of counts and a number of pulses; the third value is the
         largest deviation in counts.  None while the motor loses steps.
@@ -89,8 +89,9 @@ class Tracking:
     """Parameters and state of position tracking; all positions are encoder pulses since reset."""
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
-        """`moves`: True if the board can perform closed-loop moves.
+        """Create the position tracking of a board.
 
+        `moves`: True if the board can perform closed-loop moves.
         An encoder or the option `encoder_commands` makes closed-loop moves available.
         """
         self._pulses, self.encoder, self.moves = pulses, encoder, moves
@@ -107,7 +108,7 @@ class Tracking:
         """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        # State of the present or last move
+        # values that belong to the present or last move
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0
@@ -207,7 +208,7 @@ class Tracking:
 
     @property
     def owns_motion(self) -> bool:
-        """True if the present or most recent motion is a correction."""
+        """True if the present or most recent motion corrects a position error."""
         return self._pulses.velocity_profile is self.correction
 
     @property
@@ -216,7 +217,7 @@ class Tracking:
         return self._pulses.moving and self.owns_motion
 
     def give_way(self) -> None:
-        """End a correction in progress, e.g. because a move begins."""
+        """End the correction of a position error, e.g. because a move begins."""
         if self.correcting:
             self._pulses.kill()
 

@@ -15,9 +15,12 @@ class Triggers:
     """The functions of triggers 1 and 6."""
 
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
-        """`response_ns` gives the time in ns for which an input must stay high before its function runs."""
+        """Observe the trigger inputs `pins`.
+
+        `response_ns`: time in ns for which an input must stay high before its function runs.
+        """
         self.clock, self._response_ns = clock, response_ns
-        # for each trigger: opcode of the assigning command, and the assigned function
+        # function of each trigger, with the opcode of the command that assigned the function
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}

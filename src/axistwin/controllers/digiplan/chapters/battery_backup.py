@@ -31,12 +31,12 @@ class Retained:
         store.save(json.dumps(asdict(self), indent=1).encode())
 
     @classmethod
-    def recall(cls, store: Store) -> "Retained":
+    def recall(cls, memory_file: Store) -> "Retained":
         """Return the data in the memory, or default values if the memory is empty.
 
         Raises UsageError if the file is damaged.
         """
-        contents = store.load()
+        contents = memory_file.load()
         if contents is None:
             return cls()
         import json  # lazy import: only an IF2 that saves or loads data needs `json`
@@ -50,14 +50,14 @@ class Retained:
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             reason = excerpt(error)
-            raise UsageError(f"{store} is not the memory of an IF2 ({reason}): delete the file") from None
+            raise UsageError(f"{memory_file} is not the memory of an IF2 ({reason}): delete the file") from None
         return retained
 
     def check(self) -> None:
         """Raise ValueError if the data in the memory contain an invalid value."""
-        for parameter, valid in self._checks():
+        for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(f"invalid value of {parameter}")
+                raise ValueError(f"invalid value of {parameter_name}: expected a value that an IF2 saves")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """Yield the name of each stored value, and True if the value is valid."""

@@ -10,7 +10,7 @@ from axistwin.sim.serial import LevelAt
 
 
 class BreakIn:
-    """Detects the character `(`, with which the host initialises a locked interface again.
+    """Detects the character `(`, with which the host starts a new initialisation of a locked interface.
 
     The character is in the interface's own format, or in the default format at any baud rate.
     """
@@ -40,7 +40,7 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format if the character can be `(` in this format, otherwise None.
+        """Return the default format if the character may be `(` in the default format, otherwise None.
 
         The baud rate is measured.
         """

@@ -54,7 +54,7 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return the byte, with bit 8 cleared if the data format has seven data bits or requires a 0.
+        """Return the byte; bit 8 is cleared if the data format has seven data bits or sets bit 8 to 0.
 
         Bit 8 is data, always 0, always 1, or (7 data bits) absent.  The quick status needs all eight bits, so the byte
         is unchanged if the format fixes bit 8 at 1.

@@ -16,9 +16,9 @@ from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # Number of buffered characters (80 %) at which DTR or X-off stops the host.
-NEARLY_EMPTY = 12  # Number of buffered characters (20 %) at which the host may continue.
-OVERFLOW = 61  # Number of buffered characters (95 %) at which a data fault occurs and the whole buffer is lost.
+NEARLY_FULL = 52  # At 52 buffered characters (80 %), DTR or X-off stops the host.
+NEARLY_EMPTY = 12  # At 12 buffered characters (20 %), the host may continue.
+OVERFLOW = 61  # At 61 buffered characters (95 %), a data fault occurs and the whole buffer is lost.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -45,13 +45,13 @@ class InputBuffer:
         self._arrived: Event | None = None
 
     def begin_with(self, byte: int) -> None:
-        """Replace the contents of the buffer with this character."""
+        """Replace the contents of the buffer with one character."""
         self.characters.clear()
         self._register = None
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Accept or refuse characters with receive errors.
+        """Accept characters with receive errors if `on` is True; otherwise discard such characters.
 
         Such characters are accepted only until the data format is known.
         """
@@ -79,7 +79,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first message in the buffer that the function `wanted` accepts.
+        """Remove and return the first message in the buffer for which the function `wanted` returns True.
 
         The list is empty if there is no such message.
         """

@@ -74,7 +74,7 @@ class Faults:
         return self.motion | MotionFault.COMMUNICATION if self.line else self.motion
 
     def raise_motion(self, fault: MotionFault) -> None:
-        """Store a motion fault and light the lamp."""
+        """Store a motion fault and switch the fault lamp on."""
         self.motion |= fault
         self.show()
         self.on_fault(str(fault.name).lower())

@@ -14,7 +14,7 @@ TOLERANCE = 10  # A baud rate is recognised within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # the interface sends the character U, and the host echoes U in sample program 4 of the manual
+ECHOED = "U"  # sample program 4 of the manual sends this character back to the interface
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
@@ -33,7 +33,7 @@ def baud_rate(low_ns: Fraction) -> int | None:
 
 
 def detect_baud_rate(state: State) -> Procedure:
-    """Wait for the first character `(`, and set the UART to its baud rate.
+    """Wait for the first character `(`, and set the UART to the baud rate of this character.
 
     Other characters are dropped.
     """

@@ -88,7 +88,10 @@ class RampGenerator:
 
     @property
     def levels(self) -> Sequence[Fraction]:
-        """Step rates of the ramp, from the start/stop speed upwards; empty if the motion has no ramp."""
+        """Step rates of the ramp, from the start/stop speed upwards.
+
+        The sequence is empty if the motion has no ramp.
+        """
         return () if self.ramp is None else self.ramp.levels
 
     @property

@@ -18,7 +18,7 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # the checker reads at most this number of characters of a message
+LONGEST = 4000  # maximum number of characters of a message that the checker reads
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:

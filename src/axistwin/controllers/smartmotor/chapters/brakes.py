@@ -9,12 +9,12 @@ SIGNALS = {"C": PIN_C, "G": PIN_G}
 
 
 def servo(motor: Processor) -> None:
-    """BRKSRV: release the brake while the servo is on, Bo = 0.  This is the default (5.2)."""
+    """BRKSRV: release the brake while the servo is on, Bo = 0.  This is the default (manual, section 5.2)."""
     motor.brake_control = Control.SERVO
 
 
 def trajectory_brake(motor: Processor) -> None:
-    """BRKTRJ: release the brake only while a trajectory is in progress, Bt = 1 (5.2).
+    """BRKTRJ: release the brake only while a trajectory is in progress, Bt = 1 (manual, section 5.2).
 
     Otherwise mode torque brake is active.
     """
@@ -22,7 +22,7 @@ def trajectory_brake(motor: Processor) -> None:
 
 
 def release(motor: Processor) -> None:
-    """BRKRLS: release the brake (5.2).
+    """BRKRLS: release the brake (manual, section 5.2).
 
     A later OFF deactivates mode torque brake until the next command MTB.
     """
@@ -30,17 +30,17 @@ def release(motor: Processor) -> None:
 
 
 def engage(motor: Processor) -> None:
-    """BRKENG: engage the brake, without activating MTB (5.2)."""
+    """BRKENG: engage the brake, without activating MTB (manual, section 5.2)."""
     motor.brake_control = Control.ENGAGED
 
 
 def internal(motor: Processor) -> None:
-    """BRKI: put the brake signal on the internal brake pin only.  This is the default (5.1)."""
+    """BRKI: send the brake signal to the internal brake pin only.  This is the default (manual, section 5.1)."""
     motor.i[s.BRAKE_PIN] = 0
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: put the brake signal also on pin C, if UCO has made pin C an output (5.1).
+    """BRKC: also send the brake signal to pin C, if UCO has made pin C an output (manual, section 5.1).
 
     BRKC ends BRKG.
     """
@@ -48,7 +48,7 @@ def pin_c(motor: Processor) -> None:
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: put the brake signal also on pin G, if UGO has made pin G an output (5.1).
+    """BRKG: also send the brake signal to pin G, if UGO has made pin G an output (manual, section 5.1).
 
     BRKG ends BRKC.
     """
@@ -56,7 +56,7 @@ def pin_g(motor: Processor) -> None:
 
 
 def mode_torque_brake(motor: Processor) -> None:
-    """MTB: switch the motor off and short its windings (5.2).
+    """MTB: switch the motor off and short its windings (manual, section 5.2).
 
     Until BRKRLS followed by OFF, the windings are shorted whenever the motor is off.
     """

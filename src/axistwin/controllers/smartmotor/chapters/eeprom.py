@@ -17,7 +17,7 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """The variables or array elements from a given one to the end of the group, e.g. variables c to z.
+    """Consecutive variables or array elements up to the end of their group, e.g. c to z.
 
     The fields are kind, first index, and number of elements to the end of the group.
     """

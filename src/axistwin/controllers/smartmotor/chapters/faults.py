@@ -21,7 +21,7 @@ FAULT_1 = 1
 
 
 def happen(motor: Processor, why: int) -> None:
-    """Handle the faults that the kernel has found in this sample (4.1)."""
+    """Handle the faults that the kernel has found in this sample (manual, section 4.1)."""
     for reason, flag, _, acknowledged, sign in LIMITS:
         if why & reason:
             _limit(motor, flag, acknowledged, sign)
@@ -34,7 +34,7 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Stop the motor at an asserted limit (3.1).
+    """Stop the motor at an asserted limit (manual, section 3.1).
 
     A motor that moves away from the limit does not stop.
 
@@ -53,7 +53,7 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Stop the motor after a fault (4.1).
+    """Stop the motor after a fault (manual, section 4.1).
 
     With F=1, the motor first decelerates with the acceleration A; otherwise the amplifier is switched off at once.
 
@@ -70,7 +70,7 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """End the deceleration after a fault: apply MTB, or hold the position if MTB is deactivated (table 4.2)."""
+    """End the deceleration after a fault: apply MTB, or hold the position if MTB is deactivated (manual, table 4.2)."""
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0
     i[s.MODE] = s.M_HOLD
@@ -126,7 +126,10 @@ def _passes(motor: Processor, flag: int, active: int, acknowledged: int, towards
 
 
 def clear(motor: Processor, *, slot: int) -> None:
-    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.  A persistent cause sets the flag again (4.2)."""
+    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.
+
+    A persistent cause sets the flag again (manual, section 4.2).
+    """
     motor.i[slot] = 0
     for _, flag, active, acknowledged, _sign in LIMITS:
         if slot == flag:
@@ -134,7 +137,7 @@ def clear(motor: Processor, *, slot: int) -> None:
 
 
 def clear_all(motor: Processor) -> None:
-    """ZS: clear all latched flags (3.1, 4.2).
+    """ZS: clear all latched flags (manual, sections 3.1 and 4.2).
 
     If the cause of a flag persists, the next sample sets the flag again.
     """

@@ -28,7 +28,7 @@ def run(motor: Processor) -> None:
 
     Variables and motion do not change.
 
-    RUN is ignored without a program, and during a motor protection fault, Be or Bh (4.1).
+    RUN is ignored without a program, and during a motor protection fault, Be or Bh (manual, section 4.1).
     """
     if not (motor.i[s.BE] or motor.i[s.BH]):
         begin(motor, by_run=True)
@@ -43,7 +43,7 @@ def run_wait(motor: Processor) -> None:
 def end(motor: Processor) -> None:
     """END: end the program and clear the return stack; the motion continues.
 
-    Pin G may call C2 again (chapter 7, F=64).
+    Pin G may call C2 again (manual, chapter 7).
     """
     interpreter.forget(motor.i)
     motor.i[s.PROGRAM] = s.STOPPED
@@ -78,7 +78,7 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).
+    """Call C1 after a fault, or C2 after a falling edge of pin G.
 
     Returns True if the call was possible.
 
@@ -110,12 +110,12 @@ def return_(motor: Processor) -> None:
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: return from C1, the routine for faults (chapter 7, F=32)."""
+    """RETURNF: return from C1, the routine for faults (manual, chapter 7)."""
     interpreter.go_back(motor.i)
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: return from C2, the routine for pin G (chapter 7, F=64).
+    """RETURNI: return from C2, the routine for pin G (manual, chapter 7).
 
     Pin G may then call C2 again.
     """
@@ -124,7 +124,7 @@ def return_interrupt(motor: Processor) -> None:
 
 
 def stack(motor: Processor) -> None:
-    """STACK: discard all return addresses (chapter 7, F=64).
+    """STACK: discard all return addresses (manual, chapter 7).
 
     Pin G may then call C2 again.
     """
@@ -140,7 +140,7 @@ def wait(motor: Processor, value: int) -> None:
 
 
 def twait(motor: Processor) -> None:
-    """TWAIT: hold the program while a trajectory is in progress (Bt = 1)."""
+    """TWAIT: pause the program while a trajectory is in progress."""
     motor.i[s.TWAITING] = 1
 
 

@@ -15,7 +15,7 @@ def functions(motor: Processor, value: int) -> None:
     Any other value sets Bs.
 
     F=2 reverses the shaft's direction at once, in every mode; the position keeps its value.  In mode cam, a change of
-    the bits 16 or 128 takes effect after CI, and invalidates an earlier CI (9.5).
+    the bits 16 or 128 takes effect after CI, and invalidates an earlier CI (manual, section 9.5).
     """
     if not 0 <= value <= ALL:
         motor.syntax_error()

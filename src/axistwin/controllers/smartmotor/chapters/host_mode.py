@@ -2,7 +2,8 @@
 
 position  ╱──●      Between two points the velocity is constant.  A clock value may be omitted: the last difference
        ●─╱          then applies.  The same clock value twice ends host mode: the buffered mode continues from the
- ●────╱             position and the velocity reached (10.2).  A buffer that becomes empty otherwise is an underflow.
+ ●────╱             position and the velocity reached (manual, section 10.2).  A buffer that becomes empty
+                     otherwise is an underflow.
  clock →
 """
 

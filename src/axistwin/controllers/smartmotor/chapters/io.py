@@ -23,7 +23,7 @@ def power_up(motor: Processor) -> None:
 
 
 def direction_in(motor: Processor, pin: str) -> None:
-    """UAI … UGI: make the pin an ordinary input (5.1).
+    """UAI … UGI: make the pin an ordinary input (manual, section 5.1).
 
     The pin is no longer a limit, go input, RS-485 wire or brake signal.
     """
@@ -33,7 +33,7 @@ def direction_in(motor: Processor, pin: str) -> None:
 
 
 def direction_out(motor: Processor, pin: str) -> None:
-    """UAO … UGO: make the pin an output (5.1).
+    """UAO … UGO: make the pin an output (manual, section 5.1).
 
     The output has the level of the pin's latch, or of the brake signal.
 
@@ -45,9 +45,9 @@ def direction_out(motor: Processor, pin: str) -> None:
 
 
 def latch(motor: Processor, pin: str, value: int) -> None:
-    """UA= … UG=: set the latch of the pin, high for any value but 0.
+    """UA= … UG=: set the latch of the pin; 0 is low, any other value is high.
 
-    An output changes at once.  The pin is no longer the brake's signal (5.1).
+    An output changes at once.  The pin is no longer the brake's signal (manual, section 5.1).
     """
     _take_from_brake(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -77,7 +77,7 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """End the use of a pin as a limit input, as the go input or as a wire of channel 1."""
+    """End every special use of a pin: as limit input, go input or wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
@@ -85,13 +85,13 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """Remove the brake signal from a pin, until BRKC or BRKG selects the pin again (5.1)."""
+    """Remove the brake signal from a pin, until BRKC or BRKG selects the pin again (manual, section 5.1)."""
     if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
         motor.i[s.BRAKE_PIN] = 0
 
 
 def give_up_brake_pin(motor: Processor) -> None:
-    """Turn the pin of the brake signal into an ordinary input (5.1, note 2).
+    """Turn the pin of the brake signal into an ordinary input (manual, section 5.1, note 2).
 
     The change follows an assignment that has read the pin, `<variable>=UG` or `=UC`.  A pin that is an input carries no
     brake signal and keeps its role.

@@ -7,25 +7,25 @@ from axistwin.controllers.smartmotor.processor import Processor
 
 
 def enable_soft(motor: Processor) -> None:
-    """SLE: enable the software limits.  A position at or beyond SLN or SLP is then a fault (3.2)."""
+    """SLE: enable the software limits, so that a position at or beyond SLN or SLP is a fault (manual, section 3.2)."""
     motor.i[s.SOFT_LIMITS] = 1
 
 
 def disable_soft(motor: Processor) -> None:
-    """SLD: disable the software limits.  This is the default (3.2)."""
+    """SLD: disable the software limits.  This is the default (manual, section 3.2)."""
     motor.i[s.SOFT_LIMITS] = 0
 
 
 def soft_negative(motor: Processor, value: int) -> None:
     """SLN=exp: set the negative software limit, in counts.  While the software limits are enabled, SLN= only sets Bs
-    (3.2).
+    (manual, section 3.2).
     """
     _set(motor, s.SLN, value)
 
 
 def soft_positive(motor: Processor, value: int) -> None:
     """SLP=exp: set the positive software limit, in counts.  While the software limits are enabled, SLP= only sets Bs
-    (3.2).
+    (manual, section 3.2).
     """
     _set(motor, s.SLP, value)
 
@@ -38,18 +38,18 @@ def _set(motor: Processor, slot: int, value: int) -> None:
 
 
 def limit_pin_c(motor: Processor) -> None:
-    """UCP: make pin C the input of the positive (right) limit (3.1).
+    """UCP: make pin C the input of the positive (right) limit (manual, section 3.1).
 
     A high level is a fault.  UCP is the default.
 
-    The pin is no longer the brake's signal (5.1).
+    The pin is no longer the brake's signal (manual, section 5.1).
     """
     io.direction_in(motor, "C")
     motor.i[s.LIMIT_C] = 1
 
 
 def limit_pin_d(motor: Processor) -> None:
-    """UDM: make pin D the input of the negative (left) limit (3.1).
+    """UDM: make pin D the input of the negative (left) limit (manual, section 3.1).
 
     A high level is a fault.  UDM is the default.
     """

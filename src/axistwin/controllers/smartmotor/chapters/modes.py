@@ -18,7 +18,7 @@ FULL = 4
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
     """Set a buffered parameter; a value outside the range sets Bs and changes nothing.
 
-    BASE= and SIZE= invalidate an earlier CI (9.5).
+    BASE= and SIZE= invalidate an earlier CI (manual, section 9.5).
     """
     if not low <= value <= high:
         motor.syntax_error()
@@ -38,7 +38,7 @@ def position(motor: Processor, value: int) -> None:
 
 
 def distance(motor: Processor, value: int) -> None:
-    """D=exp: set the distance of a relative move of mode MP, or the dwell of mode cam, in counts (9.3).
+    """D=exp: set the distance of a relative move of mode MP, or the dwell of mode cam, in counts (manual, section 9.3).
 
     In mode cam, the dwell takes effect after CI.
     """
@@ -48,14 +48,14 @@ def distance(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """CLK=exp: set the counter of samples."""
+    """CLK=exp: set the counter CLK, which counts samples."""
     motor.i[s.CLK_ZERO] = motor.i[s.SAMPLE] - value
 
 
 def origin(motor: Processor, value: int) -> None:
     """O=exp: give the present shaft position a new value, in counts; the shaft does not move.
 
-    SLN and SLP keep their values (3.2).
+    SLN and SLP keep their values (manual, section 3.2).
     """
     i = motor.i
     shift = value - position_of_shaft(i)
@@ -85,13 +85,13 @@ def pid(motor: Processor, rate: int) -> None:
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """MP, MV, MFR, MSR, MD: select the mode that the next G starts.
 
-    MFR and MSR use the present MFMUL/MFDIV; MFDIV=0 sets Bs.  MD empties the buffer of points (10.1).
+    MFR and MSR use the present MFMUL/MFDIV; MFDIV=0 sets Bs.  MD empties the buffer of points (manual, section 10.1).
     """
     i = motor.i
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # While host mode is in progress, MD does not empty the buffer.
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # The end of host mode starts the mode that was buffered before MD (10.2).
+        i[s.HOST_ARMED] = 1  # The end of host mode starts the mode that was buffered before MD (manual, section 10.2).
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
@@ -102,7 +102,9 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
 
 
 def cam(motor: Processor, factor: int) -> None:
-    """MC, MC2, MC4, MC8: select mode cam for the next G, or for the next zero point after CI (chapter 9).
+    """MC, MC2, MC4, MC8: select mode cam for the next command G or CI (manual, chapter 9).
+
+    CI takes effect at the next zero point of the cam.
 
     MCn uses the present BASE and SIZE.  SIZE is the highest index of the table, up to 101.  BASE counts are divided
     among SIZE intervals, so BASE is at least SIZE.  Otherwise Bs is set and nothing changes.
@@ -117,7 +119,9 @@ def cam(motor: Processor, factor: int) -> None:
 
 
 def initialize_cam(motor: Processor) -> None:
-    """CI: at the next zero point, put the buffered D, BASE, SIZE, MCn, F=16 and F=128 in force (9.5).
+    """CI: use the buffered cam parameters from the next zero point on (manual, section 9.5).
+
+    The parameters are D, BASE, SIZE, MCn, F=16 and F=128.
 
     After a CI has become invalid, "a new MCn and CI command must be issued".
     """
@@ -195,7 +199,7 @@ def _begin_cam(motor: Processor) -> None:
 def may_stop(motor: Processor) -> bool:
     """True if the commands S and X are allowed.
 
-    A fault inhibits S and X, unless the motor moves away from a limit (3.2).
+    A fault inhibits S and X, unless the motor moves away from a limit (manual, section 3.2).
     """
     i = motor.i
     leaving = i[s.VELOCITY] != 0 and not (i[s.STOPPING] or i[s.BE] or i[s.BH])
@@ -250,7 +254,7 @@ def torque(motor: Processor) -> None:
 
 
 def off(motor: Processor) -> None:
-    """OFF: switch the amplifier off (5.2).
+    """OFF: switch the amplifier off (manual, section 5.2).
 
     After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB.
     """

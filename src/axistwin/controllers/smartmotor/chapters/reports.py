@@ -85,7 +85,7 @@ def print_(motor: Processor, *items: str | int | bytes, channel: int | None = No
     No terminator is added.
 
     PRINT1 prints on channel 1; the text is lost while the channel is closed.  PRINT of a host prints on channel 0,
-    even if the command came on channel 1 (6.1).  PRINT of a program prints on channel 1 with F=4.
+    even if the command came on channel 1 (manual, section 6.1).  PRINT of a program prints on channel 1 with F=4.
     """
     if channel is None and motor.host is not None:
         channel = 0

@@ -117,7 +117,7 @@ TABLE = (
 NAMES = {variable.name: variable for variable in TABLE}
 
 ARRAY_SIZES = {"ab": (ops.BYTE, state.BYTES), "aw": (ops.WORD, state.WORDS), "al": (ops.LONG, state.LONGS)}
-"""The arrays: operation, and number of elements (8.2)."""
+"""The arrays: operation, and number of elements (manual, section 8.2)."""
 
 _device = re.compile(r"([AD])IN([A-H])(\d{1,2})", re.ASCII)
 ANALOG_CHANNELS, DIGITAL_CHANNELS = range(1, 5), range(64)
@@ -153,9 +153,10 @@ def assign(motor: Processor, place: int, value: int) -> None:
 def assign_elements(motor: Processor, code: Sequence[int]) -> None:
     """ab[]=, aw[]=, al[]=: set an array element to the low 8, 16 or 32 bits of the value.
 
-    The elements are ab[0…203], aw[0…101], al[0…50]; other indices set Bu (8.2).
+    The elements are ab[0…203], aw[0…101], al[0…50]; other indices set Bu (manual, section 8.2).
 
-    `aw[0] 0 100 500.` sets consecutive elements (1.1).  An invalid index ends the list; the elements before it are set.
+    `aw[0] 0 100 500.` sets consecutive elements (manual, section 1.1).  An invalid index ends the list; the
+    elements before it are set.
     """
     store(motor.i, motor.v, [0] * ops.STACK, code, 0)
 

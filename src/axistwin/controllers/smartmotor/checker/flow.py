@@ -84,7 +84,7 @@ class Flow:
 
     @cached_property
     def interrupts_only(self) -> frozenset[int]:
-        """The statements that only C1 and C2 execute, including the subroutines that C1 and C2 call."""
+        """The statements that only the interrupt routines C1 and C2 and their subroutines execute."""
         called = {number for label in self.interrupts for number in self._reached(label)}
         return frozenset(called - self._reached(None))
 
@@ -109,7 +109,10 @@ class Flow:
             made.returns[number] = self.findings.words[number]
 
     def _next(self, pc: int) -> Iterator[int]:
-        """Yield the places in the code where the program may continue after the statement at `pc`."""
+        """Yield each index in the code at which the program may continue after a statement.
+
+        `pc`: index of the statement.
+        """
         code = self.program.code
         operation, number, target = code[pc], code[pc + 1], code[pc + 2]
         if operation == ops.S_IF:
@@ -122,9 +125,9 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield the places in the code at which the program may continue after a condition.
+        """Yield each index in the code at which the program may continue after a condition.
 
-        After a constant condition, the program can continue at only one place.
+        After a constant condition, the program can continue at only one index.
         """
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
@@ -134,7 +137,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index of the code word that follows an expression."""
+        """Return the first index in the code after an expression."""
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1

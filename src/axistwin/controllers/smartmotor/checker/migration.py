@@ -26,7 +26,7 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report a move that may fail because the limit faults at power-up are not cleared (2.0, 3.1).
+    """Report a move that may fail because the limit faults at power-up are not cleared (manual, sections 2.0 and 3.1).
 
     Unconnected limit inputs cause a fault at power-up.
 
@@ -49,7 +49,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
 
 
 def _direction(findings: Findings) -> None:
-    """Report F=2, whose meaning has changed in firmware 4.76 (1.4)."""
+    """Report F=2, whose meaning has changed in firmware 4.76 (manual, section 1.4)."""
     for number, statement in findings.all("F="):
         if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
@@ -59,7 +59,7 @@ def _direction(findings: Findings) -> None:
 def _faults_end_programs(findings: Findings) -> None:
     """Report each IF, ELSEIF or WHILE that tests the flag Be or Bh.
 
-    Without F=32, a position error (Be) or an overheat (Bh) ends the program (4.1).
+    Without F=32, a position error (Be) or an overheat (Bh) ends the program (manual, section 4.1).
     """
     if findings.sets_function(CALL_C1):
         return
@@ -73,7 +73,7 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """Report SLN= and SLP= while the software limits are enabled (3.2).
+    """Report SLN= and SLP= while the software limits are enabled (manual, section 3.2).
 
     The program must contain SLD before these commands.
     """
@@ -91,7 +91,10 @@ def _soft_limits(findings: Findings) -> None:
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """Report a brake pin that is not an output, or that the program later uses for another purpose (5.1)."""
+    """Report a wrong use of a brake pin (manual, section 5.1).
+
+    The pin is not an output, or the program later uses the pin for another purpose.
+    """
     begun = next(findings.all(command), None)
     if begun is None:
         return

@@ -36,9 +36,9 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a CI that waits for the zero point, because a cam parameter has changed.
+    """Cancel a pending command CI, because a cam parameter has changed.
 
-    A new MCn must precede the next CI (9.5).
+    A new MCn must precede the next CI (manual, section 9.5).
     """
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1

@@ -74,7 +74,7 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the sample at which the block ends.
+        """Number of the sample at which this block of samples ends.
 
         If the kernel has stopped before a sample, this is the number of that sample.
         """
@@ -157,7 +157,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # The first requested sample is already committed.
+        if due == first < following:  # The state of the motor already includes the first requested sample.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -173,7 +173,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of samples of the block that lie in the past."""
+        """Return the number of computed samples that are in the past."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -188,7 +188,7 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the committed state of the motor to the present time.
+        """Advance the state of the motor to the present time.
 
         All events up to the present time are handled.
 
@@ -212,7 +212,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the committed state includes all samples up to the present time.
+        """True if the state of the motor includes all samples up to the present time.
 
         The block that is computed ahead then stays valid.
         """
@@ -223,7 +223,7 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the computation of the next block, after all other changes at the present time."""
+        """Schedule the computation of more samples, after all other changes at the present time."""
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
@@ -231,7 +231,10 @@ class Core:
             self.on_replan.emit()
 
     def speed(self) -> float:
-        """Return the mean speed of the shaft in the last n samples (n of PIDn), in counts/sample."""
+        """Return the mean speed of the shaft in counts/sample.
+
+        The mean is taken over the last n samples, where n is the number in the command PIDn.
+        """
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
 
@@ -272,14 +275,14 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report each followed value that Python code, not the kernel, has changed."""
+        """Report the followed values that have changed outside the kernel."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Send the logged changes of a committed block to the follower."""
+        """Send the logged changes of a finished block of samples to the follower."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -290,7 +293,7 @@ class Core:
                 self._follower(array("q", times.tobytes()), which, values)
 
     def _compute_ahead(self) -> None:
-        """Compute the next block and schedule its end."""
+        """Compute the next block of samples, and schedule the end of this block."""
         if self._phase is Phase.STOPPED:
             return
         self._phase = Phase.BETWEEN
@@ -326,7 +329,7 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        """Schedule the event at the end of the block.
+        """Schedule an event at the end of a block of samples.
 
         If several blocks were computed as one, each of them still gets its own event, because a run without a given
         length ends with the last event.
@@ -350,7 +353,7 @@ class Core:
         self.clock.call_later(self.time_ns(end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Compute the next block, or stop computing while the motor is at rest."""
+        """Compute the next block of samples; stop if the motor is at rest."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -392,7 +395,7 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Commit a finished block, and handle the event that has ended the block."""
+        """Store the state at the end of a finished block of samples, and handle the event at this end."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -407,7 +410,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Commit the past samples of the block, and discard the future samples."""
+        """Store the state of the motor after the past samples, and discard the future samples."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -417,7 +420,7 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples after the last complete block.
+        in_last = samples % LONGEST  # Number of samples after the last full block.
         # A host often sends commands at equal intervals, so the next block covers slightly more than one interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
@@ -433,7 +436,7 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on a copy of the committed state.
+    """Computes samples on a copy of the motor's state.
 
     The kernel runs in plain Python, or compiled for long runs.
 
@@ -491,7 +494,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Commit the state at the end of the last computed block."""
+        """Store the state after the last computed sample as the motor's state."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring

@@ -79,7 +79,7 @@ def computed(i: Ints, what: int) -> int:
 def taken(i: Ints, bit: int) -> int:
     """Return the level of a pin that an assignment such as `a=UG` reads.
 
-    Sets the slot BRAKE_READ if the pin carries the brake signal (5.1).
+    Sets the slot BRAKE_READ if the pin carries the brake signal (manual, section 5.1).
     """
     if i[s.BRAKE_PIN] == 1 << bit:
         i[s.BRAKE_READ] = 1
@@ -123,7 +123,7 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """True if an array index is out of range (8.2).
+    """True if an array index is out of range (manual, section 8.2).
 
     The arrays are ab[0…203], aw[0…101] and al[0…50].
     """
@@ -295,7 +295,7 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Call the subroutine at the place `target`.
+    """Call the subroutine that begins at the index `target` of the code.
 
     A full return stack only sets Bs.
 
@@ -312,7 +312,7 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: discard all return addresses (chapter 7, F=64).
+    """STACK: discard all return addresses (manual, chapter 7).
 
     Pin G may then call C2 again.
     """
@@ -323,7 +323,7 @@ def forget(i: Ints) -> None:
 
 @sampled
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the program's statement at the place PC.
+    """Execute the program's statement at the index PC of the code.
 
     Return DONE; TRAP if Python must execute the statement; HELD if TWAIT holds the program; FETCH if Python must fetch
     external values and then execute the statement at once.

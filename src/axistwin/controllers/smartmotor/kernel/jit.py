@@ -137,7 +137,7 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """A compiled function whose first call marks the cached machine code as complete."""
+    """A compiled function that stores checksums of the cached machine code after the first call."""
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory
@@ -179,7 +179,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # Without stored checksums, the next start compiles again.
+        return  # The next start compiles the kernel again, because the checksums are missing.
 
 
 def _whole(directory: Path) -> bool:
@@ -201,7 +201,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return a copy of each module's global variables, in which the given functions are compiled.
+    """Compile the given functions, and return a copy of the global variables of each module.
 
     The copies are listed by the name of the module.
     """

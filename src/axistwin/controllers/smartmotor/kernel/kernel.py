@@ -127,7 +127,7 @@ def heading(i: Ints) -> int:
 
 @sampled
 def protect(i: Ints, f: Floats) -> int:
-    """Check limits, position error and overheat (chapters 3 and 4)."""
+    """Check limits, position error and overheat (manual, chapters 3 and 4)."""
     why = ALL_DONE
     plus, minus = beyond_plus(i), beyond_minus(i)
     if plus == 0:
@@ -241,7 +241,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # Before the first sample, Python code may have changed any followed value.
+            # Any followed value may have changed outside the kernel before the first sample.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

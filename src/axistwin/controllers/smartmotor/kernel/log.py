@@ -44,7 +44,7 @@ def value(i: Ints, v: Ints, operation: int, place: int) -> int:
 
 @sampled
 def room(log: Ints) -> bool:
-    """True if the log has room for a change of every followed value."""
+    """True if the log has enough free memory for a change of every followed value."""
     return log[USED] + log[FOLLOWED] <= log[ROOM]
 
 
@@ -70,7 +70,7 @@ def empty() -> "array[int]":
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a processor value can change although no statement is executed."""
+    """True if a processor value can change without a statement that assigns the value."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
@@ -126,7 +126,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the range of indices of the header and the followed values in a log."""
+    """Return the part of a log that contains the header and the followed values."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

@@ -29,7 +29,7 @@ _slots = count()
 SPEED = next(_slots)  # Shaft speed in counts per sample.
 FRACTION = next(_slots)  # Fraction of a count in the shaft position; the integer SHAFT contains the whole counts.
 OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
-COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction torques, as an acceleration in counts/sample².
+COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction, as an acceleration in counts/sample².
 JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
 VISCOUS = next(_slots)  # Viscous friction, as the fraction of the speed that is lost in a sample.
 # In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
@@ -93,7 +93,9 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 
 
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
-    """Set the electrical constants.  The torque constant in N·m per A equals the back-EMF constant in V per rad/s.
+    """Set the electrical constants of the motor.
+
+    The torque constant in N·m per A equals the back-EMF constant in V per rad/s.
 
     With inductance the current settles exponentially.  Without inductance the distance of a sample is its final
     speed, which compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation

@@ -24,7 +24,7 @@ CLK_ZERO = next(_slots)  # Sample in which the counter CLK was 0: CLK = SAMPLE -
     DEPTH,  # Number of return addresses on the stack.
 ) = islice(_slots, 7)
 RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
-SWITCHES, *_ = islice(_slots, 11)  # Value of the SWITCH in progress, at each depth of the return stack.
+SWITCHES, *_ = islice(_slots, 11)  # Value of the present SWITCH in the main program and in each subroutine.
 (
     TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0.
     PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives.
@@ -32,25 +32,25 @@ SWITCHES, *_ = islice(_slots, 11)  # Value of the SWITCH in progress, at each de
     C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call.
 ) = islice(_slots, 4)
 
-# Buffered parameters (chapters 4 and 13 of the base language)
+# Buffered parameters, see chapters 4 and 13 of the guide to the base language
 A, V, P, D, T, E = islice(_slots, 6)
 AMPS, TH, THD = islice(_slots, 3)
 KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
-F = next(_slots)  # The option bits that F= has set (chapter 7).
-SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # Software limits (3.2); SOFT_LIMITS is 1 while the limits are enabled.
+F = next(_slots)  # The bits that the command F= has set (manual, chapter 7).
+SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # SOFT_LIMITS is 1 while the software limits are enabled.
 MFMUL, MFDIV = next(_slots), next(_slots)
-RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV at the last MFR or MSR.
+RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV at the last command MFR or MSR.
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
     RELATIVE,  # 1 if D was assigned later than P.
-    BUFFERED_MODE,  # The mode that the next G starts.
+    BUFFERED_MODE,  # The mode that the next command G starts.
     BUFFERED_FACTOR,  # Factor of the buffered mode, e.g. 4 for MF4 or MC4.
 ) = islice(_slots, 3)
 
 # The command F puts the buffered gains in force.
-TUNING, *_ = islice(_slots, 8)  # Gains in force, in the order KP KI KD KL KS KV KA KG.
-PID_RATE = next(_slots)  # Number of samples between two servo updates (n of PIDn): 1, 2, 4 or 8.
+TUNING, *_ = islice(_slots, 8)  # Gains that the servo uses, in the order KP KI KD KL KS KV KA KG.
+PID_RATE = next(_slots)  # Number of samples between two servo updates, set by PIDn: 1, 2, 4 or 8.
 
 # State of the trajectory that the command G has started
 (
@@ -77,7 +77,7 @@ MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER
 PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
-    SHOWN,  # Pins with the level of the external encoder: 1 for A, 2 for B, 3 for both.
+    SHOWN,  # Pins whose levels the external encoder sets: 1 for A, 2 for B, 3 for both.
     PIN_EDGES,  # Number of counted edges on pins A and B that do not come from the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
     RESOLUTION,  # Number of counts in CTR for four encoder edges or steps: 1 in MF1, 2 in MF2, otherwise 4.
@@ -85,10 +85,10 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
-CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters in force.
-MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # The next CI activates these cam parameters of the last MCn.
-# CI_PENDING is 1 while a CI waits for the zero point.
-# CI_SPOILT is 1 if a new MCn must precede the next CI.
+CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that mode cam uses.
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command CI activates.
+# CI_PENDING is 1 while the command CI waits for the zero point of the cam.
+# CI_SPOILT is 1 if the command CI has no effect until the next command MCn.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
 
@@ -98,7 +98,7 @@ CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
-HOST_ARMED = next(_slots)  # 1 if the next G starts the mode MD.
+HOST_ARMED = next(_slots)  # 1 if the next command G starts host mode (MD).
 
 # Each flag is stored as an integer, 0 or 1.
 # The first 16 flags are the bits of the status word W.
@@ -115,9 +115,9 @@ LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C (LIMIT_C) or pin D (
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
-    STOPPING,  # 1 while the motor decelerates because of a fault with F=1.
+    STOPPING,  # 1 while the motor decelerates after a fault; F=1 requests this deceleration.
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
-    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after its return.
+    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after the return from C1.
     OBSERVE_INDEX,  # 1 if every change of Bx must be reported.
 ) = islice(_slots, 5)
 # positions of the nearest index marks below and above the shaft
@@ -129,11 +129,11 @@ PINS = next(_slots)
 # GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
-    DEBOUNCE,  # A new level of pin G is accepted if it lasts for DEBOUNCE samples.
+    DEBOUNCE,  # A new level of pin G is accepted after DEBOUNCE samples at this level.
     LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
-    GO_PIN,  # 1 if a falling edge of pin G has the effect of the command G (UG).
+    GO_PIN,  # 1 while a falling edge of pin G has the effect of the command G.
     BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
-    BRAKE_READ,  # Becomes 1 when an assignment reads the brake pin (5.1, note 2).
+    BRAKE_READ,  # Becomes 1 when an assignment reads the brake pin (manual, section 5.1, note 2).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
 # No switch changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
@@ -141,7 +141,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # State of the drive, which the physical model reads and updates
 (
-    DRIVE,  # State of the amplifier, DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
+    DRIVE,  # State of the amplifier: DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
     PWM,  # Output of the servo law, -1023 to 1023; a positive value increases SHAFT.
     BRAKE,  # 1 if the static brake is engaged.
     TEMP,  # Motor temperature in whole °C, reported as TEMP.

@@ -16,9 +16,9 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A pattern for Class 5 words, with the replacement for firmware 4.76.
+    """A pattern that finds a Class 5 command, and the equivalent command of firmware 4.76.
 
-    `here`: the 4.76 word that replaces it; `sure`: both words take values in the same unit.
+    `here`: the equivalent command; `sure`: True if both commands take values in the same unit.
     """
 
     form: str

@@ -82,7 +82,7 @@ class Computed:
     names: tuple[str, ...] = ()
     """The names of the variables, in the order of the text."""
     taken: tuple[str, ...] = ()
-    """Pins whose level the expression assigns to a variable (5.1, note 2)."""
+    """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
         """Fetch the values, such as GETCHR, that the operand needs from outside the interpreter.
@@ -104,7 +104,7 @@ class Expression(Computed):
         return self.code[1] if known else None
 
     def value(self, motor: Processor) -> int | None:
-        """Return the present value of the expression, or None after an error that has set a flag."""
+        """Return the present value of the expression, or None after an arithmetic or index error."""
         self.fetch(motor)
         stack = [0] * STACK
         return stack[0] if evaluate(motor.i, motor.v, stack, self.code, 0) >= 0 else None
@@ -127,7 +127,7 @@ class Reader:
         self._taken: list[str] = []
 
     def expression(self) -> Expression:
-        """Parse an expression, from the current place in the text.
+        """Parse the expression that begins at the current index in the text.
 
         Raises Malformed.
         """
@@ -135,7 +135,7 @@ class Reader:
         return self._read()
 
     def element(self) -> Expression:
-        """Parse an array element such as aw[3], from the current place in the text.
+        """Parse the array element, such as aw[3], that begins at the current index in the text.
 
         Raises Malformed.
         """
@@ -155,7 +155,7 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """Parse an array index in brackets, from the current place in the text.
+        """Parse the array index in brackets that begins at the current index in the text.
 
         Raises Malformed.
         """
@@ -216,8 +216,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Two minus signs do not cancel out, because the negation of the lowest number overflows.
-            # Two negations have the same result as any larger even number of negations.
+            # Two minus signs have an effect, because the negation of the lowest number overflows.
+            # A larger even number of minus signs has the same result as two minus signs.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

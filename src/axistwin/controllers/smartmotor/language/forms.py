@@ -12,11 +12,11 @@ class Accept(Flag):
     HOST = auto()  # A host may send the command over a serial channel.
     PROGRAM = auto()  # A stored program may contain the command.
     BLOCK = auto()  # Only a stored program may contain the command, e.g. a label or LOOP.
-    REMOVED = auto()  # The command is never accepted, because firmware 4.76 has removed it (1.3).
+    REMOVED = auto()  # The command is never accepted, because firmware 4.76 has removed it (manual, section 1.3).
 
 
 class Form(Enum):
-    """The written form of a command."""
+    """Kinds of command syntax, each with an example."""
 
     BARE = "G"
     NUMBER = "GOSUBn"

@@ -44,9 +44,9 @@ def strip(source: str) -> str:
 
 
 def labels(text: str) -> dict[int, int]:
-    """Return the place of each label Cn in a text.
+    """Return the index in the text at which each label begins.
 
-    A repeated label keeps its first place.
+    For a repeated label, the first index is returned.
     """
     places: dict[int, int] = {}
     for place, word, _ in _words(text):
@@ -172,9 +172,9 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Yield the place and the jump target of each word that jumps, such as LOOP."""
+    """Yield the index and the jump target of each keyword that jumps, such as LOOP."""
     blocks: list[_Block] = []
-    left: list[_Block] = []  # Open blocks that a BREAK can leave
+    left: list[_Block] = []  # WHILE and SWITCH blocks that a BREAK can leave
     for place, word, behind in _words(text):
         if word in ("IF", "WHILE", "SWITCH"):
             blocks.append(_Block(word, place, place))
@@ -194,7 +194,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps of a block whose targets are known after the given word, such as ENDIF.
+    """Yield the jumps whose targets are found at a word such as ENDIF.
 
     Each jump is a pair of its place and its target.
     """

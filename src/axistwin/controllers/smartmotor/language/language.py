@@ -120,7 +120,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # The expression has set Bd or Bu, and the statement ends.
+                return None  # The expression has caused an error, so the statement ends.
             given.append(value)
         named = self.command.form is Form.LET
         answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)
@@ -150,7 +150,7 @@ def read(text: str) -> Statement:
         if Accept.REMOVED in found.accepted:
             removed_command, replacement = found.code, found.instead
             raise Malformed(
-                f"{removed_command} has been removed in 4.76: {replacement}", 0, found.chapter, rules.REMOVED
+                f"{removed_command} has been removed in firmware 4.76: {replacement}", 0, found.chapter, rules.REMOVED
             )
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
@@ -219,17 +219,17 @@ def _unknown(text: str) -> tuple[Rule, str]:
     return rules.UNKNOWN, f"unknown command {text[:40]}"
 
 
-# Functions that parse the operands of a command, one function for each form of command
+# Functions that parse the operands of a command, one function for each kind of command
 
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     """Parse the number at the end of a command, such as GOSUB5."""
-    digits, parameter = text[at:].lstrip("0") or "0", found.parameters[0]
-    if len(digits) > 9 or not parameter.allows(int(digits)):
+    digits, allowed_range = text[at:].lstrip("0") or "0", found.parameters[0]
+    if len(digits) > 9 or not allowed_range.allows(int(digits)):
         number = text[at:][:20]
-        raise Malformed(f"{number} is out of range: expected {parameter}", at, found.chapter, rules.NUMBER)
+        raise Malformed(f"{number} is out of range: expected {allowed_range}", at, found.chapter, rules.NUMBER)
     return (int(digits),)
 
 

@@ -17,7 +17,7 @@ _line_end = re.compile(r"\r\n|[\r\n]")
 
 
 def begins_list(text: str) -> bool:
-    """True if the text begins a list of array values, `aw[0] 0 100 500 700.` (1.1)."""
+    """True if the text begins a list of array values, `aw[0] 0 100 500 700.` (manual, section 1.1)."""
     if not text.startswith(("ab[", "aw[", "al[")):
         return False
     deep = 0

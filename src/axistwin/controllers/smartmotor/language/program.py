@@ -206,7 +206,7 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost open block if the block begins with `keyword`, otherwise None."""
+        """Return the innermost unfinished block if the block begins with `keyword`, otherwise None."""
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -301,7 +301,7 @@ class _Writer:
             self._find_label(*call)
 
     def _head(self, operation: int, number: int) -> int:
-        """Generate the first code words of a statement.
+        """Generate the code at the beginning of a statement.
 
         Returns the place of the jump target in the code.
         """
@@ -313,7 +313,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the statement has already been reported to Python."""
+        """True if the generated code already reports this statement to Python."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:

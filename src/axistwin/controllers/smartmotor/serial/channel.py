@@ -28,7 +28,10 @@ TRANSMITTER = 16
 GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
 STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
 RECORDS = {POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
-"""Bytes of a binary record by its first byte: that byte, four of the value, and in host mode CR (10.1)."""
+"""Number of bytes of a binary record, by its first byte.
+
+The bytes are the first byte, four bytes of the value, and in host mode CR (manual, section 10.1).
+"""
 
 
 class ChannelError(IntFlag):
@@ -44,7 +47,7 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 
 
 class Transfer(Protocol):
-    """A download or upload that receives all characters of a channel.
+    """A download or upload in progress, which receives all characters of its channel.
 
     The command parser then receives no characters.
     """
@@ -243,7 +246,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # If the flag was cleared, earlier errors of the same kind are no longer valid.
+            # The flag is not set, so earlier errors of the same kind are forgotten.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
@@ -307,7 +310,7 @@ class Channel:
             action()
 
     def set_up(self, fmt: UartFormat, *, data_mode: bool, timeout_ns: int = 0) -> None:
-        """OCHN: put new settings in force from the next character on."""
+        """OCHN: use new settings for the next and all later characters."""
         self.open, self._data_mode = True, data_mode
         self._timeout_ns, self._begun_ns = 0 if data_mode else timeout_ns, None
         self._record.clear()

@@ -78,7 +78,11 @@ def call(index: int) -> bytes:
 
 
 def br(depth: int) -> bytes:
-    """Return the instruction that jumps out of `depth` enclosing blocks, or to the beginning of a loop."""
+    """Return the instruction that jumps to an enclosing block or loop.
+
+    `depth`: nesting level of the target, from 0 for the innermost.  The jump goes to the end of a block, but to the
+    beginning of a loop.
+    """
     return b"\x0c" + unsigned(depth)
 
 

@@ -98,9 +98,8 @@ class Expressions:
         """
         value = self._global(node)
         if not isinstance(value, int | float):
-            raise NotImplementedError(
-                f"{ast.unparse(node)} in {self._definition.name} is not a constant: expected an int or a float"
-            )
+            name, function = ast.unparse(node), self._definition.name
+            raise NotImplementedError(f"{name} in {function} is not a constant: expected an int or a float")
         return value
 
     def _global(self, node: ast.expr) -> Any:
@@ -111,9 +110,8 @@ class Expressions:
                 return self._globals[name] if name in self._globals else getattr(builtins, name)
             case ast.Attribute(value=ast.Name(id=owner), attr=name) if isinstance(self._globals[owner], ModuleType):
                 return getattr(self._globals[owner], name)
-        raise NotImplementedError(
-            f"cannot compile {ast.unparse(node)} in {self._definition.name}: expected a supported expression"
-        )
+        expression, function = ast.unparse(node), self._definition.name
+        raise NotImplementedError(f"cannot compile {expression} in {function}: expected a number or a global name")
 
     def _called(self, node: ast.Call) -> Callable[..., Any]:
         called: Callable[..., Any] = self._global(node.func)

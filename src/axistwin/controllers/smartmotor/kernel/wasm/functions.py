@@ -90,8 +90,9 @@ class _Function(Expressions):
             case ast.Continue():
                 self._emit(w.br(self._depth("next")))
             case _:
+                statement, function = ast.unparse(node), self._definition.name
                 raise NotImplementedError(
-                    f"cannot compile {ast.unparse(node)} in {self._definition.name}: expected a supported statement"
+                    f"cannot compile {statement} in {function}: expected e.g. an assignment, if, while or for"
                 )
 
     def _depth(self, block: str) -> int:
