@@ -59,10 +59,7 @@ def require(library: str, extra: str) -> None:
 
 def installation(extra: str, library: str) -> str:
     """Return the pip commands that install the libraries of an optional extra."""
-    from importlib.metadata import (
-        PackageNotFoundError,
-        requires,
-    )  # this import is lazy because `importlib.metadata` is slow
+    from importlib.metadata import PackageNotFoundError, requires  # this import is lazy because it is slow
 
     try:
         wanted = requires("axistwin") or []
@@ -123,7 +120,7 @@ class NoSceneError(SceneError, UsageError):
 
 
 class ProgramError(PlacedError):
-    """Raised if a program or a conversation cannot be read."""
+    """Raised for an error in a program or in the file of a conversation."""
 
 
 class TraceError(AxistwinError):

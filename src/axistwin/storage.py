@@ -28,7 +28,7 @@ _log = getLogger("axistwin.state")
 
 
 class MemoryStore:
-    """Non-volatile memory of a controller, kept in RAM while the bench exists."""
+    """Non-volatile memory of a controller, stored in RAM instead of a file."""
 
     def __init__(self) -> None:
         self._contents: bytes | None = None
@@ -156,8 +156,9 @@ class _Directory:
         try:
             self._lock.acquire()
         except Timeout:
+            other_process = _holder(path)
             raise UsageError(
-                f"state directory {path} is in use by {_holder(path)}: end that process, or choose another directory"
+                f"state directory {path} is in use by {other_process}: end that process, or choose another directory"
             ) from None
         try:
             _sweep(path / HOLDER)

@@ -165,7 +165,7 @@ def test_a_port_in_use_is_one_line():
         (["if1", "--port", "ftp://x"], "invalid port 'ftp://x'"),
         (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
-        (["no.toml", "--line", "instant"], "need a MODEL: set the options of a scene"),
+        (["no.toml", "--line", "instant"], "are only for a MODEL: set the options of a scene"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, words):

@@ -236,7 +236,7 @@ def test_the_other_families_are_not_an_if1(monkeypatch):
         ([b"5\r", b"x\r"], "expected a number"),
         ([b"", b"", b"hello"], "expected U"),
         ([b"5\r", b"9" * 5000], "check that the controller is at this port"),
-        ([b"I\r5\r", b"F", b"x"], "at the end of F"),
+        ([b"I\r5\r", b"F", b"x"], "after the message F"),
     ],
 )
 def test_garbage_raises_a_clear_error(answers, says):

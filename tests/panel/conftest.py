@@ -2,6 +2,7 @@
 
 import pytest
 
+from axistwin.panel.memory import Memory
 from axistwin.panel.views.asides import Asides
 
 from .showing import stage
@@ -11,6 +12,13 @@ from .showing import stage
 def staged():
     yield
     stage.close()
+
+
+@pytest.fixture(autouse=True)
+def no_collection(request, monkeypatch):
+    """Skip the garbage collections of a new page, which are slow in the large memory of the test process."""
+    if request.path.name != "test_memory.py":
+        monkeypatch.setattr(Memory, "keep", lambda self: None)
 
 
 @pytest.fixture

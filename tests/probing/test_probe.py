@@ -132,7 +132,7 @@ def test_a_stored_program_forbids_settings():
 @pytest.mark.parametrize(
     ("model", "said", "error"),
     [
-        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run the probe again"),
+        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run axistwin probe again"),
         ("1811", b"\xd9\x0f", "the board does not answer request 90h (received nothing): send D8h"),
     ],
 )
@@ -148,7 +148,7 @@ def test_an_if2_that_waits_for_its_data_format_is_not_initialised():
     bench = Bench()
     end = VirtualEnd(bench, bench.add("if2"))
     bench.run(2)
-    with pytest.raises(LinkError, match="the IF2 waits for its data format"):
+    with pytest.raises(LinkError, match="the IF2 has no data format yet"):
         probe("if2", end)
 
 
@@ -189,11 +189,11 @@ def test_wrong_ports():
         open_end("/dev/ttyUSB0", None)
     with pytest.raises(UsageError, match="is the socket of a register bus: expected a serial port"):
         open_end("bus://127.0.0.1:1", product("if1").line)
-    with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1 \(.*check the address"):
+    with pytest.raises(LinkError, match=r"cannot open the bus socket bus://127\.0\.0\.1:1 \(.*check its address"):
         open_end("bus://127.0.0.1:1", None)
     done = run("probe", "/dev/no-such-port", "--model", "if1")
     assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open /dev/no-such-port (")
+    assert done.err.startswith("axistwin: cannot open the port /dev/no-such-port (")
     assert "Errno" not in done.err
     assert run("probe", "/dev/no-such-port", "--model", "if1", "--report", "x.txt").code == 2
 

@@ -191,8 +191,8 @@ def test_the_exchange_is_a_conversation_with_the_twin(tmp_path):
 @pytest.mark.parametrize(
     ("made", "error"),
     [
-        (lambda: controller("if1", wiring="3-wire unlinked"), "does not answer at any line format: check cable"),
-        (lambda: motor(b"SLEEP\r"), "does not answer at any line format: check cable"),
+        (lambda: controller("if1", wiring="3-wire unlinked"), "does not answer with any line format: check cable"),
+        (lambda: motor(b"SLEEP\r"), "does not answer with any line format: check cable"),
         (lambda: motor(b"UCI UDI ZS MV A=100 V=1000 G\r"), "the motor is moving: stop the motor"),
     ],
 )
@@ -207,7 +207,7 @@ def test_a_controller_that_cannot_be_read(tmp_path, made, error):
 def test_an_interface_without_data_format_is_not_initialised(tmp_path):
     _, end = controller("if2")
     end.bench.run(2)
-    with pytest.raises(LinkError, match="waits for its data format"):
+    with pytest.raises(LinkError, match="has no data format yet"):
         find(end)
 
 
@@ -215,7 +215,7 @@ def test_an_open_sequence_is_not_extended(tmp_path):
     _, end = controller("1811")
     end.bench.run(1.5)
     end.ask(b"\xd9\x03")
-    with pytest.raises(LinkError, match="does not answer request 90h: send D8h to end the definition of a sequence"):
+    with pytest.raises(LinkError, match="does not answer request 90h: send D8h if a sequence is being defined"):
         rescue(end, Found("1811"), tmp_path / "out")
     end.ask(b"\xd8")
     assert end.ask(b"\x92\x03", 16).data == b"\x92" + bytes(15)

@@ -192,11 +192,15 @@ def homing():
     axis, home = AxisPins("table.motor", X.step, X.direction, X.enable), InputPin("table.home", BoardPin("P9"))
     limit = InputPin("table.cw_limit", BoardPin("P8", inverted=True), stops=+1, stops_at=True)
     twin = Twin("1811", (axis,), (home, limit), ())
-    metal_run = twin.metal.run
+    metal_run, made = twin.metal.run, twin.metal.small.pulses[2]
+    position = counted = 0
 
     def run(seconds, each):
         def turn(now):
-            twin.metal.small.levels[9] = int(500 <= net(twin) < 700)
+            nonlocal position, counted
+            position += sum(direction for _, direction in made[counted:])
+            counted = len(made)
+            twin.metal.small.levels[9] = int(500 <= position < 700)
             each(now)
 
         metal_run(seconds, turn)

@@ -197,7 +197,7 @@ def test_the_command(tmp_path):
         (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
         (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
         (["--vary", "table.X.load.torque=-1"], "cannot set table.X.load.torque to -1"),
-        (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected a name and a colon first"),
+        (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected NAME:SENTENCE"),
         (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
         (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "scene: unknown pin"),
         (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column with the name 'seed' exists already"),
@@ -234,7 +234,9 @@ def test_a_sweep_file_is_run_and_checked(tmp_path):
     assert run("check", file).code == 0
     done = run("sweep", file, "--out", tmp_path / "s.parquet", "--workers", 0, "--summary")
     assert (done.code, done.out.splitlines()[0][:6]) == (0, "2 runs")
-    assert run("sweep", file, "--out", tmp_path / "s.parquet", "--seed", 3).err.endswith(f"set --seed in {file}\n")
+    assert run("sweep", file, "--out", tmp_path / "s.parquet", "--seed", 3).err.endswith(
+        f"set these values in {file}\n"
+    )
     for old, wrong, line in (
         ("final table.X.lost", "final table.X.lots", 7),
         ("final table.X.lost", "finally", 7),

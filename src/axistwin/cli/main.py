@@ -112,7 +112,7 @@ class LazyGroup(click.Group):
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem]":
         """Return the commands that begin with the typed text, without importing the commands."""
-        from click.shell_completion import CompletionItem  # this import is lazy because only shells need it
+        from click.shell_completion import CompletionItem  # this import is lazy because only shell completion needs it
 
         found = [command for command in COMMANDS.values() if command.name.startswith(incomplete)]
         options = super(click.Group, self).shell_complete(ctx, incomplete) if incomplete.startswith("-") else []
@@ -146,7 +146,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str] | None) -> int:
-    if sys.stdout is None:  # the caller has closed stdout
+    if sys.stdout is None:  # the program was started without an open stdout
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
     _prepare_output()
     as_json = "--json" in (sys.argv[1:] if arguments is None else arguments)
@@ -186,7 +186,7 @@ def _run(arguments: list[str] | None) -> int:
 
 def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:
     """Print an error as one JSON object to stderr, with the file, line and column of the error if known."""
-    import json  # this import is lazy because only errors need it
+    import json  # this import is lazy because only --json needs it
 
     found: dict[str, object] = {"error": one_line(message), "exit_code": code}
     if place is not None:

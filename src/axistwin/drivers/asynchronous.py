@@ -241,7 +241,7 @@ class AsyncAxis(ScaledAxis):
         await self.controller.run(self.core.abort())
 
     async def home(self, direction: int) -> None:
-        """Begin a search for the home position in the positive (1) or negative (-1) direction."""
+        """Begin a search for the home position in direction 1 (positive) or -1 (negative)."""
         await self.controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
 
     async def status(self) -> Status:
@@ -253,7 +253,7 @@ class AsyncAxis(ScaledAxis):
         return (await self.status()).known_position()
 
     async def set_position(self, position: float) -> None:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; the axis must be at rest."""
         await self.controller.run(self.core.set_position(self.scale.counts(position)))
 
     async def clear_faults(self) -> None:

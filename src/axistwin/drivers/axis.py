@@ -44,10 +44,8 @@ class Status:
 
     def known_position(self) -> float:
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
-        if self.lost:
-            raise PositionLostError(
-                f"the position is not known, because {self.lost}: home the axis, or call set_position"
-            )
+        if cause := self.lost:
+            raise PositionLostError(f"the position is not known, because {cause}: home the axis, or call set_position")
         return self.position
 
 
@@ -119,7 +117,7 @@ class Axis(Protocol):
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
 
     def set_position(self, position: float) -> None:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; the axis must be at rest."""
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""

@@ -34,7 +34,7 @@ class SerialPort:
     """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
-        import serial  # lazy import: a TCP port for asyncio does not use pyserial
+        import serial  # lazy import: programs with asyncio and TCP do not need pyserial
 
         scheme, separator, rest = url.partition("://")
         opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url
@@ -170,7 +170,7 @@ class BlockingAxis(ScaledAxis):
         self._controller.run(self.core.abort())
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position in the positive (1) or negative (-1) direction."""
+        """Begin a search for the home position in direction 1 (positive) or -1 (negative)."""
         self._controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
 
     def status(self) -> Status:
@@ -182,7 +182,7 @@ class BlockingAxis(ScaledAxis):
         return self.status().known_position()
 
     def set_position(self, position: float) -> None:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; the axis must be at rest."""
         self._controller.run(self.core.set_position(self.scale.counts(position)))
 
     def clear_faults(self) -> None:
@@ -212,7 +212,7 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return the error that reports that a motion has not ended in time."""
+    """Return an error for a motion that takes longer than the timeout."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 

@@ -80,15 +80,15 @@ class Board(Core):
 
     # Bus lines
 
-    def _ask(self, line: str) -> Procedure[str]:
-        """Send a line to the bus socket and return the answer."""
-        yield Write(f"{line}\n".encode())
+    def _ask(self, request: str) -> Procedure[str]:
+        """Send a request to the bus socket and return the answer."""
+        yield Write(f"{request}\n".encode())
         while True:
-            answer = (yield from self._until(b"\n", f"'{line}'")).decode("ascii", "replace").strip()
+            answer = (yield from self._until(b"\n", f"'{request}'")).decode("ascii", "replace").strip()
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"the bus socket refused the request {line!r} and answered {answer!r}")
+            raise WrongAnswerError(f"the bus socket refused the request {request!r}: it answered {answer!r}")
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:
@@ -140,7 +140,7 @@ class Board(Core):
             yield from self._prepare()
 
     def _prepare(self) -> Procedure[None]:
-        """Repeat the settings that a reset of the board has cleared."""
+        """Send again the settings that the board has lost in a reset."""
         self.motor.forget()
         if self.marker_bit is not None:
             yield from self._status_until(READY)
@@ -219,7 +219,7 @@ class Board(Core):
         yield from self._status_until(READY, STARTUP_S)
         yield from self._prepare()
 
-    # Functions that only an 1810 or 1811 has
+    # The following functions exist only for an 1810 or 1811.
 
     def outputs(self, first: bool, second: bool) -> Procedure[None]:
         """Set the levels of both programmable outputs."""
@@ -461,7 +461,7 @@ class Motor(AxisCore):
         self._board._lost = ""
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of a motor at rest."""
+        """Define the value of the present position without a move; the motor must be at rest."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)

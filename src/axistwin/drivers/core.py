@@ -98,8 +98,9 @@ class Core(ABC):
             raise SilentError(f"no answer to {request} within {self.timeout:g} s: {self.remedy}")
         self._received += data
         if len(self._received) > MOST_BYTES:
+            begin = shown(self._received)
             raise WrongAnswerError(
-                f"endless answer {shown(self._received)} to {request}: check that the controller is at this port"
+                f"the answer to {request} is too long ({begin}): check that the controller is at this port"
             )
 
     def _discard(self, first: float) -> Procedure[bytes]:
@@ -156,7 +157,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the axis."""
+        """Define the value of the present position without a move of the axis."""
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:

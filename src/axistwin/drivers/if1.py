@@ -104,7 +104,7 @@ class IF1(Core):
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
         self._state = _State(dict.fromkeys("XYZ", 0))
 
-    # Functions that synchronise the driver with the controller
+    # The following functions synchronise the driver with the controller.
 
     def synchronise(self) -> Procedure[None]:
         """Find the controller, and initialise a controller whose power has been switched on."""
@@ -120,11 +120,11 @@ class IF1(Core):
                 return
             if answer:
                 raise WrongAnswerError(f"the answer to '(' is {shown(answer)}: expected U from an IF1")
-        raise SilentError(f"no IF1 answered '(' or I at this port: {self.remedy}")
+        raise SilentError(f"no IF1 at this port answered the requests '(' and I: {self.remedy}")
 
     def _probe(self) -> Procedure[bool]:
         """Return True if the controller is initialised, and detect its echo and terminator."""
-        for _ in range(2):  # the IF1 may interpret the first I as the end of an incomplete message
+        for _ in range(2):  # the IF1 may interpret the first request I as the end of an incomplete message
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))
             if found := _ANSWER.search(answer):
@@ -165,7 +165,10 @@ class IF1(Core):
         yield from self._set_ramp(acceleration)
 
     def _set_ramp(self, acceleration: float) -> Procedure[None]:
-        """Set the speed range, the start/stop speed and the acceleration, if the acceleration has changed."""
+        """Send the data of the ramp if the acceleration has changed.
+
+        These data are the speed range, the start/stop speed and the acceleration.
+        """
         thousands = min(max(round(acceleration / 1000), 1), 500)
         if self._ramp != thousands:
             hundreds = min(max(round(self.start_stop / 100), 1), 40)
@@ -188,11 +191,15 @@ class IF1(Core):
                 yield Pause(0.0 if begin + CHUNK >= len(data) else 0.05)
             elif (echo := (yield from self._take(len(part), text))) != part:
                 yield Write(b"#\r")
-                raise WrongAnswerError(f"the IF1 echoed {shown(echo)} instead of {text}: check the line for noise")
+                raise WrongAnswerError(
+                    f"the IF1 returned the wrong echo {shown(echo)} for the message {text}: check the line for noise"
+                )
         end = b"\r\n" if self._linefeed else b"\r"
         yield Write(end)
         if self.echo and (echo := (yield from self._take(len(end), text))) != end:
-            raise WrongAnswerError(f"the IF1 echoed {shown(echo)} at the end of {text}: check the line for noise")
+            raise WrongAnswerError(
+                f"the IF1 returned the wrong echo {shown(echo)} after the message {text}: check the line for noise"
+            )
 
     def _number(self, request: str) -> Procedure[int]:
         """Send a status request and return the number in the answer."""
@@ -294,13 +301,13 @@ class IF1(Core):
         for bit, active in ((ESTOP, I_ESTOP), (DRIVE, I_X_FAULT | I_Y_FAULT)):
             if state.latched & bit or state.inputs & active:
                 fault = FAULTS[bit]
-                raise RefusedError(f"the IF1 does not move ({fault.name}): {fault.remedy}")
+                raise RefusedError(f"the IF1 does not move because of a fault ({fault.name}): {fault.remedy}")
         for direction, bit, sign in ((1, I_PLUS, "+"), (-1, I_MINUS, "-")):
             if state.inputs & bit and direction in directions:
                 raise RefusedError(f"the {sign} limit is active: move in the other direction")
         if state.latched & LIMIT:
             fault = FAULTS[LIMIT]
-            raise RefusedError(f"the IF1 does not move ({fault.name}): {fault.remedy}")
+            raise RefusedError(f"the IF1 does not move because of a fault ({fault.name}): {fault.remedy}")
 
     def stop(self) -> Procedure[None]:
         """Decelerate all axes to a standstill, and end a sequence."""
@@ -353,7 +360,7 @@ class IF1(Core):
         yield from self._poll()
 
     def set_position(self, name: str, position: int) -> Procedure[None]:
-        """Assign a value to the present position of an axis; all axes must be at rest."""
+        """Define the value of an axis's present position without a move; all axes must be at rest."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
@@ -365,20 +372,20 @@ class IF1(Core):
             Status(self._state.positions[name], 0, 0, False, lost=self._state.lost.get(name, "")).known_position()
         )
 
-    # Functions that only an IF1 or IF2 has
+    # The following functions exist only for an IF1 or IF2.
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
         """Begin a move of two or three axes to target positions; each axis moves the same number of steps."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
-        by = {name: target - self.position_of(name) for name, target in targets.items()}
-        distances = {abs(distance) for distance in by.values()}
-        if len(distances) != 1:
-            raise RefusedError(f"unequal distances {by}: expected equal distances for axes that move together")
-        signs = {name: 1 if distance >= 0 else -1 for name, distance in by.items()}
+        distances = {name: target - self.position_of(name) for name, target in targets.items()}
+        lengths = {abs(distance) for distance in distances.values()}
+        if len(lengths) != 1:
+            raise RefusedError(f"unequal distances {distances}: expected equal distances for axes that move together")
+        signs = {name: 1 if distance >= 0 else -1 for name, distance in distances.items()}
         axis = self.axes[next(iter(targets))]
         yield from self._set_ramp(axis.acceleration)
-        distance, speed = distances.pop(), self.speed(axis.velocity)
+        distance, speed = lengths.pop(), self.speed(axis.velocity)
         if distance:
             words = "".join(f"{name}{'+' if sign > 0 else '-'}" for name, sign in signs.items())
             yield from self.begin(signs, distance, speed, f"{words}{distance}@{speed}$")
@@ -500,7 +507,7 @@ class IF1Axis(AxisCore):
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of an axis at rest."""
+        """Define the value of the present position without a move; all axes must be at rest."""
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:

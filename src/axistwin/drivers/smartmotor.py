@@ -63,10 +63,10 @@ class SmartMotors(Core):
         axes = ", ".join(self.axes)
         raise RefusedError(f"no axis {name!r}: expected one of {axes}")
 
-    # Functions that synchronise the driver with the motors
+    # The following functions synchronise the driver with the motors.
 
     def synchronise(self) -> Procedure[None]:
-        """Find each motor, and repeat the settings of a motor whose power has been cut."""
+        """Find each motor, and send the settings again to a motor whose power was cut."""
         yield from self._discard(0.0)
         first, *_ = self._shafts
         found = yield from self._find(first)
@@ -83,7 +83,7 @@ class SmartMotors(Core):
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
         """Return True if a motor answers, and detect whether the motor echoes characters."""
-        for _ in range(2):  # the motor may interpret the first RSP as the end of an incomplete command
+        for _ in range(2):  # the motor may interpret the first request RSP as the end of an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
@@ -108,7 +108,7 @@ class SmartMotors(Core):
         yield Write(everybody + b"WAKE\r")
         yield from self._discard(0.05)
 
-    # Functions that send commands and read reports
+    # The following functions send commands and read reports.
 
     def send(self, prefix: bytes, text: str) -> Procedure[None]:
         """Send commands to a motor, and check the echo if the motor echoes."""
@@ -116,7 +116,7 @@ class SmartMotors(Core):
         yield Write(data)
         if self.echo and (echo := (yield from self._take(len(data), text))) != data:
             raise WrongAnswerError(
-                f"the motor echoed {shown(echo)} instead of {text}: check the line for noise and other hosts"
+                f"the motor returned the wrong echo {shown(echo)} for {text}: check the line for noise and other hosts"
             )
 
     @property
@@ -146,7 +146,7 @@ class SmartMotors(Core):
         (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
         return whole(answer, text)
 
-    # Functions that only a SmartMotor has
+    # The following functions exist only for a SmartMotor.
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
         """Make pins outputs and set their levels, e.g. `outputs(A=True)`."""
@@ -196,7 +196,9 @@ class SmartMotors(Core):
         while not text.endswith(b"\xff"):
             part = yield from self._discard(0.1)
             if not part:
-                raise SilentError("the motor did not send the end of its program: check that the motor allows UPLOAD")
+                raise SilentError(
+                    "the motor did not send the end of its program: check that the program is not locked by LOCKP"
+                )
             text += part
             if not text.endswith(b"\xff"):
                 yield Write(ACKNOWLEDGE)
@@ -232,7 +234,7 @@ class Shaft(AxisCore):
         """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 
     def prepare(self) -> Procedure[None]:
-        """Repeat the settings that a power cut of the motor has cleared."""
+        """Send again the settings that the motor has lost in a power cut."""
         _, _, acceleration = yield from self._read()
         if self._setting:
             if acceleration not in (self._set_acceleration, self._setting):
@@ -291,14 +293,15 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # after a power cut, the motor would otherwise have the old acceleration again
+            units += 1  # without this step, a motor after a power cut could get its old acceleration
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0
         if whole(found, "RA") != units:
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
-            raise RefusedError(f"{self.name} does not move, because {self._lost}: home the axis, or call set_position")
+            cause = self._lost
+            raise RefusedError(f"{self.name} does not move, because {cause}: home the axis, or call set_position")
         self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:
@@ -387,7 +390,7 @@ class Shaft(AxisCore):
         return tuple(fault for bit, fault in FAULTS.items() if word & bit)
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Assign a value to the present position of the axis."""
+        """Define the value of the present position without a move of the motor."""
         yield from self._line.send(self.prefix, f"O={position}")
         self.setpoint, self._lost = position, ""
 

@@ -87,8 +87,8 @@ class DrivenAxis:
         """Begin a motion; return when the axis is at rest.  Raises RefusedError if the motion fails."""
         await self.begin(goal)
         await self._rest.wait()
-        if goal.failure:
-            raise RefusedError(f"the motion failed: {goal.failure}")
+        if reason := goal.failure:
+            raise RefusedError(f"the motion failed: {reason}")
 
     async def begin(self, goal: Goal) -> None:
         """Request a motion.
@@ -132,7 +132,7 @@ class DrivenAxis:
         self._go.set()
 
     async def set_position(self, position: int) -> None:
-        """Define the present position of an axis at rest.  Raises DriverError."""
+        """Define the value of the present position without a move; the axis must be at rest.  Raises DriverError."""
         await self.station.driver.run(self.core.set_position(position))
         self.station.wake()
         await self.station.polled()

@@ -57,7 +57,8 @@ async def _connect(station: Station) -> None:
         await station.driver.run(nothing())
         await station.poll()
     except DriverError as error:
-        raise LinkError(f"no connection to {station.name}: {error}") from None
+        name, reason = station.name, error
+        raise LinkError(f"no connection to the controller {name}: {reason}") from None
 
 
 def at_port(
@@ -92,7 +93,7 @@ async def of_scene(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Start the controllers of a scene on local ports, and return a machine that is connected to them.
+    """Start the controllers of a scene on local ports, and return a machine with these controllers.
 
     `options`: options of drivers by controller; `without`: endpoints that have other hosts.  Raises UsageError.
     """
@@ -124,8 +125,8 @@ def core_of(model: str, options: Mapping[str, Any]) -> Core:
     """
     try:
         return make(model, dict(options))
-    except DriverError as error:
-        raise UsageError(f"no driver for {model}: {error}") from None
+    except DriverError as reason:
+        raise UsageError(f"cannot create a driver for {model}: {reason}") from None
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
@@ -155,4 +156,5 @@ def _check_names(stations: list[Station], given: Sequence[str]) -> None:
     known = {f"{station.name}.{axis}" for station in stations for axis in station.axes}
     for name in given:
         if name not in known and name.partition(".")[0] not in {station.name for station in stations}:
-            raise UsageError(f"no controller has an axis or register {name!r}: expected e.g. {min(known)}")
+            example = min(known)
+            raise UsageError(f"no controller has an axis or register {name!r}: expected e.g. {example}")

@@ -215,7 +215,7 @@ def _compare(
             end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
-        if _only_late(expected, received):  # a busy computer can delay answers, so the shortest time counts
+        if _only_late(expected, received):  # a busy computer can delay answers, so the probe uses the shortest time
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
             received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
@@ -255,7 +255,10 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if the twin or the controller leaves a request unanswered, and all answers report moves or sequences."""
+    """True if only one of the two controllers answers a request about moves or sequences.
+
+    The two controllers are the twin and the real controller.  All received answers report moves or sequences.
+    """
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))
@@ -297,7 +300,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return the option values to try on a twin, each as a pair of option name and value."""
+    """Return other option values for the twin, each as a pair of option name and value."""
     hints = get_type_hints(made.options)
     default = made.options()
     found: list[tuple[str, Any]] = [(name, value) for name, values in suggested.items() for value in values]

@@ -119,7 +119,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
 
     def run(*texts: str, name: str) -> Case:
-        # the timing of the host determines the position at which a continuous run ends
+        # the end position of a continuous run depends on the timing of the host
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 
@@ -326,7 +326,10 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect the twin's outputs to its inputs if the real board has a test plug with these connections."""
+    """Connect outputs of the twin to its inputs, as a test plug does at the real board.
+
+    Without a test plug at the real board, the function does nothing.
+    """
     if facts.get("plug") == str(True):
         connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")
@@ -343,12 +346,13 @@ def examine(end: End, _: Product) -> Condition:
     for code in (MODE, MOVING, PART):
         answers[code] = end.ask(bytes((code,)), expected=MESSAGE).data
         if not answers[code].startswith(bytes((code,))):
+            received = answers[code].hex(" ") or "nothing"
             raise LinkError(
-                f"the board does not answer request {code:02X}h (received {answers[code].hex(' ') or 'nothing'}): "
-                "send D8h to end the definition of a sequence, or reset the board"
+                f"the board does not answer request {code:02X}h (received {received}): "
+                "send D8h if a sequence is being defined; otherwise, reset the board"
             )
     if answers[MOVING][1]:
-        raise LinkError("the motor is moving: stop the motor, then run the probe again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     taken = end.ask(bytes((MOVE_PARAMETERS, MOVE))).data
     reason = ""
     if answers[MODE][1] != INDEXER:

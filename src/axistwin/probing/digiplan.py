@@ -142,14 +142,14 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # the timing of the host determines the position at which a continuous run ends
+        # the end position of a continuous run depends on the timing of the host
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip
 
 
 def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
-    """Return test cases that compare the duration of the steps of a sequence.
+    """Return test cases for the durations of the steps of a sequence.
 
     Each sequence sends `%` when its steps have ended.
     """
@@ -201,7 +201,10 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect the twin's outputs to its inputs if the real interface has a test plug with these connections."""
+    """Connect outputs of the twin to its inputs, as a test plug does at the real interface.
+
+    Without a test plug at the real interface, the function does nothing.
+    """
     if facts.get("plug") == str(True):
         for number, output in zip("123", PLUGGED, strict=True):
             connect(controller, f"output{output}", f"input{number}")
@@ -220,8 +223,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "
-            "then run the probe again"
+            "the IF2 has no data format yet: send e.g. U61, which starts the sequence of a locked IF2, "
+            "then run axistwin probe again"
         )
     if answer == b"U\r":
         return _initialised(end)
@@ -253,9 +256,9 @@ def _condition(end: End, terminator: str) -> Condition:
     busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
     facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
     if not motion.isdigit():
-        raise LinkError(f"the answer to request K is {motion!r}: expected a number, so check --model and --line")
+        raise LinkError(f"the answer to request K is {motion!r} instead of a number: check --model and --line")
     if int(motion) & IN_MOTION:
-        raise LinkError("the motor is moving: stop the motor, then run the probe again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",
                b"F": "a fault is active: close the limits and the emergency stop"}  # fmt: skip
     reason = reasons.get(busy, "")

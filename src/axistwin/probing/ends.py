@@ -79,7 +79,7 @@ class End(ABC):
 
     @abstractmethod
     def receive(self) -> bytes:
-        """Return received data, or no bytes after some milliseconds of silence."""
+        """Return the received data, or no bytes if no data arrive within some milliseconds."""
 
     @abstractmethod
     def drain(self) -> None:
@@ -120,7 +120,7 @@ class VirtualEnd(End):
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
         if self.messages:
-            self.grain_s = self._BUS_GRAIN_S  # a board has no sample clock, so its answer times are exact
+            self.grain_s = self._BUS_GRAIN_S  # a board does not work in sample periods, so its answer times are exact
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
@@ -179,7 +179,7 @@ class SerialEnd(End):
             )  # fmt: skip
         except (serial.SerialException, ValueError, OSError) as error:
             raise LinkError(
-                f"cannot open {name} ({error_text(error)}): check the name, and close other programs"
+                f"cannot open the port {name} ({error_text(error)}): check its name, and close other programs"
             ) from None
 
     @property
@@ -212,7 +212,9 @@ class SerialEnd(End):
         try:
             done = action()
         except (serial.SerialException, OSError) as error:
-            raise LinkError(f"port {self._name} was disconnected ({error}): connect the port, then try again") from None
+            raise LinkError(
+                f"the port {self._name} was disconnected ({error}): connect the port, then try again"
+            ) from None
         return done if isinstance(done, bytes) else None
 
 
@@ -232,7 +234,7 @@ class BusEnd(End):
         try:
             self._socket = socket.create_connection((host, port), timeout=5)
         except OSError as error:
-            raise LinkError(f"cannot open {name} ({error_text(error)}): check the address") from None
+            raise LinkError(f"cannot open the bus socket {name} ({error_text(error)}): check its address") from None
         self._lines = self._socket.makefile("rw", encoding="ascii", newline="\n")
 
     @property
@@ -245,7 +247,9 @@ class BusEnd(End):
         until = self.now + self._INPUT_S
         while not self._status() & INPUT_READY:
             if self.now > until:
-                raise LinkError(f"the board at {self._name} accepts no command (SB bit 4 stays clear): reset the board")
+                raise LinkError(
+                    f"the board at {self._name} accepts no command (bit 4 of its status byte stays 0): reset the board"
+                )
             time.sleep(self._POLL_S)
         self._request("w 0 " + data.hex(" "))
         self._request(f"w 1 {COMMAND_READY:02x}")
@@ -286,7 +290,9 @@ class BusEnd(End):
             self._lines.flush()
             answer = self._lines.readline().strip()
         except OSError as error:
-            raise LinkError(f"{self._name} was disconnected ({error}): check the bus socket, then try again") from None
+            raise LinkError(
+                f"the bus socket {self._name} was disconnected ({error}): check that its program runs, then try again"
+            ) from None
         if not answer or answer.startswith("error"):
             raise LinkError(
                 f"the bus socket {self._name} refuses the request {request!r}: its answer is {answer or 'nothing'!r}"

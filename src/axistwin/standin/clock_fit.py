@@ -1,7 +1,6 @@
 """The board's clock as a linear function of the host's clock, fitted by least squares."""
 
 import math
-from collections import deque
 
 import numpy as np
 
@@ -27,7 +26,7 @@ class ClockFit:
 
     def __init__(self, nominal_hz: float) -> None:
         self.nominal_hz = nominal_hz
-        self._samples: deque[tuple[float, int, float]] = deque(maxlen=SAMPLES)
+        self._samples, self._count = np.empty((SAMPLES, 3)), 0
         self._latest = 0
         self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
         self.error_s = math.inf
@@ -41,7 +40,7 @@ class ClockFit:
     @property
     def ready(self) -> bool:
         """True if there are enough clock samples to convert times."""
-        return len(self._samples) >= ENOUGH
+        return self._count >= ENOUGH
 
     @property
     def good(self) -> bool:
@@ -55,7 +54,11 @@ class ClockFit:
         """
         ticks = self.unwrapped(clock)
         self._latest = max(self._latest, ticks)
-        self._samples.append(((sent_s + received_s) / 2, ticks, received_s - sent_s))
+        if self._count == SAMPLES:
+            self._samples[:-1] = self._samples[1:]
+        else:
+            self._count += 1
+        self._samples[self._count - 1] = (sent_s + received_s) / 2, ticks, received_s - sent_s
         self._fit()
 
     def unwrapped(self, clock: int) -> int:
@@ -68,7 +71,7 @@ class ClockFit:
         The shortest round trips have by far the greatest weight, as all delays make a trip longer.
         """
         before_s, before, before_hz = self._time_s, self._ticks, self.hz
-        at, ticks, trips = np.array(self._samples).T
+        at, ticks, trips = self._samples[: self._count].T
         extra_s = (trips - trips.min()) / 2
         noise_s = NOISE_S + extra_s
         weights = noise_s**-4

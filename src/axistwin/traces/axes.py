@@ -143,7 +143,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # with `<=`, a pulse of the previous move could be lost
+            if move.start_ns < since_ns:  # the operator `<=` could lose a pulse of the previous move
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -183,7 +183,7 @@ class ServoTrace:
         return self._last[name]
 
     def add_samples(self, samples: Samples) -> None:
-        """Store a block of samples of the servo axis."""
+        """Store several samples of the servo axis."""
         import numpy as np
 
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)

@@ -248,7 +248,7 @@ def ending(path: Path) -> str:
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the class that writes trace files with the ending of `path`.
+    """Return the class that writes trace files in the format of `path`.
 
     Raises UsageError for an unknown ending, and MissingExtraError if pyarrow is missing.
     """
@@ -265,6 +265,6 @@ def sink_for(path: Path) -> MakeSink:
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Return those signals that a trace file with this name can contain."""
+    """Return the signals that the file format of `path` can contain."""
     left_out = {WAVES: (), SIGROK: (TEXT,)}.get(ending(path), (STEP,))
     return [signal for signal in signals if signal.kind not in left_out]

@@ -72,7 +72,7 @@ class MemoryTrace:
 
 
 class _Changes:
-    """The changes of one signal, stored as a list of blocks."""
+    """The changes of one signal, stored as a list of pairs: an array of times and an array of values."""
 
     def __init__(self, signal: Signal, now_ns: int, first: Value) -> None:
         self.signal, self.count = signal, 1
@@ -80,7 +80,7 @@ class _Changes:
         self._blocks.append(([now_ns], [first]))
 
     def add(self, part: Part, texts: Sequence[bytes]) -> None:
-        """Append a block of changes of the signal."""
+        """Append several changes of the signal."""
         values: Sequence[Value] | NDArray[Any] = part.values.view(float) if self.signal.kind == REAL else part.values
         if self.signal.kind == TEXT:
             values = [texts[n] for n in part.values]
@@ -96,7 +96,7 @@ class _Changes:
         return times, np.concatenate([np.asarray(block, kind) for _, block in self._blocks])
 
     def replace(self, times: "NDArray[np.int64]", values: "NDArray[Any]") -> None:
-        """Replace all stored changes of the signal."""
+        """Replace all stored changes of the signal by the given changes."""
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:

@@ -65,6 +65,6 @@ def _write_at(file: int, data: bytes, place: int) -> None:
 
 
 def _write_part(file: int, data: memoryview, place: int) -> int:
-    """Write one or more bytes at a place in a file; return the number of written bytes."""
+    """Write at least one byte at the position `place` of a file, and return the number of written bytes."""
     os.lseek(file, place, os.SEEK_SET)
     return os.write(file, data)

@@ -67,8 +67,8 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        # `_place` is the position of the current row group in the file, in bytes
-        # `_rewritable` is the number of bytes at the end of the file that the next flush replaces
+        # `_place` is the number of bytes in the file before the current row group
+        # the next flush replaces the last `_rewritable` bytes of the file
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
@@ -165,7 +165,7 @@ class ParquetSink:
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        # addresses in the table of contents count from the start of the file
+        # the table of contents contains positions relative to the start of the file
         while (missing := self._place - file.tell()) > 0:
             file.write(NOTHING[:missing])
         tail.parts = []

@@ -103,9 +103,9 @@ def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_n
 def _check_order(path: Path, track: Track) -> None:
     import numpy as np
 
-    times = np.array(track.times, np.int64)
+    times, signal_name = np.array(track.times, np.int64), track.name
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
-        raise TraceError(f"{path} is not a trace: expected ascending times, 0 or more, for the signal {track.name}")
+        raise TraceError(f"{path} is not a trace: expected ascending times, from 0 ns, for the signal {signal_name}")
 
 
 # CSV
@@ -154,8 +154,8 @@ class _Rows:
     def __iter__(self) -> Iterator[list[str]]:
         try:
             yield from self._rows
-        except csv.Error as error:
-            raise TraceError(f"{self._path}:{self.line}: this line is not CSV: {error}") from None
+        except csv.Error as csv_error:
+            raise TraceError(f"{self._path}:{self.line}: this line is not valid CSV: {csv_error}") from None
 
 
 def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
@@ -190,8 +190,8 @@ def _time_ns(path: Path, text: str, line: int = 0) -> int:
     try:
         return whole(text)
     except NumberError:
-        place = f"{path}:{line}" if line else f"{path}"
-        raise TraceError(f"{place}: invalid time {shortened(text)}: expected nanoseconds, e.g. 1000") from None
+        file_and_line = f"{path}:{line}" if line else f"{path}"
+        raise TraceError(f"{file_and_line}: invalid time {shortened(text)}: expected nanoseconds, e.g. 1000") from None
 
 
 def _guess(value: str) -> str:
@@ -326,8 +326,10 @@ def _parquet_table(path: Path) -> Any:
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
-            found = types.get(name, "missing")
-            raise TraceError(f"{path} is not from axistwin: column {name} is {found}, expected the type {wanted}")
+            found_type = types.get(name, "no such column")
+            raise TraceError(
+                f"{path} is not from axistwin: expected one column {name} of type {wanted}, found {found_type}"
+            )
     for name in ("time_ns", "signal"):
         if table[name].null_count:
             raise TraceError(f"{path} is not a trace: expected a value in each row of the column {name}")
@@ -349,7 +351,10 @@ def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> 
     name = {TEXT: "text", REAL: "number"}.get(track.kind, "integer")
     found = table[name].take(rows)
     if found.null_count:
-        raise TraceError(f"{path} is damaged: expected a value of {track.name} in each row of the column {name}")
+        signal_name = track.name
+        raise TraceError(
+            f"{path} is damaged: expected a value in the column {name} for each change of the signal {signal_name}"
+        )
     if track.kind == TEXT:
         texts: list[str] = found.to_pylist()
         return texts

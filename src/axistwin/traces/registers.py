@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """Return the value of a register as a trace stores it: a text as ASCII bytes, a number unchanged."""
+    """Return the value of a register for a trace: ASCII bytes for a text, and the same number for a number."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 
 class PolledRegister:
-    """A register that the tracer reads at each event.
+    """A register that the tracer reads after each event of the simulation.
 
     `known`: the value at the last event.
     """
@@ -54,7 +54,8 @@ class ReportedRegisters:
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
-        order = np.argsort(which.astype(np.int16), kind="stable")  # NumPy sorts 16-bit numbers very fast
+        # NumPy sorts 16-bit numbers faster than 64-bit numbers
+        order = np.argsort(which.astype(np.int16), kind="stable")
         numbers, begins = np.unique(which[order], return_index=True)
         spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]

@@ -21,7 +21,7 @@ class Dialogue:
         self._controller = _Message(add, controller)
 
     def observe(self, bench: Bench, name: str, stack: ExitStack) -> None:
-        """Subscribe to the data of both ends of the line until `stack` is closed."""
+        """Subscribe to the data of the host and of the controller, until the context `stack` is closed."""
         clock = bench.clock
         if endpoints.at_a_bus(bench, name):
             show, bus = endpoints.codec_at(bench, name).show, bench[name].bus

@@ -92,7 +92,8 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     if not files:
         raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:
-        raise UsageError(f"{made.model} programs cannot be checked: expected a model with a checker, e.g. if1")
+        model = made.model
+        raise UsageError(f"programs for {model} cannot be checked: expected another model, e.g. if1")
     return made, files
 
 
@@ -100,13 +101,13 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.sweeps.sweep_file import is_sweep_file  # this import is lazy because it loads pydantic
+        from axistwin.sweeps.sweep_file import is_sweep_file  # this import is lazy because pydantic loads slowly
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
     try:
         text = load(file)
-    except ProgramError as error:  # `load` raises this error if the file is not a text file
+    except ProgramError as error:  # the file is not a text file
         yield Checked(file, "", [as_diagnostic(error)])
         return
     target = made or product_for(kind, text)
@@ -128,7 +129,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads all controller families
+    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads the code of all models
         diagnose_scene,
         is_of_program,
         named_programs,
@@ -139,7 +140,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # the user already gets this error from the check of the scene
+        except ProgramError:  # the check of the scene reports this error
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))

@@ -12,7 +12,7 @@ NARROWEST = 100
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print rows as a table on a terminal, or as one line for each row into a pipe or a file."""
+    """Print rows: on a terminal, print a table; in a pipe or a file, print one line for each row."""
     if not sys.stdout.isatty():
         for row in (headings, *rows):
             click.echo("\t".join(row))
@@ -29,7 +29,7 @@ def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: st
 
 
 def _print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str, width: int) -> None:
-    from rich.box import SIMPLE_HEAD  # this import is lazy because only a terminal needs it
+    from rich.box import SIMPLE_HEAD  # this import is lazy because only output to a terminal needs it
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -16,8 +16,8 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         bench.add(target, state=state, **read_options(options))
         return bench
     if options or state:
-        raise UsageError("--option and --state need a MODEL: set the options of a scene in its scene file")
-    from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
+        raise UsageError("--option and --state are only for a MODEL: set the options of a scene in its scene file")
+    from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
 
     made: Bench = Scene.load(Path(target)).build()
     return made

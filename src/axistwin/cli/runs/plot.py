@@ -64,14 +64,14 @@ def plot(
     if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
         if limited:
             raise UsageError(
-                f"{trace} contains results of 'axistwin sweep': expected only the options --out and --title"
+                f"{trace} contains results of 'axistwin sweep': use no other options than --out and --title"
             )
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
     if trace.suffix == ".db":
         if limited:
             raise UsageError(
-                f"{trace} contains a study of 'axistwin tune': expected only the options --out and --title"
+                f"{trace} contains a study of 'axistwin tune': use no other options than --out and --title"
             )
         return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):

@@ -170,7 +170,7 @@ def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[Memory
     if not any(files):
         yield None
         return
-    from axistwin.traces.memory import tracing_in_memory  # this import is lazy because only pictures need it
+    from axistwin.traces.memory import tracing_in_memory  # this import is lazy because only --plot and --report need it
 
     with tracing_in_memory(bench) as memory:
         yield memory
@@ -214,7 +214,7 @@ def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[Host
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):
-        from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
+        from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
 
         named += Scene.load(Path(target)).named_programs()
     if program is not None:

@@ -70,7 +70,7 @@ def _bench(model: str) -> Bench:
 
 
 def _load(file: Path) -> dict[str, int]:
-    """Read the file with the user's progress: the number of the last finished lesson by model."""
+    """Read the file with the user's progress: for each model, the number of the last finished lesson."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:

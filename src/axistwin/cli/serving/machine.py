@@ -78,7 +78,7 @@ class Wanted:
 
     async def machine(self) -> "Machine":
         """Return the machine whose axes are served: the controller at a port, or the controllers of a scene."""
-        from axistwin.integrations import at_port, of_scene  # this import is lazy because it loads the drivers
+        from axistwin.integrations import at_port, of_scene  # this import is lazy because the drivers load slowly
 
         period_s = 1 / self.rate
         if self.model is not None:
@@ -86,7 +86,7 @@ class Wanted:
                 self.what, self.model, self.options, baud=self.baud, units=self.units, registers=self.registers,
                 period_s=period_s,
             )  # fmt: skip
-        from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
+        from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
 
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():

@@ -103,8 +103,9 @@ def _format(model: str | None, line: str | None) -> UartFormat:
     made = product(model)
     if made.line is None:
         serial_models = ", ".join(name for name in FAMILIES if product(name).line is not None)
+        board = made.model
         raise UsageError(
-            f"cannot record the {made.model}, because it has no serial port: expected one of {serial_models}"
+            f"cannot record the board {board}, because the board has no serial port: expected one of {serial_models}"
         )
     return line_format(line, made.line)[0]
 
@@ -153,7 +154,7 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
     """Write new data to the recording at regular intervals."""
     pacer.sync()
-    if recorder.silent_ns > LF_NS:  # an answer is complete after a pause
+    if recorder.silent_ns > LF_NS:  # the answer is complete after this silence on the line
         recorder.catch_up()
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, recorder)
 

@@ -153,7 +153,7 @@ def serve(
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         with ExitStack() as background:
-            # the controllers are prepared in the background, after the ports have opened
+            # a thread compiles or loads the code of the controllers after the ports have opened
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
@@ -174,7 +174,7 @@ def _served(
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
         raise UsageError(
-            "--state, --line, --rs485 and --option need a MODEL: set the options of a scene in its scene file"
+            "--state, --line, --rs485 and --option are only for a MODEL: set the options of a scene in its scene file"
         )
     return what_is.scene(what, given, alone=with_panel)
 
@@ -237,7 +237,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace and the recording.
+        """Return a function that closes both files if the session has replaced `bench` by a new bench.
 
         The session calls the function with each new bench, e.g. after the user has gone back in time.
         """
@@ -328,7 +328,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the trace and the recording end before the power-off
+        files.close()  # the trace and the recording do not include the power-off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

@@ -34,7 +34,7 @@ class Served(NamedTuple):
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """Return a model with the ports on which the model is served; by default, any free port."""
+    """Return a model with its ports; without given ports, use any free port."""
 
     def build() -> Bench:
         bench = Bench()
@@ -51,11 +51,11 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
-    """Return a scene with the ports on which the scene is served.
+    """Load a scene from a file, and return the scene with its ports.
 
     `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
     """
-    from axistwin.scenes.scene import Scene  # this import is lazy because it loads pydantic
+    from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
 
     loaded = Scene.load(Path(path))
 
@@ -63,7 +63,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"{path} has no controller to serve: remove a controller's simulated host, or add ports to a controller"
+                f"{path} has no controller to serve, because each controller has a simulated host: "
+                "remove one of these hosts, or add ports to its controller"
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]

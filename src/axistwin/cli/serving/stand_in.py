@@ -75,8 +75,9 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
     click.echo(WARNING, err=True)
     known = last_positions(plan.journal)
     if known is None and not unhomed:
+        journal_file = plan.journal
         raise UsageError(
-            f"the motor positions are unknown after an interrupted run (file {plan.journal}): "
+            f"the motor positions are unknown after an interrupted run (see {journal_file}): "
             "start with --unhomed, then home the machine"
         )
     ports = served.scene(scene, [], alone=False).ports(bench)
@@ -180,7 +181,7 @@ class _Run:
         return code
 
     def _state(self) -> dict[str, Any]:
-        """Return the values that the stop page shows, e.g. the positions of the motors.
+        """Return values for the page with the stop button, e.g. the positions of the motors.
 
         Called in any thread, so this method reads only objects that other threads replace as a whole.
         """

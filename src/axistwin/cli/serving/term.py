@@ -104,7 +104,7 @@ def term(
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
     local["tutor"] = bool(tutor)
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
-        raise UsageError(f"--keyboard {keyboard} is only for an IF1 or IF2: expected no --keyboard for {target}")
+        raise UsageError(f"--keyboard {keyboard} is only for an IF1 or IF2: leave out this option for {target}")
     if target.lower() in FAMILIES:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
         return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))

@@ -94,7 +94,7 @@ def _print(page: str) -> None:
     if not sys.stdout.isatty():
         click.echo(page)
         return
-    from rich.console import Console  # this import is lazy because only a terminal needs it
+    from rich.console import Console  # this import is lazy because only output to a terminal needs it
     from rich.markdown import Markdown
 
     Console().print(Markdown(page))

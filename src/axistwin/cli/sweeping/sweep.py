@@ -135,17 +135,16 @@ def named(option: str, text: str) -> tuple[str, str]:
     """Split an argument at its first colon, e.g. `end: final table.X.position`.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
-        raise UsageError(
-            f"invalid --{option} {text!r}: expected a name and a colon first, e.g. 'end: final table.X.position'"
-        )
+        raise UsageError(f"invalid --{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
     return name.strip(), sentence.strip()
 
 
 def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, float | None]:
     given = ("vary", "measure", "claim", "seconds", "design", "runs", "seed", "search", "program", "host")
-    given_options = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
-    if given_options:
-        raise UsageError(f"options cannot be combined with a sweep file: set {', '.join(given_options)} in {target}")
+    options_in_use = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
+    if options_in_use:
+        given_options, sweep_file = ", ".join(options_in_use), target
+        raise UsageError(f"{given_options} cannot be combined with a sweep file: set these values in {sweep_file}")
     contents = load(target)
     return contents.sweep(target), contents.chosen(), contents.seconds
 

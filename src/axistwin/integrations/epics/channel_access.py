@@ -172,7 +172,7 @@ class _Circuit(VirtualCircuit):
 
 
 class _Context(Context):
-    """The server of the library caproto, with connections of the class `_Circuit`."""
+    """A caproto server whose connections are objects of the class `_Circuit`."""
 
     CircuitClass = _Circuit
 

@@ -195,8 +195,8 @@ class MotorRecord:
         try:
             await self.axis.home(direction)
             if self.axis.status.faults or self.axis.stopped:
-                faults_or_stop = "; ".join(map(str, self.axis.status.faults)) or "the axis was stopped"
-                raise RefusedError(f"the search for home failed: {faults_or_stop}")
+                reason = "; ".join(map(str, self.axis.status.faults)) or "the axis was stopped"
+                raise RefusedError(f"the search for home failed: {reason}")
             self._homed = True
         finally:
             await self._set(**{field: 0})
@@ -248,7 +248,7 @@ class MotorRecord:
         await self._offset(self.values["OFF"])
 
     async def _resolution(self, value: float) -> None:
-        """Change the resolution MRES; velocities and limits stay the same in counts."""
+        """Change the resolution MRES; velocities and limits keep their values in counts."""
         self._at_rest("MRES")
         found = Fraction(value).limit_denominator(FINEST)
         if not found:

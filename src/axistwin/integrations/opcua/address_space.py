@@ -234,10 +234,10 @@ class AxisNodes:
                 await goal.begun.wait()
         except TimeoutError:
             return
-        if goal.failure:
-            self._error = goal.failure
+        if reason := goal.failure:
+            self._error = reason
             await self._publish()
-            raise RefusedError(f"the motion failed: {goal.failure}")
+            raise RefusedError(f"the motion failed: {reason}")
 
     async def _move_to(self, position: float) -> None:
         target = self._scale.counts(position)
@@ -265,7 +265,7 @@ class AxisNodes:
     async def _set_speed(self, value: float) -> None:
         rate = self._scale.rate(float(value))
         if not 0 < rate <= self._axis.core.max_velocity:
-            raise ValueError(f"speed {value} is out of range: expected above 0, up to the maximum of the axis")
+            raise ValueError(f"speed {value} is out of range: expected above 0 and at most the axis's maximum")
         self._axis.core.velocity = rate
 
     async def _set_acceleration(self, value: float) -> None:

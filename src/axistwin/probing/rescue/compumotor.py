@@ -75,12 +75,12 @@ def _check(exchange: Exchange) -> None:
         answer = exchange.ask(bytes((code,)), complete=lambda answer: len(answer) >= MESSAGE, patience_s=POWER_UP_S)
         if not answer.startswith(bytes((code,))):
             raise LinkError(
-                f"the board does not answer request {code:02X}h: send D8h to end the definition of a sequence, "
-                "or reset the board"
+                f"the board does not answer request {code:02X}h: send D8h if a sequence is being defined; "
+                "otherwise, reset the board"
             )
         answers[code] = answer[1]
     if answers[MOVING]:
-        raise LinkError("the motor is moving: stop the motor, then run the rescue again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin rescue again")
 
 
 def _asked(exchange: Exchange, *commands: bytes) -> list[str]:
@@ -92,7 +92,7 @@ def _asked(exchange: Exchange, *commands: bytes) -> list[str]:
     if not answer[-MESSAGE:].startswith(FENCE):
         request = commands[0].hex(" ").upper()
         raise LinkError(
-            f"the board stopped answering after request {request}: reset the board, then run the rescue again"
+            f"the board stopped answering after request {request}: reset the board, then run axistwin rescue again"
         )
     messages = [answer[at : at + MESSAGE] for at in range(0, len(answer) - MESSAGE, MESSAGE)]
     return [_trimmed(message[1:]) for message in messages if message[0] == commands[0][0]]

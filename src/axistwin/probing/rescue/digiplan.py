@@ -37,16 +37,20 @@ def read(exchange: Exchange) -> Contents:
     """
     end = terminator(exchange, SHORT_S)
     if end is None:
-        raise LinkError(f"the interface does not answer request E: check {LINE_OR_RESTART}")
+        raise LinkError(
+            "the interface does not answer request E: check --line, or switch the interface off and on and "
+            "initialise it, e.g. with U61"
+        )
     found = Contents(depends=set("FKQNOE"), missing=list(MISSING))
     found.values["format"] = _format(exchange, end)
     for request in "FIONEK":  # request F comes first, because F clears the data fault bit
         found.values[request] = exchange.needed(request.encode() + end, LINE_OR_RESTART)
     found.values["Q"] = exchange.ask(b"Q" + end, complete=bool).hex().upper()
-    if not found.values["K"].isdigit():
-        raise LinkError(f"the answer to request K is {found.values['K']!r}: expected a number, so check --line")
-    if int(found.values["K"]) & IN_MOTION:
-        raise LinkError("the motor is moving: stop the motor, then run the rescue again")
+    answer = found.values["K"]
+    if not answer.isdigit():
+        raise LinkError(f"the answer to request K is {answer!r} instead of a number: check --line")
+    if int(answer) & IN_MOTION:
+        raise LinkError("the motor is moving: stop the motor, then run axistwin rescue again")
     if found.values["E"] == LOCKED:
         found.missing.append("lock: the interface is locked; an IF2 keeps its sequence without power")
     return found

@@ -57,7 +57,7 @@ def find(
             return Found(model or kind, fmt)
     if line is None and end.has_line:
         raise LinkError(
-            "the controller does not answer at any line format: check cable, power and --model, and close other "
+            "the controller does not answer with any line format: check cable, power and --model, and close other "
             "programs"
         )
     raise LinkError("the controller does not answer: check cable, power, --model and --line")
@@ -68,7 +68,7 @@ def _kind(model: str) -> str:
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:
-    """Yield each attempt: a line format, a controller model, and the test for this model.
+    """Yield the combinations to try: a line format, a controller model, and the test for this model.
 
     The most usual line formats come first.  The first test of each kind cannot be taken for the open bracket of an
     interface that has no baud rate yet.
@@ -103,14 +103,14 @@ def _interface(exchange: Exchange) -> bool:
 
 
 def _uninitialised(exchange: Exchange) -> bool:
-    """Raise LinkError if an IF1 or IF2 waits for its data format.
+    """Raise LinkError if an IF1 or IF2 has no data format yet.
 
     Otherwise the function returns False.
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface waits for its data format: send e.g. U61 (a locked IF2 then starts its sequence), "
-            "then run the rescue again"
+            "the interface has no data format yet: send e.g. U61, which starts the sequence of a locked IF2, "
+            "then run axistwin rescue again"
         )
     return False
 

@@ -40,7 +40,7 @@ def read(exchange: Exchange) -> Contents:
     """
     _first(exchange)
     if exchange.needed(b"RBt\r", "the line format, e.g. --line '9600 8N1'") == "1":
-        raise LinkError("the motor is moving: stop the motor, then run the rescue again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin rescue again")
     found = Contents(depends={*STATE, "ADDR"}, missing=list(MISSING))
     before = exchange.line(b"RBs\r")
     for name in (*FACTS, *STATE):
@@ -64,7 +64,7 @@ def read(exchange: Exchange) -> Contents:
 
 
 def reported(said: bytes, answer: bytes) -> bool:
-    """True if the answer consists of numbers that each end in CR; an echo of the request is ignored."""
+    """True if the answer, without an echo of the request, contains only numbers that end in CR."""
     lines = answer.removeprefix(said).split(b"\r")
     return len(lines) > 1 and not lines.pop() and all(line.removeprefix(b"-").isdigit() for line in lines)
 
@@ -93,7 +93,7 @@ def _upload(exchange: Exchange, found: Contents) -> str:
         if len(block) < BLOCK:
             raise LinkError(
                 f"the upload of the program stopped after {len(text)} characters: check the line, "
-                "then run the rescue again"
+                "then run axistwin rescue again"
             )
     raise AssertionError
 

@@ -55,7 +55,7 @@ def examine(end: End, _: Product) -> Condition:
         )
     facts = {"firmware": match[2].decode(), "sample period": match[1].decode()}
     if end.ask(b"RBt" + CR, expected=2).data.strip() == b"1":
-        raise LinkError("the motor is moving: stop the motor, then run the probe again")
+        raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     facts["checksum"] = end.ask(b"RCKS" + CR, expected=16).data.strip().decode("latin-1")
     facts["mode"] = end.ask(b"RMODE" + CR, expected=2).data.strip().decode("latin-1")
     facts["address"] = end.ask(b"RADDR" + CR).data.strip().decode("latin-1")

@@ -296,7 +296,7 @@ def _number(end: End, request: bytes) -> int:
     answer = end.ask(request, expected=2).data
     if not re.fullmatch(rb"-?\d+\r", answer):
         raise LinkError(
-            f"the motor answers {answer!r} to {request!r}: expected a number, so run the probe without --memory"
+            f"the motor answered {answer!r} instead of a number to {request!r}: run axistwin probe without --memory"
         )
     return int(answer)
 

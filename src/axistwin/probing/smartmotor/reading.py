@@ -46,7 +46,7 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
             if not -0x8000_0000 <= value <= 0x7FFF_FFFF:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
-            # variable zzz saves the value of the setting until the end of the test case
+            # the test case stores the setting in variable zzz, and restores the setting at the end
             shown = f"PRINT({code[:-1]},#13)"  # RV and RP would report the actual motion instead of the setting
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))
