@@ -64,7 +64,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         if not names and not alone:
             raise UsageError(
                 f"{path} has no controller to serve, because each controller has a simulated host: "
-                "remove one of these hosts, or add ports to its controller"
+                "remove one of these hosts, or add ports to a controller"
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]
