@@ -7,7 +7,7 @@ from nicegui import ui
 
 from axistwin import Bench
 from axistwin.panel import State
-from axistwin.panel.views.driving import SPEEDS, driving
+from axistwin.panel.views import SPEEDS, driving
 from axistwin.programs import stored_programs
 
 from .showing import bench_of, show
@@ -109,6 +109,28 @@ def test_back_in_time_and_live_from_there():
         type_into(visit, "moment", "tomorrow")
         await visit.until(lambda: visit.messages)
         assert visit.messages == ["invalid time 'tomorrow': expected seconds, e.g. 1.5"]
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_a_frame_does_not_move_a_slider_that_the_user_holds():
+    async def play(visit):
+        session, slider = visit.context.session, visit.found("timeline")
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: not session.running)
+        visit.trigger("timeline", "pointerdown")
+        slider.value = 0.25  # the browser reports the value before the user releases the slider
+        for _ in range(20):
+            visit.frame()
+        assert slider.value == 0.25
+        visit.trigger("timeline", "change", 0.25)
+        await visit.until(lambda: session.seconds == 0.25 and not session.busy)
+        visit.trigger("timeline", "pointerdown")
+        visit.trigger("timeline", "pointercancel")
+        slider.value = 0.75
+        for _ in range(20):
+            visit.frame()
+        assert slider.value == 0.25
 
     show(bench_of("if1"), driving, play)
 

@@ -304,17 +304,23 @@ def _timeline(context: Context) -> Refresh:
     slider.classes("timeline").mark("timeline")
     box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"')
     box.classes("moment rest").mark("moment")
-    dragged = False
+    held = False
+    """True while the user holds the slider, so that a frame does not reset the value before the user releases it."""
 
-    def drag(event: events.GenericEventArguments) -> None:
-        nonlocal dragged
-        dragged = event.args == "start"
+    def hold(on: bool) -> None:
+        nonlocal held
+        held = on
 
-    slider.on("pan", drag).on("change", lambda event: _go_to(context, float(event.args)))
+    def release(event: events.GenericEventArguments) -> Awaitable[None] | None:
+        hold(False)
+        return _go_to(context, float(event.args))
+
+    slider.on("pointerdown", lambda: hold(True), []).on("pointercancel", lambda: hold(False), [])
+    slider.on("change", release)
     box.on("keydown.enter", lambda: _go_to(context, box.value))
 
     def refresh() -> None:
-        if not dragged:
+        if not held:
             end = max(round(context.session.recorded_seconds, 3), 0.001)
             # assign only changed values, because each assignment is sent to the browser
             if slider.props["max"] != end:
