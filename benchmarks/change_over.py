@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.cli.serving.preparing import preparing
+from axistwin.cli.serving import preparing
 
 LEAST_S, RUNS = 1.0, 3
 GOAL_MS = 15
@@ -76,7 +76,7 @@ def measure(how: str) -> tuple[float, float]:
     if how == "serve":
         bench = Bench()
         bench.add("smartmotor")
-        with preparing(bench, None) as prepared:
+        with preparing.preparing(bench, None) as prepared:
             return asyncio.run(ticking(prepared))
     if how == "thread":
         threading.Thread(target=lambda: (product("smartmotor").prepare(None, 1), ready.set())).start()

@@ -22,11 +22,9 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from axistwin import Bench, Scene
-from axistwin.fmu import export
-from axistwin.fmu.machine import Machine
-from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sweeps.recording import Recording
-from axistwin.sweeps.series import Series
+from axistwin.fmu import Machine, export
+from axistwin.plant import ServoAxis
+from axistwin.sweeps import Recording, Series
 
 EXAMPLES = ("winder/scene.toml", "cut-to-length/scene.toml", "gains/scene.toml")
 STEPPER = """

@@ -15,11 +15,8 @@ import tempfile
 from pathlib import Path
 from time import perf_counter, process_time, sleep
 
-from axistwin.programs.command_lines import run_until_quiet
-from axistwin.sweeps import Sweep, digest, read
-from axistwin.sweeps.job import BOUND_NS
-from axistwin.sweeps.sweep import Design
-from axistwin.sweeps.workers import Workers
+from axistwin.programs import run_until_quiet
+from axistwin.sweeps import BOUND_NS, Design, Sweep, Workers, digest, read
 
 SCENE = """
 [[controller]]

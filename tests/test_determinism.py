@@ -15,8 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.controllers.smartmotor.kernel import jit, kernel
-from axistwin.controllers.smartmotor.kernel.core import _Engine
+from axistwin.controllers.smartmotor.kernel import Engine, jit, kernel
 from axistwin.links import Pacer
 from axistwin.sim import connect
 from axistwin.traces import tracing
@@ -249,6 +248,6 @@ def test_plain_and_compiled(family, compiled_from, monkeypatch):
     def chosen(_):
         return jit.best(kernel.advance) if compiled_from is not None and next(blocks) >= compiled_from else None
 
-    monkeypatch.setattr(_Engine, "_compiled", chosen)
+    monkeypatch.setattr(Engine, "_compiled", chosen)
     assert traced(family) == reference(family)
     assert compiled_from is None or next(blocks) > 100

@@ -17,7 +17,7 @@ import pytest
 import axistwin
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.cli.main import main
+from axistwin.cli import main
 from axistwin.errors import UsageError
 from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 
@@ -92,7 +92,7 @@ def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
     )
 
 
-CLI = "from axistwin.cli.main import main; main()"
+CLI = "from axistwin.cli import main; main()"
 
 
 def test_the_command_line_says_so_too_and_ends(tmp_path, other):

@@ -29,8 +29,8 @@ from zlib import crc32
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
-from axistwin.cli import main as cli
-from axistwin.cli.serving.served import scene as served_scene
+from axistwin.cli import execute
+from axistwin.cli.serving import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
 from axistwin.plots import of_trace
 from axistwin.traces import read as read_trace
@@ -340,19 +340,19 @@ Act = Callable[[Path], int]
 
 def command(*words: str) -> Act:
     """Return a function that runs a command of axistwin; `FILE` stands for the file."""
-    return lambda path: cli._run([str(path) if word == "FILE" else word for word in words])
+    return lambda path: execute([str(path) if word == "FILE" else word for word in words])
 
 
 def conversation(path: Path) -> int:
     """Run `axistwin run` with the model of a conversation, default IF1."""
     found = re.search(r"; model: (\w+)", path.read_text(encoding="utf-8", errors="replace"))
-    return cli._run(["run", found[1] if found else "if1", str(path)])
+    return execute(["run", found[1] if found else "if1", str(path)])
 
 
 def plot(path: Path, out: str) -> int:
     """Run `axistwin plot`; drawing takes a second, so only one picture in `DRAWN` is drawn."""
     if crc32(path.read_bytes()) % DRAWN == 0:
-        return cli._run(["plot", str(path), "-o", out])
+        return execute(["plot", str(path), "-o", out])
     of_trace(read_trace(path), ("*",), None, None, path.name)
     return 0
 
@@ -361,8 +361,7 @@ def editing(path: Path) -> int:
     """Run the functions of the language server for an opened text."""
     from pygls.workspace import TextDocument
 
-    from axistwin.editor.checks import diagnose
-    from axistwin.editor.documents import Text
+    from axistwin.editor import Text, diagnose
 
     source = path.read_bytes().decode("utf-8", "replace")
     text = Text(TextDocument(path.as_uri(), source))
@@ -409,7 +408,7 @@ def state(path: Path) -> int:
 def agreement(path: Path) -> int:
     """Compare `check` with the construction of a scene: both accept the scene, or both refuse it."""
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-        accepted = cli._run(["check", str(path)]) == 0
+        accepted = execute(["check", str(path)]) == 0
     try:
         Scene.load(path).build()
         told = ""

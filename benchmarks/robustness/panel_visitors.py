@@ -26,8 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from nicegui import Client
 
-from axistwin.panel import Address, Panel, turns
-from axistwin.panel.page import KEPT
+from axistwin.panel import KEPT_PAGES, Address, Panel, turns
 from axistwin.scenes import Scene
 from axistwin.sessions import Session
 
@@ -187,10 +186,10 @@ async def main(scene: str, seed: int, visits: int) -> bool:
           f" (goal: p99 < {TURN_MS:g})")  # fmt: skip
     print(f"collections of garbage: {sum(ms > TURN_MS for ms in measured.collected_ms)} of more than {TURN_MS:g},"
           f" longest {longest_search:.1f} (goal: < {SEARCH_MS:g})")  # fmt: skip
-    print(f"{left_mb:.0f} MB are left behind (goal < {PAGES_MB:g}); {kept} pages are kept (goal <= {KEPT})")
+    print(f"{left_mb:.0f} MB are left behind (goal < {PAGES_MB:g}); {kept} pages are kept (goal <= {KEPT_PAGES})")
     print(f"who fetches a page {'does not drive' if nobody else 'DRIVES'}")
     quick = p99 < P99_MS and percentile(pieces, 0.99) < TURN_MS and longest_search < SEARCH_MS
-    good = nobody and quick and left_mb < PAGES_MB and kept <= KEPT
+    good = nobody and quick and left_mb < PAGES_MB and kept <= KEPT_PAGES
     print("held" if good else "BROKEN")
     return good
 

@@ -28,15 +28,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.controllers.digiplan import interface
-from axistwin.controllers.digiplan.language import Accept
-from axistwin.controllers.product import Product
-from axistwin.controllers.smartmotor.language import language, program
-from axistwin.controllers.smartmotor.language.language import Statement
+from axistwin.controllers import Product
+from axistwin.controllers.digiplan import Accept, interface
+from axistwin.controllers.smartmotor.language import Statement, language, program
 from axistwin.errors import AxistwinError
-from axistwin.probing import Motion, Probe, Settings, Twin, Verdict, VirtualEnd, probe
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import other_values
+from axistwin.probing import Motion, Probe, Settings, Twin, Verdict, VirtualEnd, dialect, other_values, probe
 
 MODELS = ("if1", "1811", "smartmotor")
 FULL = Settings(Motion.SMALL, as_new=True, memory=True, plug=True, find_options=False)

@@ -22,8 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import product
 from axistwin.errors import AxistwinError
-from axistwin.probing import Settings, Twin, probe
-from axistwin.probing.cases import dialect
+from axistwin.probing import Settings, Twin, dialect, probe
 from states import random_state
 
 MODELS = ("if1", "1811", "smartmotor")

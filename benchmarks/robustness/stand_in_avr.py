@@ -26,8 +26,7 @@ from tests.standin.avr_board import HZ, AvrBoard
 from tests.standin.metal import Metal
 from tests.standin.test_avr import MEGA, UNO
 
-from axistwin.standin.events import Failed, Stopped
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
+from axistwin.standin import AxisPins, BoardPin, Failed, InputPin, Stopped
 
 EVENTS = {
     "endstop_event": "input read",

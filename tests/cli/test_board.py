@@ -3,8 +3,7 @@
 import json
 
 from axistwin import Bench
-from axistwin.bench import Hear
-from axistwin.bench.hosts import host_of
+from axistwin.bench import Hear, host_of
 from axistwin.conversations import parse, play, recording, write
 
 from ..command import run

@@ -9,7 +9,7 @@ import click
 import pytest
 
 from axistwin import __version__
-from axistwin.cli import main as cli
+from axistwin.cli import COMMANDS, axistwin, execute
 from axistwin.errors import LinkError, ProgramError, UsageError
 
 
@@ -23,17 +23,14 @@ def ending(monkeypatch):
                 raise how
             return how
 
-        monkeypatch.setattr(cli.LazyGroup, "get_command", lambda *_: click.Command("run", callback=callback))
+        monkeypatch.setattr(type(axistwin), "get_command", lambda *_: click.Command("run", callback=callback))
         return main("run")
 
     return end
 
 
 def main(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as caught:
-        cli.main(list(arguments))
-    assert isinstance(caught.value.code, int)
-    return caught.value.code
+    return execute(list(arguments))
 
 
 def test_version(capsys):
@@ -45,7 +42,7 @@ def test_version(capsys):
 def test_help_names_all_commands(capsys, flag):
     assert main(flag) == 0
     out = capsys.readouterr().out
-    assert re.findall(r"^  (\w[\w-]*)  ", out, re.MULTILINE) == list(cli.COMMANDS)
+    assert re.findall(r"^  (\w[\w-]*)  ", out, re.MULTILINE) == list(COMMANDS)
 
 
 def test_no_command_shows_the_help_and_is_wrong_usage(capsys):
@@ -58,9 +55,9 @@ def test_a_command_that_does_not_exist(capsys):
     assert "no command 'fly'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", list(cli.COMMANDS))
+@pytest.mark.parametrize("command", list(COMMANDS))
 def test_every_command_has_a_module(command):
-    assert cli.COMMANDS[command].load().name == command
+    assert COMMANDS[command].load().name == command
 
 
 @pytest.mark.parametrize(
@@ -88,7 +85,7 @@ def test_a_bug_surfaces(ending):
 
 
 def test_a_reader_that_goes_away_is_no_error():
-    code = "from axistwin.cli.main import main; main(['--help'])"
+    code = "from axistwin.cli import main; main(['--help'])"
     program = subprocess.Popen(
         [sys.executable, "-c", "import sys; sys.stdin.read(); " + code],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -101,7 +98,7 @@ def test_a_reader_that_goes_away_is_no_error():
 
 def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
     code = (
-        "import sys, axistwin.cli.main, axistwin.cli.runs.run; "
+        "import sys, axistwin.cli.program, axistwin.cli.runs.run; "
         "bench = axistwin.Bench(); bench.add('if1'); bench.run(2); "
         "names = 'numpy', 'matplotlib', 'pydantic', 'rich', 'serial', 'vcd', 'importlib.metadata'; "
         "print([name for name in names if name in sys.modules]); "
@@ -129,7 +126,7 @@ def test_a_server_answers_without_displays_checkers_and_files():
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("arguments", [["commands", "if1"], ["--help"], ["commands", "if1", "--json"]])
 def test_an_output_that_cannot_be_written_is_one_line(arguments):
-    program = [sys.executable, "-c", "from axistwin.cli.main import main; main()"]
+    program = [sys.executable, "-c", "from axistwin.cli import main; main()"]
     with Path("/dev/full").open("w") as full:
         ended = subprocess.run([*program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=30)
     assert (ended.returncode, ended.stderr) == (1, "axistwin: the output cannot be written: no space left on device\n")
@@ -151,7 +148,5 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
 def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.if1").write_text("X1$\n")
-    with pytest.raises(SystemExit) as ended:
-        cli.main(arguments)
-    assert ended.value.code == 2
+    assert main(*arguments) == 2
     assert words in capsys.readouterr().err

@@ -8,7 +8,7 @@ import logging
 import pytest
 
 from axistwin import Bench
-from axistwin.cli.serving.ending import ending, fail
+from axistwin.cli.serving import ending, fail
 from axistwin.links import Pacer
 from axistwin.panel import People
 
@@ -17,7 +17,7 @@ def raised(what):
     """Return the error that ends a program in whose loop `what(loop)` is called; None if the program continues."""
 
     async def served():
-        ended = ending()
+        ended = ending.ending()
         what(asyncio.get_running_loop(), ended)
         for _ in range(5):
             await asyncio.sleep(0)

@@ -10,7 +10,7 @@ from axistwin.conversations import parse, play, recording, write
 from axistwin.errors import ProgramError, SceneError
 from axistwin.plant import Samples, ServoAxis
 from axistwin.plots import of_trace, save
-from axistwin.reports.servo_moves import ServoMoves
+from axistwin.reports import ServoMoves
 from axistwin.sim import Clock
 from axistwin.traces import tracing, tracing_in_memory
 

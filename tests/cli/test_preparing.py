@@ -9,9 +9,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli.serving import preparing as module
-from axistwin.cli.serving.preparing import preparing
-from axistwin.controllers.smartmotor.kernel import core, jit
-from axistwin.controllers.smartmotor.kernel.kernel import advance
+from axistwin.controllers.smartmotor.kernel import advance, core, jit
 from axistwin.errors import UsageError
 
 from ..command import PATIENCE_S
@@ -54,7 +52,7 @@ BENCH = SimpleNamespace(controllers={name: SimpleNamespace(product=SimpleNamespa
 
 def test_the_bench_is_served_while_a_thread_prepares(slow, caplog):
     product, before = slow(cached=True), (gc.isenabled(), sys.getswitchinterval())
-    with preparing(BENCH, 20.0):
+    with module.preparing(BENCH, 20.0):
         assert product.prepared_now.wait(PATIENCE_S)
         assert product.interpreter == ("preparations", False, pytest.approx(module.SWITCH_S))
         product.go_on.set()
@@ -66,7 +64,7 @@ def test_the_bench_is_served_while_a_thread_prepares(slow, caplog):
 def test_what_is_not_in_the_cache_is_compiled_first_in_a_child_process(slow, monkeypatch, tmp_path):
     monkeypatch.setattr(module, "CHILD", f"import sys; open({str(tmp_path / 'child')!r}, 'w').write(sys.argv[1])")
     product = slow(cached=False)
-    with preparing(BENCH, None):
+    with module.preparing(BENCH, None):
         assert product.prepared_now.wait(PATIENCE_S)
         assert (tmp_path / "child").read_text() == "m"
         product.go_on.set()
@@ -84,7 +82,7 @@ def test_the_end_does_not_wait_for_the_child_process(slow, monkeypatch):
     monkeypatch.setattr(module.subprocess, "Popen", begun)
     monkeypatch.setattr(module, "CHILD", f"import time; time.sleep({10 * PATIENCE_S})")
     product = slow(cached=False)
-    with preparing(BENCH, None):
+    with module.preparing(BENCH, None):
         assert started.wait(PATIENCE_S)
     assert product.calls == [("prepared", None, 2)]
 
@@ -95,7 +93,7 @@ def test_an_installation_that_cannot_be_loaded_is_a_warning(slow, monkeypatch, c
 
     product = slow(cached=True)
     monkeypatch.setattr(product, "prepare", fail)
-    with preparing(BENCH, None) as ended:
+    with module.preparing(BENCH, None) as ended:
         assert ended.wait(PATIENCE_S)
     assert caplog.messages == ["a note", "numba cannot be loaded"]
     assert gc.isenabled()
@@ -104,7 +102,7 @@ def test_an_installation_that_cannot_be_loaded_is_a_warning(slow, monkeypatch, c
 def test_a_bench_that_ends_at_once_prepares_nothing(slow, monkeypatch):
     product = slow(cached=True)
     monkeypatch.setattr(module, "DELAY_S", 10 * PATIENCE_S)
-    with preparing(BENCH, None):
+    with module.preparing(BENCH, None):
         pass
     assert product.calls == []
 
@@ -112,19 +110,19 @@ def test_a_bench_that_ends_at_once_prepares_nothing(slow, monkeypatch):
 @pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_motors_change_over_only_when_the_kernel_is_loaded(monkeypatch):
     def loading(function):
-        assert function is advance and core._Engine.compiled is None
-        return lambda *arguments: during.append((len(arguments), arguments[-1], core._Engine.compiled))
+        assert function is advance and core.Engine.compiled is None
+        return lambda *arguments: during.append((len(arguments), arguments[-1], core.Engine.compiled))
 
     during = []
-    monkeypatch.setattr(core._Engine, "compiled", None)
+    monkeypatch.setattr(core.Engine, "compiled", None)
     monkeypatch.setattr(jit, "best", loading)
     core.prepare(1.0, 1)  # for one motor in real time no kernel is compiled
     assert during == [] and core.prepared(1.0, 1)
     core.prepare(None, 1)
-    assert during == [(11, 0, None)] and core._Engine.compiled is not None
+    assert during == [(11, 0, None)] and core.Engine.compiled is not None
 
 
 def test_a_model_without_preparations_is_prepared():
-    with preparing(Bench(), None) as ended:
+    with module.preparing(Bench(), None) as ended:
         assert module.product("if1").prepared(None, 100)
         assert ended.wait(PATIENCE_S)

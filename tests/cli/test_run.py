@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.cli.common.working import RunProgress
-from axistwin.cli.main import main
+from axistwin.cli import main
+from axistwin.cli.common import RunProgress
 
 
 @pytest.fixture

@@ -12,8 +12,7 @@ import pytest
 import serial
 
 from axistwin import Bench
-from axistwin.cli.serving import served
-from axistwin.cli.serving.host_lines import lines
+from axistwin.cli.serving import lines, served
 from axistwin.links import PortUrl, Server
 from axistwin.sim import UartFormat
 
@@ -180,7 +179,7 @@ def test_it_starts_without_what_only_others_need():
     """`axistwin serve` imports nothing that only other commands need, so that it starts fast."""
     check = """if True:
         import sys
-        import axistwin.cli.main, axistwin.cli.serving.serve, axistwin.links.tcp
+        import axistwin.cli.program, axistwin.cli.serving.serve, axistwin.links.tcp
         from axistwin import Bench
         Bench().add("if1")
         print(*sorted({"numpy", "matplotlib", "pydantic", "rich", "serial", "tomllib"} & set(sys.modules)))

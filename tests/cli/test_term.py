@@ -16,8 +16,8 @@ from functools import partial
 
 import pytest
 
-from axistwin.programs.keyboards import to_codes, to_glyphs
-from axistwin.terminal.screen import Screen
+from axistwin.programs import to_codes, to_glyphs
+from axistwin.terminal import Screen
 
 from ..command import PATIENCE_S, PROGRAM, run, running
 from ..links.serving import Served

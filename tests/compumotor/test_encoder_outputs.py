@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.bench.events import terminals
+from axistwin.bench import terminals
 from axistwin.errors import UsageError
 from axistwin.plant import PositionSwitch, in_series
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from axistwin.bench.actions import action
+from axistwin.bench import action
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 

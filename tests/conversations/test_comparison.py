@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench
-from axistwin.cli.main import axistwin
+from axistwin.cli import axistwin
 from axistwin.conversations import Comparison, compare, parse, recorded_times, recording, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS, S

@@ -7,9 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.conversations import parse, play
-from axistwin.programs import running
-from axistwin.programs.command_lines import command_lines, send_lines
-from axistwin.programs.hex_commands import command_strings, language_of, send_commands
+from axistwin.programs import command_strings, language_of, read_command_lines, running, send_commands, send_lines
 from axistwin.units import S
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -39,7 +37,7 @@ def test_the_program_plays_a_file(tmp_path, monkeypatch):
 def test_the_command_lines_run():
     bench = Bench()
     if1 = bench.add("if1")
-    assert send_lines(bench, command_lines(COMMAND_LINES), 60 * S) is None
+    assert send_lines(bench, read_command_lines(COMMAND_LINES), 60 * S) is None
     assert if1.axes["X"].pulse_times().size == 2000
     assert if1.axes["X"].position == 0
 

@@ -10,8 +10,7 @@ from axistwin import Bench
 from axistwin.bench import Do, Expect, Hear
 from axistwin.conversations import Conversation, parse, play, recording, write
 from axistwin.errors import UsageError
-from axistwin.scenes import Scene
-from axistwin.scenes.hosting import loader
+from axistwin.scenes import Scene, loader
 from axistwin.sim import Flow, by_itself
 
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.bench import product
-from axistwin.cli.main import axistwin
-from axistwin.controllers.diagnostics import Edit
+from axistwin.cli import axistwin
+from axistwin.controllers import Edit
 from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics import fix as check_fix
 from axistwin.errors import AxistwinError

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.bench import product
-from axistwin.cli.main import axistwin
+from axistwin.cli import axistwin
 from axistwin.diagnostics import codes, diagnose_scene, diagnose_text, product_for
 from axistwin.errors import UsageError
 

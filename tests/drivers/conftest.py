@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from axistwin.drivers.blocking import SerialPort
+from axistwin.drivers import SerialPort
 
 ARRIVALS = ["byte by byte", "whole"] if os.environ.get("AXISTWIN_ARRIVAL") == "both" else ["byte by byte"]
 

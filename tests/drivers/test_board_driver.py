@@ -3,8 +3,7 @@
 import pytest
 
 import axistwin
-from axistwin.drivers import BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
-from axistwin.drivers.board import MESSAGE
+from axistwin.drivers import MESSAGE, BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
 
 from .devices import answering, model_of, url_of
 

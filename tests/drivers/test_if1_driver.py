@@ -3,8 +3,15 @@
 import pytest
 
 import axistwin
-from axistwin.drivers import BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
-from axistwin.drivers.estimate import Trapezoid
+from axistwin.drivers import (
+    BusyError,
+    PositionLostError,
+    RefusedError,
+    SilentError,
+    Trapezoid,
+    WrongAnswerError,
+    connect,
+)
 
 from .devices import answering, model_of, url_of
 

@@ -7,8 +7,7 @@ import sys
 import pytest
 
 import axistwin
-from axistwin.drivers import DriverError, PortError, RefusedError, SilentError, connect, connect_async
-from axistwin.drivers.axis import Scale
+from axistwin.drivers import DriverError, PortError, RefusedError, Scale, SilentError, connect, connect_async
 
 from .devices import answering, model_of, url_of
 

@@ -9,16 +9,15 @@ import axistwin
 from axistwin.drivers import (
     AsyncController,
     DriverError,
+    Pause,
     PositionLostError,
     RefusedError,
     SilentError,
     WrongAnswerError,
     connect,
+    make,
 )
-from axistwin.drivers.models import make
-from axistwin.drivers.steps import Pause
-from axistwin.integrations import driver_inside
-from axistwin.integrations.inside import InnerPort
+from axistwin.integrations import InnerPort, driver_inside
 
 from .devices import answering, model_of, url_of
 

@@ -14,7 +14,7 @@ class Client:
     """Starts `axistwin lsp` and exchanges messages with it."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-c", "from axistwin.cli.main import main; main(['lsp'])"]
+        command = [sys.executable, "-c", "from axistwin.cli import main; main(['lsp'])"]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},

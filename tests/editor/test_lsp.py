@@ -9,11 +9,9 @@ from types import SimpleNamespace
 import pytest
 from pygls.workspace import TextDocument
 
+from axistwin.cli import axistwin
 from axistwin.cli.authoring import lsp
-from axistwin.cli.main import axistwin
-from axistwin.editor import checks
-from axistwin.editor.documents import Text
-from axistwin.editor.server import make
+from axistwin.editor import Text, checks, make
 from axistwin.errors import MissingExtraError
 
 from .lsp_client import ROOT, Client

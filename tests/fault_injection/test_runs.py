@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES
-from axistwin.controllers.product import Abilities
+from axistwin.controllers import Abilities
 from axistwin.conversations import parse, play
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences, triggers

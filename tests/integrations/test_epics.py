@@ -178,7 +178,7 @@ def test_p4p_moves_by_pv_access(ioc):
 
 def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
     needs("caproto")
-    from axistwin.cli.main import main
+    from axistwin.cli import main
 
     for words, message in (
         (["COM3"], "the model of the controller at the port is missing: add --model"),

@@ -6,7 +6,7 @@ import struct
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.links.bus import LONGEST, MAX_BLOCK
+from axistwin.links import LONGEST_LINE, MAX_BLOCK
 from axistwin.units import S
 
 from .serving import HOST_TIMEOUT_S, Served
@@ -181,8 +181,8 @@ def test_a_board_without_power_drives_nothing(served, port):
         ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: cannot write 257 bytes in one request: expected at most 256"),
         ("s 2", "error: unknown request"),
         ("init now", "error: unknown request"),
-        ("x" * (LONGEST + 1), "error: line too long: expected at most 1024 characters"),
-        ("x" * 10 * LONGEST, "error: line too long: expected at most 1024 characters"),
+        ("x" * (LONGEST_LINE + 1), "error: line too long: expected at most 1024 characters"),
+        ("x" * 10 * LONGEST_LINE, "error: line too long: expected at most 1024 characters"),
     ],
 )
 def test_what_is_wrong_is_answered_by_one_line(port, request_, answer):
@@ -205,10 +205,10 @@ def test_blanks_and_the_line_ends_of_other_systems(port):
         assert host.line() == "0"
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "xxx\n", "x" * LONGEST + "\n"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "xxx\n", "x" * LONGEST_LINE + "\n"])
 def test_a_line_that_is_too_long_spoils_no_other_however_it_is_cut_up(served, port, end):
     with Host(port) as host:
-        host.send("x" * (LONGEST + 1))
+        host.send("x" * (LONGEST_LINE + 1))
         while (master := served.server._slots["1811"].client) is None or not served.do(lambda: master._too_long):
             pass
         host.send(end)

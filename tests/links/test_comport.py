@@ -4,9 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.links.comport import ComPort, Control, Purge, SetBreak, SetFlow, SetFormat, SetLines, Suspend
-from axistwin.links.telnet import escape
-from axistwin.sim import LineError, UartFormat
+from axistwin.links import ComPort, Control, Purge, SetBreak, SetFlow, SetLines, Suspend, escape
+from axistwin.sim import LineError, SetFormat, UartFormat
 
 WILL, WONT, DO, DONT = (bytes((0xFF, verb)) for verb in (0xFB, 0xFC, 0xFD, 0xFE))
 BINARY, ECHO, SGA, STATUS, COM_PORT = (bytes((option,)) for option in (0, 1, 3, 5, 44))
@@ -182,7 +181,7 @@ def test_a_change_of_a_control_line_is_told_with_its_delta(port):
 
 
 def test_a_line_that_moved_and_is_back_shows_in_the_delta(port):
-    from axistwin.links.comport import ModemState
+    from axistwin.links import ModemState
 
     port.set_modem_state(dsr=True, cts=False, moved=ModemState.CTS_CHANGED)
     assert port.take_replies() == sub(107, b"\x21")

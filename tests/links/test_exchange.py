@@ -8,9 +8,7 @@ import serial
 from axistwin import Bench
 from axistwin.bench import Do, Say
 from axistwin.errors import UsageError
-from axistwin.links import Pacer, Server
-from axistwin.links.plug import FULL, Plug
-from axistwin.links.single_client import Gate
+from axistwin.links import FULL, Gate, Pacer, Plug, Server
 from axistwin.sessions import Cursor, ExternalInput, RecordedPort
 from axistwin.sim import (
     Clock,

@@ -9,10 +9,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.links import Pacer
-from axistwin.links.pacing import slices
-from axistwin.links.pacing.slices import SLICE_S
-from axistwin.links.plug import CHUNK, FEW, FULL, INSTANT_CHUNK, Plug
+from axistwin.links import CHUNK, FEW, FULL, INSTANT_CHUNK, Pacer, Plug
+from axistwin.links.pacing import SLICE_S, slices
 
 from .fake_loop import Loop
 

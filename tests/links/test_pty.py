@@ -10,7 +10,7 @@ import pytest
 import serial
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, FULL
+from axistwin.links import CHUNK, FULL
 from axistwin.sim import UartFormat
 
 from .serving import HOST_TIMEOUT_S, dial, receive

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.links import Pacer
-from axistwin.links.plug import Plug
+from axistwin.links import Pacer, Plug
 from axistwin.sessions import RecordedPort
 from axistwin.sim import Flow, UartFormat
 

@@ -5,13 +5,10 @@ import socket
 
 import pytest
 
-from axistwin.cli.main import main
+from axistwin.cli import main
 from axistwin.drivers import connect
 from axistwin.errors import UsageError
-from axistwin.links import sharing
-from axistwin.links.plug import FULL
-from axistwin.links.sharing import Hub, Seat
-from axistwin.links.single_client import Gate
+from axistwin.links import FULL, Gate, Hub, Seat, sharing
 
 from .serving import Served, ask, dial, receive
 

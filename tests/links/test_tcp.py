@@ -7,9 +7,7 @@ import struct
 import pytest
 
 from axistwin.errors import LinkError, UsageError
-from axistwin.links.plug import CHUNK, FULL
-from axistwin.links.tcp import STALLED, _resolved
-from axistwin.links.urls import PortUrl
+from axistwin.links import CHUNK, FULL, STALLED, PortUrl, resolved
 from axistwin.sim import Flow, LineError
 
 from .serving import Served, ask, dial, receive
@@ -69,7 +67,7 @@ def test_only_a_name_or_an_ipv6_address_is_looked_up(host, looked_up):
 
     asked, loop = [], Loop()
     try:
-        family, address = loop.run_until_complete(_resolved(PortUrl("tcp", host, 5001)))
+        family, address = loop.run_until_complete(resolved(PortUrl("tcp", host, 5001)))
     finally:
         loop.close()
     assert address[1] == 5001

@@ -4,7 +4,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.links.telnet import IAC, LONGEST, SB, SE, Command, Negotiation, Parser, Subnegotiation, Verb, escape
+from axistwin.links import (
+    IAC,
+    LONGEST_SUBNEGOTIATION,
+    SB,
+    SE,
+    Command,
+    Negotiation,
+    Parser,
+    Subnegotiation,
+    Verb,
+    escape,
+)
 
 PIECES = st.lists(
     st.one_of(
@@ -47,10 +58,10 @@ def test_a_stream_is_taken_apart(data, items):
 
 
 def test_a_subnegotiation_without_end_is_forgotten():
-    """After `LONGEST` bytes without an end, the following bytes are data again."""
+    """After `LONGEST_SUBNEGOTIATION` bytes without an end, the following bytes are data again."""
     parser = Parser()
     parser.feed(bytes([IAC, SB]))
-    for _ in range(10 * LONGEST):
+    for _ in range(10 * LONGEST_SUBNEGOTIATION):
         items = parser.feed(b"x")
     assert items == [b"x"]
 

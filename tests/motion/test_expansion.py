@@ -6,9 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from axistwin.motion import Profile, Segment, expansion
-from axistwin.motion.ramp import Ramp
-from axistwin.motion.train import Train
+from axistwin.motion import Profile, Ramp, Segment, Train, expansion
 
 RAMP = Ramp(Fraction(400), Fraction(10_000), Fraction(100), Fraction(1, 100))
 

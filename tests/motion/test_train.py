@@ -5,8 +5,7 @@ from fractions import Fraction
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.motion import Profile, Segment
-from axistwin.motion.train import Train
+from axistwin.motion import Profile, Segment, Train
 
 S = 10**9
 

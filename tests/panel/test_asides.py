@@ -1,6 +1,6 @@
 """The tutor in a terminal of the panel."""
 
-from axistwin.panel.views.terminal import terminal
+from axistwin.panel.views import terminal
 
 from .showing import bench_of, show
 

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Session
 from axistwin.panel import Common, Context, People, layout
-from axistwin.panel.views.table import table
+from axistwin.panel.views import table
 
 from .showing import bench_of, show_to
 

@@ -6,8 +6,7 @@ import weakref
 from functools import partial
 
 from axistwin import Session
-from axistwin.panel import AT_A_TIME, Common, Context, Memory, People, release
-from axistwin.panel.page import Visits, page, views
+from axistwin.panel import AT_A_TIME, Common, Context, Memory, People, Visits, build_page, build_views, release
 
 from .showing import bench_of, show, stage
 
@@ -29,7 +28,7 @@ def test_a_page_that_is_deleted_is_freed_by_counting_references():
 
     gc.disable()
     try:
-        stage.play(partial(page, lambda: Context(common, people, people["a"])), play)
+        stage.play(partial(build_page, lambda: Context(common, people, people["a"])), play)
         assert len(left) > 300
         assert sum(each() is not None for each in left) <= 10  # NiceGUI itself keeps references to a few elements
     finally:
@@ -47,7 +46,7 @@ def test_the_loop_has_its_turn_between_a_few_elements():
         assert turns == -(-len(elements) // AT_A_TIME)
 
     def whole(context):
-        made = list(views(context))
+        made = list(build_views(context))
         return lambda: [view() for view in made]
 
     show(bench_of("if1"), whole, play)

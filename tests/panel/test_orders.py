@@ -3,8 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.bench import FAMILIES, product
-from axistwin.bench.hosts import host_at
+from axistwin.bench import FAMILIES, host_at, product
 
 
 def board(bench):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from axistwin.panel.outbound import AT_A_TIME, Outbound
+from axistwin.panel import ELEMENTS_AT_A_TIME, Outbound
 
 
 class Outbox:
@@ -49,11 +49,12 @@ def built(client, count):
 def test_elements_are_sent_before_those_that_contain_them_and_messages_last():
     async def play():
         client = client_of()
-        await built(client, AT_A_TIME + 1).send()
+        await built(client, ELEMENTS_AT_A_TIME + 1).send()
         return client.outbox.sent
 
-    inside = list(range(1, AT_A_TIME + 2))
-    assert asyncio.run(play()) == [inside[:AT_A_TIME], inside[AT_A_TIME:], [0], ("run", {"code": "1"}, "it")]
+    inside = list(range(1, ELEMENTS_AT_A_TIME + 2))
+    first, rest = inside[:ELEMENTS_AT_A_TIME], inside[ELEMENTS_AT_A_TIME:]
+    assert asyncio.run(play()) == [first, rest, [0], ("run", {"code": "1"}, "it")]
 
 
 @pytest.mark.parametrize("state", [{"has_socket_connection": False}, {"is_deleted": True}])
@@ -61,7 +62,7 @@ def test_a_browser_that_has_gone_is_not_waited_for(state):
     async def play():
         client = client_of(**state)
         client.outbox.flush = lambda: None
-        await asyncio.wait_for(built(client, AT_A_TIME + 1).send(), 60)
+        await asyncio.wait_for(built(client, ELEMENTS_AT_A_TIME + 1).send(), 60)
         return client.outbox.updates
 
     assert 0 in asyncio.run(play())

@@ -5,19 +5,15 @@ import re
 import pytest
 from nicegui import ui
 
-from axistwin.bench import FAMILIES, Bench
-from axistwin.bench.events import LineBreak, Sent
-from axistwin.panel import Talk, together
-from axistwin.panel.page import views
-from axistwin.panel.views.people import people
-from axistwin.panel.views.tabs import tabs
-from axistwin.panel.views.terminal import terminal
+from axistwin.bench import FAMILIES, Bench, LineBreak, Sent
+from axistwin.panel import Talk, build_views, together
+from axistwin.panel.views import people, tabs, terminal
 
 from .showing import bench_of, show
 
 
 def whole(context):
-    return together(*views(context))
+    return together(*build_views(context))
 
 
 def said(visit, name):

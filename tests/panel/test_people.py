@@ -4,9 +4,8 @@ import asyncio
 from functools import partial
 
 from axistwin import Session
-from axistwin.panel import Common, Context, People, people
+from axistwin.panel import Common, Context, People, Visits, build_page, people
 from axistwin.panel import page as page_module
-from axistwin.panel.page import Visits, page
 
 from .showing import bench_of, stage
 
@@ -134,7 +133,7 @@ def test_somebody_is_there_as_long_as_a_page_is_connected():
         await disconnect(user.client)
         return there, visited.people["a"].pages
 
-    assert stage.play(partial(page, visited.enter), play) == (1, 0)
+    assert stage.play(partial(build_page, visited.enter), play) == (1, 0)
 
 
 def test_who_only_fetches_the_page_is_nobody_and_does_not_drive():
@@ -146,11 +145,11 @@ def test_who_only_fetches_the_page_is_nobody_and_does_not_drive():
             await asyncio.sleep(0)
         return answer.status_code, visited.entered, visited.people.driver
 
-    assert stage.play(partial(page, visited.enter), play) == (200, 0, None)
+    assert stage.play(partial(build_page, visited.enter), play) == (200, 0, None)
 
 
 def test_of_many_pages_that_are_left_the_latest_are_kept_whole(monkeypatch):
-    monkeypatch.setattr(page_module, "KEPT", 2)
+    monkeypatch.setattr(page_module, "KEPT_PAGES", 2)
     visited = Visited("aaaa")
 
     async def play(user):
@@ -163,4 +162,4 @@ def test_of_many_pages_that_are_left_the_latest_are_kept_whole(monkeypatch):
                 await disconnect(user.client)
         return [len(client.elements) > 100 for client in left]
 
-    assert stage.play(partial(page, visited.enter), play) == [False, False, True, True]
+    assert stage.play(partial(build_page, visited.enter), play) == [False, False, True, True]

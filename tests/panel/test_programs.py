@@ -4,9 +4,8 @@ import pytest
 from nicegui import ui
 
 from axistwin import Bench
-from axistwin.bench import FAMILIES
-from axistwin.bench.hosts import host_at
-from axistwin.panel.views.program import program
+from axistwin.bench import FAMILIES, host_at
+from axistwin.panel.views import program
 from axistwin.programs import stored_programs
 
 from ..digiplan.talking import ready, send

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.panel.scope import MOST_BYTES, Track, Words, marks, tracks, window
-from axistwin.panel.scope.decimation import line as line_of
+from axistwin.panel.scope import line as line_of
 from axistwin.traces import COUNT, LEVEL, TEXT
 from axistwin.units import MS, S
 

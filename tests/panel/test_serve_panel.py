@@ -13,13 +13,12 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from axistwin.panel.web import Address, _listening
+from axistwin.panel import Address, listening_socket
 
 from ..command import PATIENCE_S, ended, refused, running
 
 WITHOUT = (
-    "import sys; sys.modules['nicegui'] = None\n"
-    "from axistwin.cli.main import main; main(['serve', 'if1', '--panel', '0'])"
+    "import sys; sys.modules['nicegui'] = None\nfrom axistwin.cli import main; main(['serve', 'if1', '--panel', '0'])"
 )
 PANEL = re.compile(r"panel on (http://\S+)\n")
 
@@ -81,7 +80,7 @@ def test_a_port_that_is_taken():
 
 
 def test_frames_leave_without_delay():
-    with _listening(Address("127.0.0.1", 0, None)) as sock, socket.create_connection(sock.getsockname()):
+    with listening_socket(Address("127.0.0.1", 0, None)) as sock, socket.create_connection(sock.getsockname()):
         connection, _ = sock.accept()
         with connection:
             assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)

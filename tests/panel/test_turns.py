@@ -7,8 +7,7 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import FAMILIES
-from axistwin.panel import breathe, careful, in_turns, together, turns
-from axistwin.panel.page import views
+from axistwin.panel import breathe, build_views, careful, in_turns, together, turns
 
 from .showing import bench_of, show
 
@@ -127,7 +126,7 @@ def test_a_page_pauses_every_few_elements(model, monkeypatch):
 
         monkeypatch.setattr(turns._here, "work", SimpleNamespace(breathe=count), raising=False)
         try:
-            for _ in views(context):
+            for _ in build_views(context):
                 breathe()
         finally:
             monkeypatch.undo()
@@ -163,7 +162,7 @@ def test_a_tab_is_built_apart_from_the_frames_and_pauses_every_few_elements(mode
         count()
         assert max(made) <= MOST_ELEMENTS
 
-    show(bench_of(model), lambda context: together(*views(context)), play)
+    show(bench_of(model), lambda context: together(*build_views(context)), play)
 
 
 def test_a_defect_in_a_view_is_reported_once_and_is_no_end_for_others(caplog):

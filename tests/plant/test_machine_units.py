@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench, Scene
 from axistwin.cli import main
 from axistwin.errors import SceneError, UsageError
-from axistwin.plant.machine_units import MachineUnits, position, rate
+from axistwin.plant import MachineUnits, position, rate
 from axistwin.traces import read
 
 MM = MachineUnits.given({"per": 80, "of": "mm"})
@@ -151,7 +151,7 @@ def test_a_wrong_scene_is_rejected(directory, old, new, message):
 
 def test_reports_and_traces_have_both(directory, capsys):
     with pytest.raises(SystemExit):
-        main.main(["run", str(directory / "s.toml"), "--for", "1", "--trace", str(directory / "a.vcd")])
+        main(["run", str(directory / "s.toml"), "--for", "1", "--trace", str(directory / "a.vcd")])
     said = capsys.readouterr().out
     assert "shaft 0 → 300 (0.0 → 54.0 °), up to " in said
     axis, *_, last = said.splitlines()[-1].split("  ")
@@ -159,7 +159,7 @@ def test_reports_and_traces_have_both(directory, capsys):
     about = read(directory / "a.vcd").about
     assert (about["units t.motor"], about["units m.shaft"]) == ("80 per mm", "50/9 per °")
     with pytest.raises(SystemExit):
-        main.main(["run", str(directory / "s.toml"), "--for", "1", "--json"])
+        main(["run", str(directory / "s.toml"), "--for", "1", "--json"])
     data = json.loads(capsys.readouterr().out)
     assert data["axes"][1] == {
         "controller": "m", "axis": "shaft", "position": 300, "commanded": 300, "unit": "°", "position_in_unit": 54.0,
@@ -175,7 +175,7 @@ def test_a_plot_has_two_scales(directory):
     from axistwin.plots import of_trace, picture
 
     with pytest.raises(SystemExit):
-        main.main(["run", str(directory / "s.toml"), "--for", "1", "--trace", str(directory / "a.csv")])
+        main(["run", str(directory / "s.toml"), "--for", "1", "--trace", str(directory / "a.csv")])
     chart = of_trace(read(directory / "a.csv"))
     labels = [(panel.label, panel.counts) for panel in chart.panels]
     assert labels == [

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.plant import Master
-from axistwin.plant.master import Run
+from axistwin.plant import Master, Run
 from axistwin.sim import Clock, Signal
 
 S = 10**9

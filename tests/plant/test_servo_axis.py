@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.plant import FRAME23, PositionSwitch, Samples, ServoAxis, in_series, servo_axis
-from axistwin.plant.servo_axis import FAR
+from axistwin.plant import FAR, FRAME23, PositionSwitch, Samples, ServoAxis, in_series, servo_axis
 from axistwin.sim import Clock, UserPin
 
 MS = 10**6

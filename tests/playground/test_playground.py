@@ -9,8 +9,7 @@ import zipfile
 import pytest
 
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.playground import Playground
-from axistwin.playground.link import LONGEST_LINK, Shared, decode, encode
+from axistwin.playground import LONGEST_LINK, Playground, Shared, decode, encode
 
 from ..command import run
 

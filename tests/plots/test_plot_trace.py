@@ -8,8 +8,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli import main
-from axistwin.plots import Fault, of_trace, picture
-from axistwin.plots.trace_chart import messages
+from axistwin.plots import Fault, messages, of_trace, picture
 from axistwin.traces import Tolerance, Track, compare, read, tracing
 from axistwin.units import MS, S
 
@@ -51,7 +50,7 @@ def texts(svg: Path) -> list[str]:
 
 def run(capsys, *arguments: object) -> tuple[int, str, str]:
     with pytest.raises(SystemExit) as ended:
-        main.main([str(argument) for argument in arguments])
+        main([str(argument) for argument in arguments])
     said = capsys.readouterr()
     return ended.value.code, said.out, said.err
 
@@ -65,7 +64,7 @@ def pictures(directory) -> dict[str, Path]:
     made = {suffix: directory / f"{suffix}.svg" for suffix in SUFFIXES}
     for suffix, out in made.items():
         with pytest.raises(SystemExit, match=r"^0$"):
-            main.main(["plot", str(directory / f"a.{suffix}"), "-o", str(out), "--title", "the same"])
+            main(["plot", str(directory / f"a.{suffix}"), "-o", str(out), "--title", "the same"])
     return made
 
 

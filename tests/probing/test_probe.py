@@ -7,8 +7,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import product
 from axistwin.errors import LinkError, UsageError
-from axistwin.probing import Motion, Settings, Verdict, VirtualEnd, html, open_end, probe
-from axistwin.probing.cases import dialect
+from axistwin.probing import Motion, Settings, Verdict, VirtualEnd, dialect, html, open_end, probe
 from axistwin.testing import serve
 
 from ..command import run

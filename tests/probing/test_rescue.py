@@ -6,14 +6,13 @@ import tomllib
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.bench import product
-from axistwin.bench.actions import action
+from axistwin.bench import action, product
 from axistwin.conversations import parse, play
 from axistwin.errors import LinkError, UsageError
 from axistwin.probing import VirtualEnd, open_end
 from axistwin.probing.rescue import Found, find, rescue
 from axistwin.programs import stored_programs
-from axistwin.sim.frames import UartFormat
+from axistwin.sim import UartFormat
 from axistwin.testing import serve
 
 from ..command import run

@@ -10,11 +10,9 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
-from axistwin.probing import Motion, Settings, Twin, Verdict, VirtualEnd, probe
-from axistwin.probing.cases import dialect
-from axistwin.probing.smartmotor import memory, moving
-from axistwin.probing.smartmotor.still import still
+from axistwin.controllers.smartmotor import Nonvolatile
+from axistwin.probing import Motion, Settings, Twin, Verdict, VirtualEnd, dialect, probe
+from axistwin.probing.smartmotor import memory, moving, still
 
 from ..command import run
 
@@ -65,18 +63,18 @@ def report(end, *names):
 
 @pytest.mark.parametrize("text", STARTS)
 def test_a_command_that_could_move_something_is_not_in_the_whitelist(text):
-    assert not still(text)
+    assert not still.still(text)
 
 
 @pytest.mark.parametrize("text", STAYS)
 def test_reports_variables_and_program_flow_are_in_the_whitelist(text):
-    assert still(text)
+    assert still.still(text)
 
 
 def test_the_programs_without_motion_consist_of_whitelisted_statements_and_stop_after_power_up():
     for program in (memory.FLOW, memory.CHANNEL):
         lines = program.splitlines()
-        assert all(map(still, lines))
+        assert all(map(still.still, lines))
         assert "RUN?" in lines[:2]
         assert all(line == "RUN?" or line.startswith("PRINT") for line in lines[: lines.index("RUN?") + 1])
     assert not all(map(still, moving.INTERRUPTS.splitlines()))

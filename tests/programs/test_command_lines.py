@@ -7,9 +7,8 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
-from axistwin.programs.command_lines import command_lines, send_lines
-from axistwin.programs.running import Outcome, load
-from axistwin.reports.run_record import RunRecord, recording_run
+from axistwin.programs import Outcome, load, read_command_lines, send_lines
+from axistwin.reports import RunRecord, recording_run
 from axistwin.units import S
 
 
@@ -29,18 +28,18 @@ def heard(record: RunRecord) -> list[bytes]:
 
 
 def test_lines_and_comments():
-    acts = list(command_lines("; title\n\nX 1000 $ ; go\n+2.5\n! input1 high\n"))
+    acts = list(read_command_lines("; title\n\nX 1000 $ ; go\n+2.5\n! input1 high\n"))
     assert acts == [Say(b"X 1000 $"), Wait(2_500_000_000), Do("input1", "high")]
     assert [act.line for act in acts] == [3, 4, 5]
 
 
 def test_columns_are_kept():
-    assert next(command_lines("  X1$")) == Say(b"  X1$")
+    assert next(read_command_lines("  X1$")) == Say(b"  X1$")
 
 
 def test_a_character_that_is_not_ascii_is_refused():
     with pytest.raises(ProgramError, match=r"a\.if1:2:5: 'é'"):
-        list(command_lines("X1$\nX10 é", "a.if1"))
+        list(read_command_lines("X1$\nX10 é", "a.if1"))
 
 
 def test_each_line_is_sent_when_the_previous_line_is_finished(tmp_path):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench, Scene, tracing
-from axistwin.cli import main
-from axistwin.editor.smartmotor import SourceEditing
+from axistwin.cli import execute
+from axistwin.editor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
 from axistwin.traces import read
 
@@ -132,7 +132,7 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
     """E.g. a byte stream of digits, a position that is a text, or a signal outside of any scope."""
     lines = ("0,if1.host_says,5", "0,if1.X.position,here", "0,alone,1", "9,if1.host_says,6", "9,if1.X.position,there")
     (tmp_path / "a.csv").write_text("time_ns,signal,value\n" + "\n".join((*lines, "9,alone,0")) + "\n")
-    assert main._run(["plot", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.svg")]) == 0
+    assert execute(["plot", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.svg")]) == 0
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
 )
 def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, message):
     (tmp_path / "a.talk").write_text(text)
-    code = main._run(["run", "if1", str(tmp_path / "a.talk")])
+    code = execute(["run", "if1", str(tmp_path / "a.talk")])
     told = capsys.readouterr().err
     assert message in told
     assert code == (1 if "a.talk" in message else 2 if message else 0)
@@ -173,7 +173,7 @@ def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, mes
 )
 def test_a_program_with_long_numbers(tmp_path, capsys, suffix, model, text):
     (tmp_path / f"a.{suffix}").write_text(text)
-    assert main._run(["run", model, str(tmp_path / f"a.{suffix}"), "--for", "3"]) == 1
+    assert execute(["run", model, str(tmp_path / f"a.{suffix}"), "--for", "3"]) == 1
     told = capsys.readouterr().err
     assert f"a.{suffix}:1:" in told
     assert len(told) < 400
@@ -204,8 +204,8 @@ def test_limits_beyond_any_axis():
 
 @pytest.mark.parametrize("value", ["9" * 20, "[" * 3000, "9" * 5000])
 def test_an_option_on_the_command_line(capsys, value):
-    assert main._run(["run", "examples/xy-table.toml", "--for", value]) == 2
-    assert main._run(["run", "if1", "none.if1", "--option", f"X.limits=[{value}, 5]"]) == 2
+    assert execute(["run", "examples/xy-table.toml", "--for", value]) == 2
+    assert execute(["run", "if1", "none.if1", "--option", f"X.limits=[{value}, 5]"]) == 2
     assert all(len(line) < 400 for line in capsys.readouterr().err.splitlines())
 
 

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench, Session
-from axistwin.cli.main import axistwin
+from axistwin.cli import axistwin
 from axistwin.errors import AxistwinError, UsageError
 
 from .driving import Traced, drive, rows

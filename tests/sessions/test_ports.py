@@ -4,7 +4,7 @@ import asyncio
 
 from axistwin import Bench, Session
 from axistwin.links import parse
-from axistwin.sessions.session import DRAIN_EVERY
+from axistwin.sessions import DRAIN_EVERY
 
 HOST_TIMEOUT_S = 10
 

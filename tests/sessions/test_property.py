@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench, Session
-from axistwin.cli.main import axistwin
+from axistwin.cli import axistwin
 from axistwin.errors import AxistwinError
 
 from .driving import Traced, do_all, drive, rows, upto

@@ -7,8 +7,8 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench, Scene, Session
-from axistwin.cli.main import axistwin
-from axistwin.scenes.hosting import rank_of
+from axistwin.cli import axistwin
+from axistwin.scenes import rank_of
 
 from .driving import Traced, drive, rows
 

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench, Scene, Session
-from axistwin.cli.main import axistwin
+from axistwin.cli import axistwin
 from axistwin.errors import SceneError
 
 from .driving import Traced, drive, rows

@@ -5,8 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.errors import UsageError
-from axistwin.sim import FASTEST_BAUD, Break, Clock, Levels, Pair, Space, Uart, UartFormat, join
-from axistwin.sim.serial import MANY
+from axistwin.sim import FASTEST_BAUD, MANY, Break, Clock, Levels, Pair, Space, Uart, UartFormat, join
 
 from . import reference_line as reference
 

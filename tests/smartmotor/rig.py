@@ -5,10 +5,20 @@ from math import pi
 
 import numpy as np
 
-from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
-from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
-from axistwin.controllers.smartmotor.kernel.trajectory import next_velocity
-from axistwin.controllers.smartmotor.language.program import Program
+from axistwin.controllers.smartmotor.kernel import (
+    FETCH,
+    HELD,
+    STACK,
+    TRAP,
+    jit,
+    machine,
+    next_velocity,
+    servo,
+    servo_law,
+    state,
+    statement,
+)
+from axistwin.controllers.smartmotor.language import Program
 from axistwin.plant import ServoLoad
 
 from .talking import SAMPLE_S

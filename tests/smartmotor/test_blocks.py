@@ -25,14 +25,14 @@ def compiled(monkeypatch):
     """Compile the kernel before the first sample."""
     if not jit.available():
         pytest.skip("Numba is not installed")
-    monkeypatch.setattr(core._Engine, "compiled", jit.best(kernel.advance))
+    monkeypatch.setattr(core.Engine, "compiled", jit.best(kernel.advance))
 
 
 @pytest.fixture
 def lengths(monkeypatch):
     """Return a list of the lengths of all blocks."""
-    found, run_kernel = [], core._Engine.run
-    monkeypatch.setattr(core._Engine, "run", lambda engine, most: found.append(most) or run_kernel(engine, most))
+    found, run_kernel = [], core.Engine.run
+    monkeypatch.setattr(core.Engine, "run", lambda engine, most: found.append(most) or run_kernel(engine, most))
     return found
 
 

@@ -4,12 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.controllers.diagnostics import Sent, Session
-from axistwin.controllers.smartmotor import rules
-from axistwin.controllers.smartmotor.checker.program import check
-from axistwin.controllers.smartmotor.commands import COMMANDS
-from axistwin.controllers.smartmotor.language import class5
-from axistwin.controllers.smartmotor.language.language import read
+from axistwin.controllers import Sent, Session
+from axistwin.controllers.smartmotor import COMMANDS, rules
+from axistwin.controllers.smartmotor.checker import check
+from axistwin.controllers.smartmotor.language import class5, read
 
 from .test_program import FAULT_HANDLING
 

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.bench.options import read_options
+from axistwin.bench import read_options
 from axistwin.controllers.smartmotor.kernel import core, jit, kernel
-from axistwin.controllers.smartmotor.kernel.wasm.functions import compiled
+from axistwin.controllers.smartmotor.kernel.wasm import compiled
 from axistwin.conversations import load, play
-from axistwin.programs.running import options
+from axistwin.programs import options
 
 CONVERSATIONS = sorted(Path(__file__).parents[1].glob("conversations/smartmotor_*.talk"))
 Ints, Floats = MutableSequence[int], MutableSequence[float]
@@ -83,7 +83,7 @@ def differences(node, folder, function, functions, calls):
 def test_every_block_of_the_recorded_conversations_is_the_same(node, tmp_path, monkeypatch):
     calls = []
     monkeypatch.setattr(core, "advance", recorded(kernel.advance, calls))
-    monkeypatch.setattr(core._Engine, "_compiled", lambda engine: None)
+    monkeypatch.setattr(core.Engine, "_compiled", lambda engine: None)
     for file in CONVERSATIONS:
         conversation, bench = load(file), Bench()
         if conversation.headers["model"].endswith(".toml"):  # a scene

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from axistwin.standin.board import Board, State
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
+from axistwin.standin import AxisPins, Board, BoardPin, InputPin, OutputPin, State, Wiring
 
 from .small_board import SmallBoard
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from axistwin.standin.events import Failed, Stopped
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
+from axistwin.standin import AxisPins, BoardPin, Failed, InputPin, Stopped
 
 from .avr_board import AvrBoard
 from .metal import Metal

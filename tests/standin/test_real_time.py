@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from axistwin.standin.real_time import PRIORITY, real_time
+from axistwin.standin import PRIORITY, real_time_priority
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="SCHED_RR is Linux's")
 
@@ -24,7 +24,7 @@ def test_all_threads_have_the_priority_and_lose_it_at_the_end(policies):
     thread = threading.Thread(target=end.wait)
     thread.start()
     try:
-        with real_time() as granted:
+        with real_time_priority() as granted:
             assert granted
             param = os.sched_param(PRIORITY)
             assert (thread.native_id, os.SCHED_RR, param) in policies
@@ -42,6 +42,6 @@ def test_without_permission_the_program_runs_as_before(policies, monkeypatch):
         raise PermissionError
 
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
-    with real_time() as granted:
+    with real_time_priority() as granted:
         assert not granted
     assert policies == [(0, os.SCHED_RR, os.sched_param(PRIORITY))]

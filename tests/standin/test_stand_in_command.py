@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from axistwin.cli.main import main
+from axistwin.cli import main
 from axistwin.errors import UsageError
-from axistwin.standin.journal import Journal, last_positions
+from axistwin.standin import Journal, last_positions
 
 SCENE = """
 [[controller]]

@@ -10,7 +10,7 @@ from urllib.request import urlopen
 import pytest
 
 from axistwin.errors import LinkError, UsageError
-from axistwin.standin.stop_page import StopPage
+from axistwin.standin import StopPage
 
 
 @pytest.fixture

@@ -5,8 +5,7 @@ from math import gcd
 
 import pytest
 
-from axistwin.standin.timetable import Timetable
-from axistwin.standin.wiring import BoardPin, InputPin, Wiring
+from axistwin.standin import BoardPin, InputPin, Timetable, Wiring
 
 from .metal import X
 

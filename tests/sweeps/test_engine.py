@@ -9,10 +9,7 @@ import pytest
 
 from axistwin import AxistwinError, Scene
 from axistwin.sessions import Session
-from axistwin.sweeps import Sweep, digest, read, workers
-from axistwin.sweeps.job import Runner
-from axistwin.sweeps.sweep import Design
-from axistwin.sweeps.workers import ThisProcess, Workers
+from axistwin.sweeps import Design, Runner, Sweep, ThisProcess, Workers, digest, read, workers
 
 from ..command import run
 from .scenes import stepper

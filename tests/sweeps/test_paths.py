@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import AxistwinError, Scene
-from axistwin.sweeps.paths import Variation
+from axistwin.sweeps import Variation
 
 from .scenes import motor, stepper
 

@@ -8,10 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import AxistwinError, Scene
-from axistwin.sweeps import CLAIMS, MEASURES, Sweep
-from axistwin.sweeps.recording import Recording
-from axistwin.sweeps.sentences import claim, measure
-from axistwin.sweeps.series import Series
+from axistwin.sweeps import CLAIMS, MEASURES, Recording, Series, Sweep, claim, measure
 from axistwin.units import S
 
 from .scenes import motor, stepper

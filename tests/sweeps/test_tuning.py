@@ -5,8 +5,7 @@ import json
 import pytest
 
 from axistwin import AxistwinError
-from axistwin.sweeps import Tuning
-from axistwin.sweeps.study import load
+from axistwin.sweeps import Tuning, load
 
 from ..command import run
 from .scenes import motor, stepper

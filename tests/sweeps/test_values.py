@@ -3,8 +3,7 @@
 import pytest
 
 from axistwin import AxistwinError
-from axistwin.sweeps.designs import points
-from axistwin.sweeps.values import read
+from axistwin.sweeps import points, read_values
 
 
 @pytest.mark.parametrize(
@@ -26,7 +25,7 @@ from axistwin.sweeps.values import read
     ],
 )
 def test_listed_values(text, listed):
-    assert list(read(text).listed) == pytest.approx(listed)
+    assert list(read_values(text).listed) == pytest.approx(listed)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +44,7 @@ def test_listed_values(text, listed):
     ],
 )
 def test_drawn_values(text, fraction, value):
-    assert read(text).at(fraction) == pytest.approx(value)
+    assert read_values(text).at(fraction) == pytest.approx(value)
 
 
 @pytest.mark.parametrize(
@@ -68,12 +67,12 @@ def test_drawn_values(text, fraction, value):
 )
 def test_refused_values(text, told):
     with pytest.raises(AxistwinError) as error:
-        read(text)
+        read_values(text)
     assert told in str(error.value)
 
 
 def design(name, runs=None, seed=0, **varied):
-    return points(name, {path: read(text) for path, text in varied.items()}, runs, seed)
+    return points(name, {path: read_values(text) for path, text in varied.items()}, runs, seed)
 
 
 def test_a_grid_takes_every_combination():

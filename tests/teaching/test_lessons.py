@@ -2,8 +2,7 @@
 
 import pytest
 
-from axistwin.bench.actions import action
-from axistwin.bench.hosts import host_of
+from axistwin.bench import action, host_of
 from axistwin.errors import UsageError
 from axistwin.programs import stored_programs
 from axistwin.teaching import Pupil, course

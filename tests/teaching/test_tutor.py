@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.bench.hosts import host_of
+from axistwin.bench import host_of
 from axistwin.teaching import Tutor
 
 

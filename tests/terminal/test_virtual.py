@@ -6,9 +6,7 @@ import io
 import pytest
 
 from axistwin import Bench, Session
-from axistwin.terminal.commands import LocalCommands
-from axistwin.terminal.screen import Screen
-from axistwin.terminal.virtual import SerialEnd
+from axistwin.terminal import LocalCommands, Screen, SerialEnd
 
 from ..sessions.driving import drive
 

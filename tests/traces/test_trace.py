@@ -8,8 +8,7 @@ from vcd.reader import TokenKind, tokenize
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.traces import trace, tracing
-from axistwin.traces.files import VcdSink
+from axistwin.traces import VcdSink, trace, tracing
 
 
 def send_and_run(bench: Bench, *messages: str) -> None:

@@ -33,6 +33,6 @@ def test_the_trace_is_the_one_that_is_shown(directory):
 def test_the_commands_say_what_is_shown(directory, session, capsys):
     line, _, shown = session.partition("\n")
     with pytest.raises(SystemExit):
-        main.main(shlex.split(line)[2:])
+        main(shlex.split(line)[2:])
     said = capsys.readouterr()
     assert said.out + said.err == shown

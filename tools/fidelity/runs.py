@@ -30,7 +30,7 @@ class Collector:
     def pytest_sessionstart(self) -> None:
         """Record each look-up in a command table, and each character from a host to a Digiplan."""
         from axistwin.bench import product
-        from axistwin.controllers.commandset import CommandSet
+        from axistwin.controllers import CommandSet
         from axistwin.controllers.smartmotor.language import language
         from axistwin.sim import SerialPort
         from fidelity.rows import FAMILIES as MODELS

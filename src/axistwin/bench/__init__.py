@@ -6,24 +6,33 @@ from axistwin.bench.line_format import line_format
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
+    from axistwin.bench.actions import action
     from axistwin.bench.acts import Comment, Do, Expect, Hear, Say, Wait
     from axistwin.bench.bench import Bench
-    from axistwin.bench.codec import CHARACTERS
+    from axistwin.bench.codec import CHARACTERS, codec_of
     from axistwin.bench.control_characters import show_controls
     from axistwin.bench.controller import Controller
+    from axistwin.bench.events import LineBreak, Sent, terminals
+    from axistwin.bench.hosts import host_at, host_of
     from axistwin.bench.models import FAMILIES, product
+    from axistwin.bench.options import read_options
 else:  # lazy import: a server needs only some of these modules
     __getattr__ = lazy(
         __name__,
+        actions="action",
         acts="Comment Do Expect Hear Say Wait",
         bench="Bench",
-        codec="CHARACTERS",
+        codec="CHARACTERS codec_of",
         control_characters="show_controls",
         controller="Controller",
+        events="LineBreak Sent terminals",
+        hosts="host_at host_of",
         models="FAMILIES product",
+        options="read_options",
     )
 
 __all__ = [
-    "CHARACTERS", "FAMILIES", "Bench", "Comment", "Controller", "Do", "Expect", "Hear", "Say", "Wait", "line_format",
-    "product", "show_controls",
+    "CHARACTERS", "FAMILIES", "Bench", "Comment", "Controller", "Do", "Expect", "Hear", "LineBreak", "Say", "Sent",
+    "Wait", "action", "codec_of", "host_at", "host_of", "line_format", "product", "read_options", "show_controls",
+    "terminals",
 ]  # fmt: skip

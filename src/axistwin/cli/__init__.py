@@ -1,1 +1,12 @@
-"""The command line: one module per command, in a folder per task; `main.py` has the table of commands."""
+"""The command line: one module per command, in a folder per task; `program.py` has the table of commands."""
+
+from typing import TYPE_CHECKING
+
+from axistwin.lazy import lazy
+
+if TYPE_CHECKING:
+    from axistwin.cli.program import COMMANDS, axistwin, execute, main
+else:  # lazy import: the modules of the commands import this package
+    __getattr__ = lazy(__name__, program="COMMANDS axistwin execute main")
+
+__all__ = ["COMMANDS", "axistwin", "execute", "main"]

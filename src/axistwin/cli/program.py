@@ -142,10 +142,11 @@ def axistwin() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the program `axistwin`, and exit with its exit code."""
-    sys.exit(_run(arguments))
+    sys.exit(execute(arguments))
 
 
-def _run(arguments: list[str] | None) -> int:
+def execute(arguments: list[str] | None = None) -> int:
+    """Run the program `axistwin`, and return its exit code."""
     if sys.stdout is None:  # the program was started without an open stdout
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
     _prepare_output()

@@ -5,9 +5,13 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.diagnostics.checking import diagnose_text, product_for
+    from axistwin.diagnostics.checking import diagnose_text, product_for, read_acts, sessions
     from axistwin.diagnostics.scenes import diagnose_scene
 else:
-    __getattr__ = lazy(__name__, checking="diagnose_text product_for", scenes="diagnose_scene")
+    __getattr__ = lazy(
+        __name__,
+        checking="diagnose_text product_for read_acts sessions",
+        scenes="diagnose_scene",
+    )
 
-__all__ = ["diagnose_scene", "diagnose_text", "product_for"]
+__all__ = ["diagnose_scene", "diagnose_text", "product_for", "read_acts", "sessions"]

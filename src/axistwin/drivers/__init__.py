@@ -13,8 +13,9 @@ protocol cores (`if1`, `board`, `smartmotor`) do no input and output: each funct
 """
 
 from axistwin.drivers.asynchronous import AsyncAxis, AsyncController, connect_async
-from axistwin.drivers.axis import Axis, Fault, Status
-from axistwin.drivers.blocking import BlockingAxis, Controller, connect
+from axistwin.drivers.axis import Axis, Fault, Scale, Status
+from axistwin.drivers.blocking import BlockingAxis, Controller, SerialPort, connect
+from axistwin.drivers.board import MESSAGE
 from axistwin.drivers.errors import (
     BusyError,
     DriverError,
@@ -24,24 +25,12 @@ from axistwin.drivers.errors import (
     SilentError,
     WrongAnswerError,
 )
-from axistwin.drivers.models import MODELS
+from axistwin.drivers.estimate import Trapezoid
+from axistwin.drivers.models import MODELS, make
+from axistwin.drivers.steps import Pause
 
 __all__ = [
-    "MODELS",
-    "AsyncAxis",
-    "AsyncController",
-    "Axis",
-    "BlockingAxis",
-    "BusyError",
-    "Controller",
-    "DriverError",
-    "Fault",
-    "PortError",
-    "PositionLostError",
-    "RefusedError",
-    "SilentError",
-    "Status",
-    "WrongAnswerError",
-    "connect",
-    "connect_async",
-]
+    "MESSAGE", "MODELS", "AsyncAxis", "AsyncController", "Axis", "BlockingAxis", "BusyError", "Controller",
+    "DriverError", "Fault", "Pause", "PortError", "PositionLostError", "RefusedError", "Scale", "SerialPort",
+    "SilentError", "Status", "Trapezoid", "WrongAnswerError", "connect", "connect_async", "make",
+]  # fmt: skip

@@ -2,6 +2,6 @@
 
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.kinds import KINDS
-from axistwin.fault_injection.table import On, Sort
+from axistwin.fault_injection.table import Kind, On, Parameter, Sort
 
-__all__ = ["KINDS", "Fault", "On", "Sort"]
+__all__ = ["KINDS", "Fault", "Kind", "On", "Parameter", "Sort"]

@@ -6,7 +6,12 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.fmu.archive import export
+    from axistwin.fmu.machine import Machine
 else:
-    __getattr__ = lazy(__name__, archive="export")
+    __getattr__ = lazy(
+        __name__,
+        archive="export",
+        machine="Machine",
+    )
 
-__all__ = ["export"]
+__all__ = ["Machine", "export"]

@@ -5,9 +5,11 @@ each axis one motion at a time.  The packages below serve these axes.
 """
 
 from axistwin.integrations.driven_axis import DrivenAxis, Goal
-from axistwin.integrations.inside import driver_inside
+from axistwin.integrations.inside import InnerPort, driver_inside
 from axistwin.integrations.machine import Machine, at_port, of_scene
 from axistwin.integrations.points import Point
 from axistwin.integrations.station import Station
 
-__all__ = ["DrivenAxis", "Goal", "Machine", "Point", "Station", "at_port", "driver_inside", "of_scene"]
+__all__ = [
+    "DrivenAxis", "Goal", "InnerPort", "Machine", "Point", "Station", "at_port", "driver_inside", "of_scene",
+]  # fmt: skip

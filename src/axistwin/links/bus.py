@@ -25,7 +25,7 @@ from axistwin.links.tcp import Connection
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import CONTROL
 
-LONGEST = 1024
+LONGEST_LINE = 1024
 """Longest request line in bytes; a longer line is discarded and answered with an error."""
 MAX_BLOCK = 256
 
@@ -114,18 +114,18 @@ class Master(Connection):
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
-            too_long, self._too_long = self._too_long or len(line) > LONGEST, False
+            too_long, self._too_long = self._too_long or len(line) > LONGEST_LINE, False
             if too_long or line.strip():
                 pacer.sync()
                 self._write(self._answer(line, too_long))
                 pacer.work()
-        if len(self._line) > LONGEST:
+        if len(self._line) > LONGEST_LINE:
             self._line, self._too_long = b"", True
 
     def _answer(self, request: bytes, too_long: bool) -> str:
         try:
             if too_long:
-                raise UsageError(f"line too long: expected at most {LONGEST} characters")
+                raise UsageError(f"line too long: expected at most {LONGEST_LINE} characters")
             return self._execute(request.decode("ascii", "replace").split())
         except AxistwinError as error:
             return f"error: {error}"

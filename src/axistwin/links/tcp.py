@@ -220,7 +220,7 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     """
     loop = asyncio.get_running_loop()
     try:
-        sock = _listening_socket(*await _resolved(url))
+        sock = _listening_socket(*await resolved(url))
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise LinkError(
@@ -231,7 +231,7 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     return TcpPort(replace(url, host=host, port=port), server)
 
 
-async def _resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
+async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
     """Return the address family and the socket address for `url`.
 
     An IPv4 address is not looked up, because a look-up would start a thread.

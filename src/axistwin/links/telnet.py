@@ -5,7 +5,7 @@ from enum import IntEnum
 
 IAC = 0xFF
 SE, SB = 0xF0, 0xFA
-LONGEST = 64
+LONGEST_SUBNEGOTIATION = 64
 """Longest subnegotiation in bytes; a longer one is invalid and discarded."""
 
 
@@ -125,7 +125,7 @@ def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
 
 def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
     payload, at = bytearray(), begin + 2
-    while at < min(len(data) - 1, begin + LONGEST):
+    while at < min(len(data) - 1, begin + LONGEST_SUBNEGOTIATION):
         if data[at] != IAC:
             payload.append(data[at])
             at += 1
@@ -136,4 +136,4 @@ def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
             return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
         else:  # an incomplete subnegotiation is discarded when a new command begins
             return Command(SB), at
-    return None if at < begin + LONGEST else (Command(SB), at)
+    return None if at < begin + LONGEST_SUBNEGOTIATION else (Command(SB), at)

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from nicegui import Client, ui
 
-AT_A_TIME = 60
+ELEMENTS_AT_A_TIME = 60
 """Number of elements in one message; the server needs about a millisecond for them."""
 
 
@@ -48,8 +48,8 @@ class Outbound:
         """
         there = list(self._client.elements.values())
         inside = [each for each in there if each.id not in self._before]
-        for at in range(0, len(inside), AT_A_TIME):
-            await self._send(inside[at : at + AT_A_TIME])
+        for at in range(0, len(inside), ELEMENTS_AT_A_TIME):
+            await self._send(inside[at : at + ELEMENTS_AT_A_TIME])
         await self._send([each for each in there if each.id in self._before])
         for message in self._messages:
             self._outbox.enqueue_message(*message)

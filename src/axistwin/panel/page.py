@@ -38,7 +38,7 @@ FRAME_S = 0.05
 """Shortest time between two frames of a page."""
 PATIENCE_S = 30.0
 """Longest time to wait until a browser has drawn a frame; the next frame is then sent."""
-KEPT = 3
+KEPT_PAGES = 3
 """Largest number of disconnected pages that are kept; the oldest page is emptied if there are more."""
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
@@ -50,7 +50,7 @@ BUILT = 'document.documentElement.classList.remove("building"); axistwinState.at
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
-async def page(enter: Callable[[], Context]) -> None:
+async def build_page(enter: Callable[[], Context]) -> None:
     """Build the panel's page for one browser.
 
     `enter` is called when the browser has connected, and returns the `Context`.
@@ -119,7 +119,7 @@ class Visits:
     def _gone(self, client: Client, person: Person) -> None:
         person.left()
         self._left[client] = None
-        if len(self._left) > KEPT:
+        if len(self._left) > KEPT_PAGES:
             oldest = next(iter(self._left))
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
@@ -159,7 +159,7 @@ def rehearse(context: Context, request: Request) -> None:
 def _built(client: Client, context: Context) -> list[Refresh]:
     made = []
     with client:
-        for view in views(context):
+        for view in build_views(context):
             made.append(careful(view))
             breathe()
     return made
@@ -169,7 +169,7 @@ def _text(*place: str) -> str:
     return resources.files(__package__).joinpath(*place).read_text(encoding="utf-8")
 
 
-def views(context: Context) -> Iterator[Refresh]:
+def build_views(context: Context) -> Iterator[Refresh]:
     """Build the views of the page, and yield an update function for each view."""
     yield from _header(context)
     yield from _body(context)

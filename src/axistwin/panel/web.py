@@ -19,7 +19,7 @@ from axistwin.panel import layout
 from axistwin.panel.context import Common, Context
 from axistwin.panel.gate import Gate, is_loopback
 from axistwin.panel.memory import Memory
-from axistwin.panel.page import page, rehearse
+from axistwin.panel.page import build_page, rehearse
 from axistwin.panel.people import People, Person
 from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
@@ -79,7 +79,7 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        sock = _listening(self.address)  # open the socket first, because the port may be in use
+        sock = listening_socket(self.address)  # open the socket first, because the port may be in use
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
@@ -125,7 +125,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
             layout.restore(person, request.cookies.get(layout.COOKIE))
             return Context(panel.common, panel.people, person)
 
-        await page(enter)
+        await build_page(enter)
 
     ui.run_with(
         application,
@@ -140,7 +140,11 @@ def _application(panel: Panel, title: str) -> FastAPI:
     return application
 
 
-def _listening(address: Address) -> socket.socket:
+def listening_socket(address: Address) -> socket.socket:
+    """Return a socket that listens at the address.
+
+    Raises LinkError if another program uses the address.
+    """
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     try:
         sock = socket.create_server((address.host, address.port), family=family)

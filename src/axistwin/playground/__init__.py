@@ -6,8 +6,14 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.playground.building import build
+    from axistwin.playground.link import LONGEST_LINK, Shared, decode, encode
     from axistwin.playground.machine import Playground
 else:
-    __getattr__ = lazy(__name__, building="build", machine="Playground")
+    __getattr__ = lazy(
+        __name__,
+        building="build",
+        link="LONGEST_LINK Shared decode encode",
+        machine="Playground",
+    )
 
-__all__ = ["Playground", "build"]
+__all__ = ["LONGEST_LINK", "Playground", "Shared", "build", "decode", "encode"]

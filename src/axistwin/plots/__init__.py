@@ -8,14 +8,14 @@ if TYPE_CHECKING:
     from axistwin.plots.chart import Chart, Curve, Fault
     from axistwin.plots.diff_chart import of_difference
     from axistwin.plots.picture import save, show
-    from axistwin.plots.trace_chart import of_trace
+    from axistwin.plots.trace_chart import messages, of_trace
 else:
     __getattr__ = lazy(
         __name__,
         chart="Chart Curve Fault",
         diff_chart="of_difference",
         picture="save show",
-        trace_chart="of_trace",
+        trace_chart="messages of_trace",
     )
 
-__all__ = ["Chart", "Curve", "Fault", "of_difference", "of_trace", "save", "show"]
+__all__ = ["Chart", "Curve", "Fault", "messages", "of_difference", "of_trace", "save", "show"]

@@ -31,7 +31,7 @@ _FRAMES = {(7, 1): 1, (7, 2): 2, (8, 1): 5, (8, 2): 6}
 _PARITIES = {"N": 1, "O": 3, "E": 4}
 
 
-def command_lines(text: str, file: str = "") -> Iterator[Act]:
+def read_command_lines(text: str, file: str = "") -> Iterator[Act]:
     """Yield the actions of all lines of an `.if1` file.
 
     A line is a command, a pause (`+` line) or an operator's action (`!` line).

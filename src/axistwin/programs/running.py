@@ -16,7 +16,7 @@ from axistwin.bench.options import read_options
 from axistwin.conversations.conversation import Conversation, load_text, parse
 from axistwin.conversations.player import Difference, open_channels, play
 from axistwin.errors import UsageError
-from axistwin.programs.command_lines import command_lines, run_until_quiet, send_lines
+from axistwin.programs.command_lines import read_command_lines, run_until_quiet, send_lines
 from axistwin.programs.hex_commands import command_strings, language_of, send_commands
 from axistwin.programs.stored_programs import load_source, only_motor, store_program
 from axistwin.units import S
@@ -65,7 +65,7 @@ def load(path: Path, target: str = "") -> Program:
             prepare = partial(open_channels, conversation)
             return Program(partial(_play, conversation), options(conversation, target), prepare)
         case ".if1":
-            lines = tuple(command_lines(load_text(path), str(path)))
+            lines = tuple(read_command_lines(load_text(path), str(path)))
             return Program(partial(_send, send_lines, lines, str(path)))
         case ".181x":
             acts = tuple(command_strings(load_text(path), language_of(target), str(path)))

@@ -19,7 +19,14 @@ from axistwin.conversations.conversation import Conversation, load_text, parse
 from axistwin.conversations.player import PATIENCE_S, open_channels
 from axistwin.errors import UsageError
 from axistwin.programs import stored_programs
-from axistwin.programs.command_lines import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting, prepared_action
+from axistwin.programs.command_lines import (
+    ATTEMPTS,
+    READY_S,
+    SELF_TEST_S,
+    greeting,
+    prepared_action,
+    read_command_lines,
+)
 from axistwin.programs.command_lines import PATIENCE_S as ANSWER_S
 from axistwin.programs.hex_commands import command_strings
 from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
@@ -58,7 +65,7 @@ def prepare_host(
         return lambda: clock.process(conversation_host.converse())
     controller = bench[name]
     if KINDS[suffix] == "digiplan":
-        line_sender = _ControllerHost(clock, controller, command_lines(text, file), file)
+        line_sender = _ControllerHost(clock, controller, read_command_lines(text, file), file)
         return lambda: clock.process(line_sender.send_lines())
     assert controller.product.language is not None, "a board has a language"
     hex_sender = _ControllerHost(clock, controller, command_strings(text, controller.product.language, file), file)

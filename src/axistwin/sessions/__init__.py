@@ -8,14 +8,16 @@ if TYPE_CHECKING:
     from axistwin.sessions.external_input import ExternalInput
     from axistwin.sessions.journal import Cursor, Journal, Moment
     from axistwin.sessions.recorded_port import RecordedBus, RecordedPort
-    from axistwin.sessions.session import Session
+    from axistwin.sessions.session import DRAIN_EVERY, Session
 else:
     __getattr__ = lazy(
         __name__,
         external_input="ExternalInput",
         journal="Cursor Journal Moment",
         recorded_port="RecordedBus RecordedPort",
-        session="Session",
+        session="DRAIN_EVERY Session",
     )
 
-__all__ = ["Cursor", "ExternalInput", "Journal", "Moment", "RecordedBus", "RecordedPort", "Session"]
+__all__ = [
+    "DRAIN_EVERY", "Cursor", "ExternalInput", "Journal", "Moment", "RecordedBus", "RecordedPort", "Session",
+]  # fmt: skip

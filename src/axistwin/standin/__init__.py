@@ -2,3 +2,43 @@
 
 The motion board runs Klipper's micro-controller firmware.  This package implements the firmware's documented protocol.
 """
+
+from typing import TYPE_CHECKING
+
+from axistwin.lazy import lazy
+
+if TYPE_CHECKING:
+    from axistwin.standin.board import Board, State
+    from axistwin.standin.channel import Channel
+    from axistwin.standin.clock_fit import ClockFit
+    from axistwin.standin.dictionary import Dictionary
+    from axistwin.standin.driver import Driver
+    from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
+    from axistwin.standin.journal import Journal, last_positions
+    from axistwin.standin.motors import Motor, motor
+    from axistwin.standin.real_time import PRIORITY, real_time_priority
+    from axistwin.standin.stop_page import StopPage
+    from axistwin.standin.timetable import Timetable
+    from axistwin.standin.wiring import AxisPins, BoardPin, DrivenAxis, InputPin, OutputPin, Sensed, Switched, Wiring
+else:
+    __getattr__ = lazy(
+        __name__,
+        board="Board State",
+        channel="Channel",
+        clock_fit="ClockFit",
+        dictionary="Dictionary",
+        driver="Driver",
+        events="Failed InputChanged Ready Stopped",
+        journal="Journal last_positions",
+        motors="Motor motor",
+        real_time="PRIORITY real_time_priority",
+        stop_page="StopPage",
+        timetable="Timetable",
+        wiring="AxisPins BoardPin DrivenAxis InputPin OutputPin Sensed Switched Wiring",
+    )
+
+__all__ = [
+    "PRIORITY", "AxisPins", "Board", "BoardPin", "Channel", "ClockFit", "Dictionary", "DrivenAxis", "Driver",
+    "Failed", "InputChanged", "InputPin", "Journal", "Motor", "OutputPin", "Ready", "Sensed", "State", "StopPage",
+    "Stopped", "Switched", "Timetable", "Wiring", "last_positions", "motor", "real_time_priority",
+]  # fmt: skip

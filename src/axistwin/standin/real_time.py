@@ -10,7 +10,7 @@ PRIORITY = 10
 
 
 @contextmanager
-def real_time() -> Iterator[bool]:
+def real_time_priority() -> Iterator[bool]:
     """Run all threads of this process at real-time priority (SCHED_RR).
 
     Yields False if real-time priority is not permitted.

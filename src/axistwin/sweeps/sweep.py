@@ -28,7 +28,7 @@ from axistwin.sweeps.designs import Points, points
 from axistwin.sweeps.job import Job, Row, Runner, check_names
 from axistwin.sweeps.journal import Journal
 from axistwin.sweeps.sentences import measure
-from axistwin.sweeps.values import Value, Values, read
+from axistwin.sweeps.values import Value, Values, read_values
 from axistwin.sweeps.workers import LIMIT_S, Engine, Task, ThisProcess, Workers, prepare
 from axistwin.version import VERSION
 
@@ -78,7 +78,7 @@ class Sweep:
         if path in self.varied:
             raise UsageError(f"the path {path} is varied twice: expected one range or list, e.g. --vary seed=0..99")
         try:
-            self.varied[path] = read(values)
+            self.varied[path] = read_values(values)
         except UsageError as error_of_values:
             raise UsageError(f"cannot vary {path}: {error_of_values}") from None
         return self

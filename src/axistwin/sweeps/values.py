@@ -53,7 +53,7 @@ class Values:
 _ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
 
 
-def read(given: Value) -> Values:
+def read_values(given: Value) -> Values:
     """Parse the values of a path, given as a text, a list or a single value.  Raises UsageError."""
     if isinstance(given, list):
         return _listed(str(given), given)

@@ -6,6 +6,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.traces.differences import Tolerance, compare
+    from axistwin.traces.files import VcdSink
     from axistwin.traces.memory import tracing_in_memory
     from axistwin.traces.reading import Trace, Track, read
     from axistwin.traces.signals import COUNT, EVERYTHING, LEVEL, TEXT, catalogue, choose
@@ -14,6 +15,7 @@ else:
     __getattr__ = lazy(
         __name__,
         differences="Tolerance compare",
+        files="VcdSink",
         memory="tracing_in_memory",
         reading="Trace Track read",
         signals="COUNT EVERYTHING LEVEL TEXT catalogue choose",
@@ -21,6 +23,6 @@ else:
     )
 
 __all__ = [
-    "COUNT", "EVERYTHING", "LEVEL", "TEXT", "Tolerance", "Trace", "Track", "catalogue", "choose", "compare", "read",
-    "tracing", "tracing_in_memory",
+    "COUNT", "EVERYTHING", "LEVEL", "TEXT", "Tolerance", "Trace", "Track", "VcdSink", "catalogue", "choose",
+    "compare", "read", "tracing", "tracing_in_memory",
 ]  # fmt: skip

@@ -28,7 +28,7 @@ from axistwin.standin.hal.board import HalBoard
 from axistwin.standin.hal.sender import HalSender
 from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.journal import Journal, last_positions
-from axistwin.standin.real_time import real_time
+from axistwin.standin.real_time import real_time_priority
 from axistwin.standin.sender import Sender, open_port
 from axistwin.standin.stop_page import StopPage
 
@@ -151,7 +151,7 @@ class _Run:
         if any(isinstance(sender, HalSender) for sender in self._senders):
             yield
             return
-        with real_time() as granted:
+        with real_time_priority() as granted:
             if not granted:
                 _tell("no permission for real-time priority: a busy computer may stop the motors (docs: Time)")
             yield

@@ -2,6 +2,7 @@
 
 from axistwin.links.pacing.pacer import Pacer
 from axistwin.links.pacing.real_time import BLOCK_S
+from axistwin.links.pacing.slices import SLICE_S
 from axistwin.links.pacing.speeds import read_speed
 
-__all__ = ["BLOCK_S", "Pacer", "read_speed"]
+__all__ = ["BLOCK_S", "SLICE_S", "Pacer", "read_speed"]

@@ -1,7 +1,7 @@
 """The oscilloscope without its user interface: recording, view, measurement and files."""
 
 from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
-from axistwin.panel.scope.decimation import marks, window
+from axistwin.panel.scope.decimation import line, marks, window
 from axistwin.panel.scope.frames import FULL, TOP, frame
 from axistwin.panel.scope.meaning import used
 from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
@@ -12,6 +12,6 @@ from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP
 
 __all__ = [
     "AUTO", "DOWN", "EITHER", "FULL", "MOST_BYTES", "MOST_SIGNALS", "NORMAL", "SINGLE", "TOP", "UP", "Recorder",
-    "Screen", "Track", "Trigger", "Words", "between", "duration", "first_choice", "frame", "marks", "nearest_edge",
-    "next_edge", "rate", "saved", "searched", "used", "value_at", "window",
+    "Screen", "Track", "Trigger", "Words", "between", "duration", "first_choice", "frame", "line", "marks",
+    "nearest_edge", "next_edge", "rate", "saved", "searched", "used", "value_at", "window",
 ]  # fmt: skip

@@ -111,7 +111,7 @@ class Core:
         """Function that predicts the external encoder's edges for the next samples."""
         self._follower: Follower | None = None
         self._restless = False
-        self._engine = _Engine(self)
+        self._engine = Engine(self)
         self._phase = Phase.BETWEEN
         self._block: _Block | None = None
         self._most, self._plan = SHORTEST, 0
@@ -435,7 +435,7 @@ class Core:
         rest(self.i, self.f, samples)
 
 
-class _Engine:
+class Engine:
     """Computes samples on a copy of the motor's state.
 
     The kernel runs in plain Python, or compiled for long runs.
@@ -479,7 +479,7 @@ class _Engine:
             i, v, f, ring = self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
             outputs = self.shaft, self.commanded, self._log
             why = advance(i, v, f, self._stack, core.code, ring, self.predicted, *outputs, most)
-            _Engine.plain_samples += i[s.SAMPLE] - core.i[s.SAMPLE]
+            Engine.plain_samples += i[s.SAMPLE] - core.i[s.SAMPLE]
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
@@ -487,11 +487,11 @@ class _Engine:
 
         The compiled kernel is loaded if a long run justifies the loading.
         """
-        if _Engine.compiled is None:
-            enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
+        if Engine.compiled is None:
+            enough = Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
-                _Engine.compiled = jit.best(advance)
-        return _Engine.compiled
+                Engine.compiled = jit.best(advance)
+        return Engine.compiled
 
     def commit(self, block: _Block) -> None:
         """Store the state after the last computed sample as the motor's state."""
@@ -536,13 +536,13 @@ def prepare(speed: float | None, motors: int) -> None:
 
     Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """
-    if _Engine.compiled is None and needs_kernel(speed, motors):
+    if Engine.compiled is None and needs_kernel(speed, motors):
         core = Core(Clock(), lambda why: None, 1)
         kernel: Callable[..., int] = jit.best(advance)
         state = core.i, core.v, core.f, array("q", bytes(8 * STACK)), core.code, core.ring
         nothing = array("q", [0]), array("q", [0]), array("q", [0]), core.log
         kernel(*(jit.view(numbers) for numbers in (*state, *nothing)), 0)
-        _Engine.compiled = kernel
+        Engine.compiled = kernel
 
 
 def needs_kernel(speed: float | None, motors: int) -> bool:
@@ -552,4 +552,4 @@ def needs_kernel(speed: float | None, motors: int) -> bool:
 
 def prepared(speed: float | None, motors: int) -> bool:
     """True if no compilation is needed, because the machine code is cached or plain Python is fast enough."""
-    return _Engine.compiled is not None or not needs_kernel(speed, motors) or jit.is_cached()
+    return Engine.compiled is not None or not needs_kernel(speed, motors) or jit.is_cached()
