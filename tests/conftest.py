@@ -26,6 +26,7 @@ settings.load_profile("axistwin")  # results do not depend on the machine's spee
 
 TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
+COMPILES = TESTS / "cli" / "test_motors.py"
 PACKED = "packed"
 SLOW_FOLDERS = {"panel", "sessions", "basic", "drivers", "fmu", "integrations", "probing", "playground"}
 SLOW_FILES = {
@@ -97,6 +98,17 @@ def pytest_collection() -> Iterator[None]:
         gc.enable()
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[pytest.CollectReport]:
+    """Let each process begin with other files, so that a file is compiled by one process and cached for the others."""
+    report = yield
+    worker = getattr(collector.config, "workerinput", None)
+    if worker is not None and collector.path == TESTS:
+        first = len(report.result) * int(worker["workerid"].removeprefix("gw")) // worker["workercount"]
+        report.result = report.result[first:] + report.result[:first]
+    return report
+
+
 @cache
 def is_slow(path: Path) -> bool:
     *folders, file = path.relative_to(TESTS).with_suffix("").parts
@@ -124,7 +136,7 @@ def turn(item: pytest.Item) -> tuple[int, int]:
     The second unit is a file that compiles the kernel, before a server in another unit needs it.  Files are mixed,
     because the files of one folder often wait for the same kind of event, and the processor would be idle.
     """
-    if item.path.name == "test_motors.py":
+    if item.path == COMPILES:
         return 1, 0
     if "browser" in item.path.parts:
         return (0 if unit(item.nodeid).endswith("drill") else 2), 0
