@@ -18,7 +18,7 @@ RULES = (
     NO_ACT := Rule(
         "AX101", "a line begins with a wrong character", E, PAGE,
         "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  The name of a controller and a "
-        "colon may come before this character, e.g. `table:>`.",
+        "colon may come before this character, e.g. `table: > K`.",
         "?what", ".talk",
     ),
     NO_TIME := Rule(

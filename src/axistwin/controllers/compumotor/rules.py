@@ -98,7 +98,7 @@ RULES = (
     ),
     UNENDED := Rule(
         "CM207", "the end of a sequence definition is missing", W, SEQUENCES,
-        "The board stores all further commands in the sequence until it receives the command D8h.",
+        "The board stores all further commands in the sequence until the board receives the command D8h.",
         "D9 01\n83",
     ),
     NOT_DEFINING := Rule(
@@ -108,8 +108,8 @@ RULES = (
     ),
     NO_SEQUENCE := Rule(
         "CM209", "the sequence is not defined", E, SEQUENCES,
-        "The command 41h performs a sequence that has been defined with the command D9h.  If the board enters a "
-        "streaming mode, it deletes all sequences.",
+        "The command 41h performs a sequence that has been defined with the command D9h.  When the board enters a "
+        "streaming mode, the board deletes all sequences.",
         "41 02",
     ),
     NO_SUCH_MOVE := Rule(
@@ -158,7 +158,7 @@ RULES = (
     ),
     SHORT_PAIR := Rule(
         "CM402", "a velocity-distance pair lasts too short a time", E, STREAM,
-        "The time of a pair is its distance divided by its velocity.  Each pair must last at least 2 ms.",
+        "In each pair, the distance divided by the velocity must be at least 2 ms.",
         STREAMING + "E0 10 00 00 01" + " 00" * 8,
     ),
     BEYOND_CLOCK := Rule(

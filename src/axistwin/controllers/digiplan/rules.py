@@ -30,7 +30,7 @@ RULES = (
     SETUP := Rule("DP104", "the command is allowed only during initialisation", E, INITIALISATION,
         "The interface obeys `(`, `*`, `U` and `V` only during initialisation; later each of these characters sets "
         "the data fault.  Leave these characters out of a file of command lines: axistwin initialises the interface "
-        "before it sends the first line.",
+        "before the first line.",
         "U61"),
     MISPLACED := Rule("DP105", "`$`, `:`, `+`, `-` or `,` is in a wrong position", E, ALL,
         "These characters are not commands, but parts of commands and messages.  `$` ends a message, and `:` "

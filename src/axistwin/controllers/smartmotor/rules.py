@@ -224,7 +224,7 @@ RULES = (
     ),
     NOT_GIVEN := Rule(
         "SM306", "the command MC comes before BASE= or SIZE=", W, CAM,
-        "When MC is executed, it uses the present values of BASE and SIZE.  Assign BASE and SIZE before MC.",
+        "MC uses the values that BASE and SIZE have when MC is executed.  Assign BASE and SIZE before MC.",
         WIRED + "MC BASE=9 SIZE=5",
     ),
     NO_DWELL := Rule(
@@ -262,7 +262,7 @@ RULES = (
         "UCI UDI G",
     ),
     DIRECTION := Rule(
-        "SM403", "F=2 has a new meaning since firmware 4.76", W, "1.4 Commands modified",
+        "SM403", "F=2 has another meaning than before firmware 4.76", W, "1.4 Commands modified",
         "Since firmware 4.76, F=2 reverses the direction of the shaft.  In earlier firmware, F=2 lets the motor send "
         "scan errors to the host.",
         "F=2",
@@ -301,12 +301,12 @@ RULES = (
     ),
     UNENDED := Rule(
         "SM503", "the end of a command is missing", W, HOST,
-        "The motor executes a command only after it has received the blank or <CR> at the end of the command.",
+        "The motor executes a command only after the blank or <CR> at the end of the command.",
         "> RP", ".talk",
     ),
     DOWNLOAD := Rule(
         "SM504", "the end of a download is missing", E, "Program storage",
-        "After LOAD, the motor stores all characters as the program until it receives the bytes FFh FFh.",
+        "After LOAD, the motor stores all characters as the program, until the motor receives the bytes FFh FFh.",
         "> LOAD\\r\n> GOTO5 C5 END", ".talk",
     ),
 )  # fmt: skip
