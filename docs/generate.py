@@ -52,8 +52,8 @@ def write(folder: Path, *, with_playground: bool) -> None:
 
 def status_bits(model: str) -> Iterator[str]:
     """Return the bits of the status answers: value, name and meaning, as the front panel shows them."""
-    yield "**Its status answers.** An answer is the sum of the bits that are 1."
-    yield "`:explain NUMBER` in a terminal names the bits of a number.\n"
+    yield "**Status answers.** Each bit of a status answer has a value, e.g. 1, 2 or 4. The answer is the sum of the"
+    yield "values of all bits that are 1. In `axistwin term`, `:explain NUMBER` names the bits of a number.\n"
     for group in product(model).front:
         bits = [lamp for lamp in group.items if isinstance(lamp, Lamp) and lamp.bit is not None]
         if bits:
@@ -73,13 +73,14 @@ def chapters(model: str, title: str) -> Iterator[str]:
     for each in table:
         code = f"{each.code:02X}" if isinstance(each.code, int) else show_controls(each.code)
         found.setdefault(each.chapter, []).append(f"`{code}`".replace("|", "\\|"))
-    others = f" The {removed} commands that this firmware has lost are refused." if removed else ""
-    yield f"**Its chapters.** All {len(table) - removed} commands are implemented: see the"
+    others = f" The motor refuses the {removed} commands that firmware 4.76 has removed." if removed else ""
+    yield f"**Chapters of the manual.** All {len(table) - removed} commands are implemented: see the"
     yield f"[list](../generated/commands.md).{others}\n"
     yield "| chapter of the manual | commands |"
     yield "| --- | --- |"
     yield from (f"| {chapter} | {' '.join(codes)} |" for chapter, codes in found.items())
-    yield "\n**Decisions** where the manual is silent or contradicts itself, each with its evidence and its test:\n"
+    yield "\n**Decisions.** Where the manual says nothing or contradicts itself, axistwin follows a decision. The list"
+    yield "shows the number of decisions for each subject. Each decision has its evidence and its test.\n"
     family = FIDELITY.read_text(encoding="utf-8").split(f"\n## {title}\n")[1].split("\n## ")[0]
     first, *parts = family.split("\n### ")
     for part in ([f"{title}\n{first}"] if "\n| " in first else []) + parts:
@@ -97,7 +98,8 @@ def _anchor(heading: str) -> str:
 def commands() -> Iterator[str]:
     """Return the command lists of the manuals, one table per family."""
     yield "# Commands of the controllers\n"
-    yield "From the tables that parsers, checkers and editors read; `axistwin commands MODEL` prints the same.\n"
+    yield "This page is made from the command tables that the parsers, checkers and editors of axistwin use."
+    yield "`axistwin commands MODEL` prints the commands of one model.\n"
     for model, title in MODELS.items():
         made = product(model)
         yield f"## {title}\n"
@@ -120,7 +122,8 @@ def diagnostics() -> Iterator[str]:
     """Return the tables of codes with an example of each code, one chapter per family."""
     for title, table in codes.tables().items():
         yield f"## {title}\n"
-        yield "| code | | severity | manual |"
+        source = "page" if title == codes.OURS else "chapter of the manual"
+        yield f"| code | problem | severity | {source} |"
         yield "| --- | --- | --- | --- |"
         yield from (f"| [{r.code}](#{r.code.lower()}) | {r.title} | {r.severity} | {r.chapter} |" for r in table)
         yield ""
@@ -129,9 +132,11 @@ def diagnostics() -> Iterator[str]:
 
 
 def _section(rule: Rule) -> tuple[str, ...]:
+    ours = rule.chapter.startswith("docs/")
+    source = f"the page `{rule.chapter}`" if ours else f"the chapter *{rule.chapter}* of the manual"
     return (
         f"### {rule.code}\n",
-        f"{rule.title[0].upper()}{rule.title[1:]}: {rule.severity}. Manual: {rule.chapter}.\n",
+        f"{rule.severity.capitalize()}: {rule.title}. See {source}.\n",
         f"{rule.explanation.replace('.  ', '. ')}\n",
         f"```{codes.suffix_of(rule)[1:]}",
         *codes.shown(rule.example),

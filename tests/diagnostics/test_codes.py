@@ -74,7 +74,7 @@ def explain(*arguments):
 
 def test_a_code_is_explained():
     assert explain("--codes", "dp301").stdout.splitlines() == [
-        "DP301  a speed above the maximum of the range (error)",
+        "DP301  the speed is above the maximum of the speed range (error)",
         (
             "  The highest speeds of the speed ranges 1 to 4 are 25000, 50000, 100000 and 4000 steps/s.  "
             "The interface keeps the range and the speed for later messages."

@@ -11,59 +11,61 @@ IF1 = '[[controller]]\nmodel = "if1"\n'
 
 RULES = (
     UNREADABLE := Rule(
-        "AX100", "a line that cannot be read", E, PAGE,
-        "A file of this kind cannot contain such a line; the message says what is expected.",
+        "AX100", "a line is not allowed in this type of file", E, PAGE,
+        "The type of the file does not permit this line.  The error message says what the line can contain.",
         "; model: 1811\n> ; nothing", ".talk",
     ),
     NO_ACT := Rule(
-        "AX101", "not a line of a conversation", E, PAGE,
-        "Each line begins with `;`, `+`, `>`, `<`, `!` or `=`, or with a controller's name and a colon before that.",
+        "AX101", "a line begins with a wrong character", E, PAGE,
+        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  The name of a controller and a "
+        "colon may come before this character, e.g. `table: > K`.",
         "?what", ".talk",
     ),
     NO_TIME := Rule(
-        "AX102", "an invalid time", E, PAGE,
-        "After `+` write a number of seconds, e.g. +0.25.",
+        "AX102", "a time is invalid", E, PAGE,
+        "After `+`, write a number of seconds, for example `+0.25`.",
         "+soon", ".talk",
     ),
     NO_VALUE := Rule(
         "AX103", "a name or a value is missing", E, PAGE,
-        "After `!` and `=` write a name and a value: `! input1 high`, `= X.position 1000`.",
+        "After `!` or `=`, write a name and a value, for example `! input1 high` or `= X.position 1000`.",
         "! input1", ".talk",
     ),
     NO_ASCII := Rule(
-        "AX104", "a character that is not ASCII", E, PAGE,
-        "A host sends bytes.  Write printable ASCII as it is, and other bytes in a conversation as \\xNN.",
+        "AX104", "a character is not ASCII", E, PAGE,
+        "A host sends bytes.  Write printable ASCII characters as they are.  In a conversation, write each other byte "
+        "as \\xNN, with the two hex digits NN, e.g. \\x0D.",
         "X100é$", ".if1",
     ),
     NO_ESCAPE := Rule(
-        "AX105", "an unknown escape sequence", E, PAGE,
-        "The valid escape sequences are \\r, \\n, \\\\ and \\xNN with two hex digits.",
+        "AX105", "an escape sequence is unknown", E, PAGE,
+        "The valid escape sequences are \\r, \\n, \\\\ and \\xNN, where NN is two hex digits.",
         "> X100\\q", ".talk",
     ),
     NO_TOML := Rule(
-        "SC101", "not TOML", E, SCENES,
-        "The file cannot be read as TOML; the rest of the file has not been checked.",
+        "SC101", "the file is not valid TOML", E, SCENES,
+        "The file cannot be read as TOML.  The rest of the file has not been checked.",
         '[[controller]\nmodel = "if1"', ".toml",
     ),
     UNKNOWN_KEY := Rule(
-        "SC102", "an unknown key", E, SCENES,
-        "The table cannot have a key of this name; perhaps the name is misspelled.",
+        "SC102", "the name of a key is unknown", E, SCENES,
+        "This table cannot have a key with this name.  The name of the key may be misspelled.",
         IF1 + 'nmae = "left"', ".toml",
     ),
     MISSING_KEY := Rule(
         "SC103", "a key is missing", E, SCENES,
-        "This table needs the key.",
+        "This table must contain the missing key.",
         '[[controller]]\nname = "left"', ".toml",
     ),
     VALUE := Rule(
-        "SC104", "an invalid value", E, SCENES,
-        "The value is of a wrong type, or out of range.",
+        "SC104", "a value is invalid", E, SCENES,
+        "The value has a wrong type or is out of range.",
         IF1 + "axes.X.limits = [100, 0]", ".toml",
     ),
     SCENE := Rule(
-        "SC110", "a scene that cannot be built", E, SCENES,
-        "Each table of the scene is valid, but a name in a table does not exist, is used twice, or does not fit the "
-        "other tables.",
+        "SC110", "the scene cannot be built", E, SCENES,
+        "Each table of the scene is valid by itself.  But a name in a table does not exist, is used twice, or does "
+        "not fit the other tables.",
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip

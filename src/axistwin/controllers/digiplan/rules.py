@@ -16,113 +16,126 @@ INDEX, RUN = "Index mode instructions", "Run mode instructions"
 INITIALISATION, LOCKOUT = "Initialisation", "Communication lockout commands"
 
 RULES = (
-    UNKNOWN := Rule("DP101", "unknown character", E, ALL,
-        "This character is not a command.  The interface refuses the whole message and sets the data fault.  "
-        "Commands are upper case; in a file of command lines `;` begins a comment.",
+    UNKNOWN := Rule("DP101", "the character is unknown", E, ALL,
+        "This character is not a command.  The interface refuses the whole message and sets the data fault.  Write "
+        "commands in upper case.  In a file of command lines, `;` begins a comment.",
         "x1000$"),
-    LOST_NUMBER := Rule("DP102", "a number without a command", E, ALL,
-        "The command before this number takes no number, or a number of another form.  The message is refused.",
+    LOST_NUMBER := Rule("DP102", "a number does not belong to a command", E, ALL,
+        "The command before this number takes no number, or only a number of another form, e.g. with a sign.  The "
+        "interface refuses the whole message.",
         "B20"),
-    ALONE := Rule("DP103", "must be sent alone", E, ALL,
+    ALONE := Rule("DP103", "the command must be sent alone", E, ALL,
         "Send each status request, `#`, `[` and `]` as a message of its own, with its own <CR>.",
         "X100 E"),
-    SETUP := Rule("DP104", "for initialisation only", E, INITIALISATION,
-        "The interface obeys `(`, `*`, `U` and `V` only during initialisation; later each of them sets the data fault. "
-        " Leave them out of a file of command lines: axistwin initialises the interface before the first line.",
+    SETUP := Rule("DP104", "the command is allowed only during initialisation", E, INITIALISATION,
+        "The interface obeys `(`, `*`, `U` and `V` only during initialisation; later each of these characters sets "
+        "the data fault.  Leave these characters out of a file of command lines: axistwin initialises the interface "
+        "before the first line.",
         "U61"),
-    MISPLACED := Rule("DP105", "a sign that is not valid here", E, ALL,
-        "`$`, `:`, `+`, `-` and `,` are parts of other commands: `$` ends a message, `:` divides the steps of a "
-        "sequence, signs follow an axis or B, a comma follows P or =.",
+    MISPLACED := Rule("DP105", "`$`, `:`, `+`, `-` or `,` is in a wrong position", E, ALL,
+        "These characters are not commands, but parts of commands and messages.  `$` ends a message, and `:` "
+        "separates the steps of a sequence.  `+` and `-` are allowed only after an axis or `B`, and `,` only after "
+        "`P` or `=`.",
         "X$Y$"),
-    NOT_IN_THIS_KIND := Rule("DP106", "a command for another kind of message", E, ALL,
-        "The commands `=` and `A` are valid only in steps of a sequence; `>`, `<`, `^` and `D` only in direct "
-        "messages.",
+    NOT_IN_THIS_KIND := Rule("DP106", "the command is not allowed in this kind of message", E, ALL,
+        "The commands `=` and `A` are allowed only in the steps of a sequence.  The commands `>`, `<`, `^` and `D` "
+        "are allowed only in direct messages.",
         ":^5X100:$"),
-    ORDER := Rule("DP107", "commands in a wrong order", E, COMBINING,
-        "The commands in a message or a step have a fixed order: waiting for inputs (H, L), the move, then outputs "
-        "(S, R, P).  In a step, A comes after the inputs and = at the end.",
+    ORDER := Rule("DP107", "the commands are in a wrong order", E, COMBINING,
+        "The commands in a message or a step have a fixed order: first the commands that wait for inputs (H, L), then "
+        "the move, then the commands for outputs (S, R, P).  In a step without a move, the commands `A` and `=` come "
+        "after H and L, and `=` comes last.",
         "S1X100$"),
     NEEDS := Rule("DP108", "a parameter is missing", E, ALL,
-        "This command needs a number; the number is missing or malformed.",
+        "This command needs a number, but the number is missing or malformed.",
         "@"),
     RANGE := Rule("DP109", "a parameter is out of range", E, ALL,
         "The interface refuses the whole message and sets the range fault.",
         ">5"),
-    TWICE := Rule("DP110", "an axis, / or G that does not fit the preceding text", E, ALL,
-        "An axis, `/` or `G` is repeated in a message, or `/`, `G` or `B` has no axis before.",
+    TWICE := Rule("DP110", "an axis, `/`, `G` or `B` does not fit the text before it", E, ALL,
+        "This error has two causes: an axis, `/` or `G` occurs twice in one message, or no axis is before `/`, `G` or "
+        "`B`.",
         "X1X2$"),
-    WAITS := Rule("DP111", "waiting for an input without a move", E, COMBINING,
-        "H and L delay a move.  To wait for an input and then only switch an output, use a sequence.",
+    WAITS := Rule("DP111", "a message waits for an input (H or L), but contains no move", E, COMBINING,
+        "H and L delay a move until an input has the given level.  To wait for an input and then switch an output "
+        "without a move, use a sequence.",
         "H1$"),
     MINOR := Rule("DP112", "the minor axis is missing", E, INTERPOLATION,
-        "`/` must be followed by the axis with the shorter distance, or by two axes.",
+        "After `/`, write the axis with the shorter distance, or two axes.",
         "X200/$"),
-    CORRECTION := Rule("DP113", "impossible backlash correction", E, "Backlash correction",
-        "`B` without a number corrects an index of the same axis, but not a run or an interpolated move.",
+    CORRECTION := Rule("DP113", "a backlash correction is not possible for this move", E, "Backlash correction",
+        "`B` without a number adds the backlash correction to the index move of the axis before `B`.  A run-mode move "
+        "and an interpolated move cannot have a backlash correction.",
         "X@500GB$"),
-    CONTROL_ALONE := Rule("DP114", "% with other commands", E, INTERVENTION,
-        "The step in which a sequence gives control to the host must contain `%` only.",
+    CONTROL_ALONE := Rule("DP114", "% is in one step with other commands", E, INTERVENTION,
+        "If a step of a sequence gives control to the host, the step must contain only the command `%`.",
         ":X100%:$"),
-    SEQUENCE_END := Rule("DP201", "a sequence without its end", E, SEQUENCE,
-        "A message that begins with `:` is a sequence, and ends in `:$`.",
+    SEQUENCE_END := Rule("DP201", "the end of a sequence is missing", E, SEQUENCE,
+        "A message that begins with `:` is a sequence.  A sequence must end in `:$`.",
         ":X100"),
-    STEP_MISSING := Rule("DP202", "an empty step", E, SEQUENCE,
-        "A step between two colons is empty.  The steps are numbered from 1.",
+    STEP_MISSING := Rule("DP202", "a step of a sequence is empty", E, SEQUENCE,
+        "There is nothing between two colons of a sequence.  The steps of a sequence are numbered from 1.",
         ":X100::Y:$"),
-    TOO_MANY := Rule("DP203", "too many steps", E, SEQUENCE,
-        "A sequence has 63 steps at most.  The previously stored sequence is kept.",
+    TOO_MANY := Rule("DP203", "a sequence has too many steps", E, SEQUENCE,
+        "A sequence can have at most 63 steps.  The interface keeps the sequence that was stored before.",
         ":" + "X:" * 64 + "$"),
-    REPEAT := Rule("DP204", "a repeat from a later step", E, REPEATS,
-        "In `=times,first`, `first` must be the number of an earlier step or of the same step.",
+    REPEAT := Rule("DP204", "a step repeats the sequence from a later step", E, REPEATS,
+        "`=times,first` repeats the steps from step number `first`.  The step `first` must be an earlier step, or the "
+        "step that contains `=`.",
         ":X100:=2,3:$"),
-    NEVER_REACHED := Rule("DP205", "steps that are never reached", W, REPEATS,
-        "`=0,n` repeats steps for ever, until the host sends `#`.  The steps after `=0,n` are stored but never "
-        "carried out.",
+    NEVER_REACHED := Rule("DP205", "steps of a sequence are never reached", W, REPEATS,
+        "`=0,n` repeats the steps from step n until the host sends `#`.  The steps after `=0,n` are stored but never "
+        "executed.",
         ":X100:=0,1:Y:$"),
-    RUN_CONTINUES := Rule("DP206", "a move that waits for a run to end", W, ABORT,
-        "A run continues during the next steps.  The move of a later step waits until the run ends, and in a sequence "
-        "only `A` ends a run.",
+    RUN_CONTINUES := Rule("DP206", "a move in a sequence must wait until a run-mode move ends", W, ABORT,
+        "A run-mode move continues during the next steps.  The move of a later step begins only after the end of the "
+        "run-mode move.  In a sequence, only the command `A` ends a run-mode move.",
         ":X@500G:X5:$"),
-    NO_INTERVENTION := Rule("DP207", "% without a sequence that waits for the host", E, INTERVENTION,
-        "`%` sent directly gives control back to a sequence that has given control to the host with a step `%`.",
+    NO_INTERVENTION := Rule("DP207", "% is sent, but no sequence waits for the host", E, INTERVENTION,
+        "A step `%` of a sequence gives control to the host.  The host then sends `%` to give control back to the "
+        "sequence.",
         "%"),
-    NOTHING_STORED := Rule("DP208", "no sequence to run again", W, SEQUENCE,
-        "`:$` runs the stored sequence again, but no sequence has been sent.  An IF2 may still have an old sequence "
-        "in its battery-backed memory.",
+    NOTHING_STORED := Rule("DP208", "`:$` is sent, but no sequence is stored", W, SEQUENCE,
+        "`:$` starts the stored sequence again, but the host has not sent a sequence before.  An IF2 may still have "
+        "an old sequence in its battery-backed memory.",
         ":$"),
-    TOO_FAST := Rule("DP301", "a speed above the maximum of the range", E, "Speed",
+    TOO_FAST := Rule("DP301", "the speed is above the maximum of the speed range", E, "Speed",
         "The highest speeds of the speed ranges 1 to 4 are 25000, 50000, 100000 and 4000 steps/s.  The interface "
         "keeps the range and the speed for later messages.",
         "@25001"),
-    CONSTRAINT := Rule("DP302", "beyond the constraints of linear interpolation", E, CONSTRAINTS,
-        "Linear interpolation needs speed range 1, a speed up to 10000 steps/s and an acceleration from 5000 "
-        "steps/s².  The longer distance is up to 65535 steps and belongs to the first axis.",
+    CONSTRAINT := Rule("DP302", "a move exceeds a limit of linear interpolation", E, CONSTRAINTS,
+        "Linear interpolation needs speed range 1, a speed of at most 10000 steps/s and an acceleration of at least "
+        "5000 steps/s².  The first axis must have the longer distance, which can be at most 65535 steps.",
         "@10001\nX200/Y100$"),
-    NO_DISTANCE := Rule("DP303", "an index of no length", W, INDEX,
-        "The distance is 0: no distance has been sent, or a run has set it to 0.  Nothing moves.",
+    NO_DISTANCE := Rule("DP303", "an index move has the distance 0", W, INDEX,
+        "Nothing moves, because the distance is 0.  Either no distance has been sent, or a run-mode move has set the "
+        "distance to 0.",
         "X@500G$\nX$"),
-    UNUSED_DISTANCE := Rule("DP304", "a distance that a run does not use", W, RUN,
-        "G runs the motor until it is stopped, so the distance in the message is not used.  The distance of later "
-        "moves becomes 0 too.",
+    UNUSED_DISTANCE := Rule("DP304", "a run-mode move does not use the distance in the message", W, RUN,
+        "G starts a run-mode move, which continues until the motor is stopped.  G ignores the distance in the message "
+        "and sets the distance to 0, also for later moves.",
         "X1000G$"),
-    NO_START := Rule("DP305", "a message without `$`", W, INDEX,
-        "The interface stores the parameters of a message without `$`, but starts no move and sets no output.",
+    NO_START := Rule("DP305", "a message does not contain `$`", W, INDEX,
+        "If a message contains no `$`, the interface stores the parameters in the message.  The interface starts no "
+        "move and sets no output.",
         "S2"),
-    TOO_EARLY := Rule("DP401", "sent before ( sets the baud rate", W, INITIALISATION,
-        "After power-on the interface obeys only `(`, from which it detects the baud rate.",
+    TOO_EARLY := Rule("DP401", "a command is sent before `(` has set the baud rate", W, INITIALISATION,
+        "After power-on the interface obeys only `(`.  The interface detects the baud rate from this character.",
         "+1.5\n> X100$\\r\n> (", ".talk"),
-    FORMAT := Rule("DP402", "no data format", E, INITIALISATION,
-        "After `(` the host must send the data format: U or V, then a digit for the frame, 1 to 8, and one for the "
-        "parity, 1 to 9.  With U, messages end in <CR>; with V, in <CR><LF>.",
+    FORMAT := Rule("DP402", "the data format is missing or invalid", E, INITIALISATION,
+        "After `(` the host must send the data format in three characters: U or V, a frame digit (1 to 8) and a "
+        "parity digit (1 to 9).  With U, messages end in <CR>; with V, messages end in <CR><LF>.",
         "> (\n> U60\\r\n> U61\\r", ".talk"),
-    FORMAT_UNENDED := Rule("DP403", "a data format without its end", W, INITIALISATION,
-        "The interface obeys the data format when it receives the <CR> at its end (for V: the <LF>).",
+    FORMAT_UNENDED := Rule("DP403", "the end of a data format message is missing", W, INITIALISATION,
+        "The data format takes effect when the interface receives the last character of the data format message.  The "
+        "last character is <CR> after U, and <LF> after V.",
         "> (U61", ".talk"),
-    UNENDED := Rule("DP404", "a message without its end", W, INITIALISATION,
-        "The interface obeys a message when it receives the end of the message: <CR>, or <LF> if the data format is V.",
+    UNENDED := Rule("DP404", "the end of a message is missing", W, INITIALISATION,
+        "The interface executes a message only after the last character of the message.  The last character is <CR>, "
+        "or <LF> if the data format is V.",
         "> (U61\\r\n> X100$", ".talk"),
-    LOCKED := Rule("DP405", "sent while the interface is locked", W, LOCKOUT,
-        "After `[` the interface obeys only status requests, `]`, and `(` while DSR is active.  It ignores all other "
-        "commands.",
+    LOCKED := Rule("DP405", "a command is sent while the interface is locked", W, LOCKOUT,
+        "After `[` the interface obeys status requests and `]`.  While DSR is active, the interface also obeys `(`.  "
+        "The interface ignores all other commands.",
         "[\nX100$\n]"),
 )  # fmt: skip
