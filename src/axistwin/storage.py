@@ -38,7 +38,7 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Store the contents of the memory in RAM."""
+        """Keep the contents of the memory in RAM.  No file is written."""
         self._contents = contents
 
     def end(self) -> None:
@@ -59,7 +59,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # this attribute holds the contents of a failed write
+        self._unwritten: bytes | None = None  # contents that could not be written to the file
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -69,7 +69,7 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents of the last `save`; before the first `save`, return the contents of the file."""
+        """Return the contents of the last call of `save`.  Before the first call, return the contents of the file."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
@@ -124,7 +124,7 @@ class FileStore:
                 self.path.unlink(missing_ok=True)
         except OSError as error:
             remove_or_write = "remove" if self.found is None else "write"
-            raise AxistwinError(f"cannot {remove_or_write} {self.path}: {reason(error)}") from None
+            raise AxistwinError(f"cannot {remove_or_write} the memory file {self.path}: {reason(error)}") from None
         self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:

@@ -48,9 +48,9 @@ def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
         ("3 cm", MM, "'cm' is not the unit of the axis: expected mm"),
         ("3 mm", None, "unknown unit 'mm': give counts, or set the axis option units, e.g. units = { per = 80, of = "),
         ("3.5", MM, "invalid number of counts '3.5': expected e.g. 1000 or '12.5 mm'"),
-        ("3 mm/s", MM, "expected a position, e.g. 1000 or '12.5 mm'"),
+        ("3 mm/s", MM, "'3 mm/s' is not a position: expected e.g. 1000 or '12.5 mm'"),
         ("1.2.3 mm", MM, "invalid number '1.2.3': expected a decimal number below 1e30"),
-        ("mm", None, "expected a position, e.g. 1000"),
+        ("mm", None, "'mm' is not a position: expected e.g. 1000"),
         ("999999999999999999 mm", MM, "is out of range: expected -9007199254740992 to 9007199254740992 counts"),
     ],
 )
@@ -64,7 +64,7 @@ def test_a_velocity():
     assert rate("50 mm/s", MM) == 4000
     assert rate(12, MM) == 12
     with pytest.raises(
-        UsageError, match=r"expected a velocity as a number of counts/s, or as a text, e\.g\. '50 mm/s'"
+        UsageError, match=r"'50 mm' is not a velocity: expected a number of counts/s, or a text, e\.g\. '50 mm/s'"
     ):
         rate("50 mm", MM)
 
@@ -111,7 +111,7 @@ def test_a_scene_with_units(directory):
         (
             '"-1 mm"',
             '"-1 cm"',
-            ":6:59: controller.axes.motor.limits: invalid position: 'cm' is not the unit of the axis: expected mm",
+            ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm",
         ),
         (
             "per = 80",
@@ -133,7 +133,7 @@ def test_a_scene_with_units(directory):
         (
             '"180°"',
             '"x"',
-            ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: expected a position, e.g. 1000 or '12.5 °'",
+            ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: 'x' is not a position: expected e.g. 1000 or '12.5 °",
         ),
         ('"2000/360"', "true", "invalid units of axis shaft: expected a number of pulses or counts per unit"),
     ],
@@ -226,7 +226,11 @@ def test_the_bounds_of_a_stand_in(tmp_path):
     assert (wiring.axes[0].travel, wiring.axes[0].max_rate) == ((-80, 23_200), 4000)
     for old, new, message in (
         ("290 mm", "290 cm", ":14:1: 'cm' is not the unit of the axis: expected mm"),
-        ("50 mm/s", "50 mm", ":15:1: expected a velocity as a number of counts/s, or as a text, e.g. '50 mm/s'"),
+        (
+            "50 mm/s",
+            "50 mm",
+            ":15:1: '50 mm' is not a velocity: expected a number of counts/s, or a text, e.g. '50 mm/s'",
+        ),
         ('"50 mm/s"', "-3", ":15:1: stand-in.axis.max_rate: expected a rate above 0, e.g. 4000 or '50 mm/s', not -3"),
         ('"-1 mm"', "1.5", ":14:11: stand-in.axis.travel: expected a position, e.g. 1000 or '12.5 mm', not 1.5"),
     ):

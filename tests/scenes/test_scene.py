@@ -174,7 +174,7 @@ WRONG = {
     "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
     "limits in words": (
         controllers("if1", more="axes.X.limits = [1, 'b']"),
-        '3:21: controller.axes.X.limits: invalid position: expected a position, e.g. 1000, not "b"',
+        "3:21: controller.axes.X.limits: 'b' is not a position: expected e.g. 1000, not \"b\"",
     ),
     "limits crossed": (
         controllers("if1", more="axes.X.limits = [2, 1]"),

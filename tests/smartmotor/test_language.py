@@ -104,7 +104,7 @@ def test_what_is_no_command(text):
         ("GOSUB1000", (5, "1000 is out of range: expected label 0…999")),
         ("endif", (0, "unknown command endif: commands are upper case")),
         ("=5", (0, "=5: blanks around = are not allowed")),
-        ("aw[0] 1 2", (9, "the list of values does not end with a period: expected e.g. aw[0] 1 2 3.")),
+        ("aw[0] 1 2", (9, "the list of values does not end with a period: expected e.g. 'aw[0] 1 2 3.'")),
         ("CASE a", (5, "the value of CASE must be a constant, e.g. CASE 1")),
         ("Bt", (0, "Bt is a value, not a command: RBt reports it")),
     ],

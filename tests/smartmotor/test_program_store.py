@@ -297,7 +297,9 @@ def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path)
 )  # fmt: skip
 def test_a_spoilt_state_file_is_told_with_its_name(bench, tmp_path, contents):
     (tmp_path / "smartmotor.json").write_text(contents)
-    with pytest.raises(UsageError, match=r"smartmotor\.json is not a SmartMotor's memory \(.*\): delete the file"):
+    with pytest.raises(
+        UsageError, match=r"smartmotor\.json is not a memory file of a SmartMotor \(.*\): delete the file"
+    ):
         bench.add("smartmotor", state=tmp_path)
 
 

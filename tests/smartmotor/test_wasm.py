@@ -194,7 +194,7 @@ def text(out: Ints, n: int) -> int:
     ("function", "words"),
     [
         (not_sampled, "not_sampled calls quotient: expected a function marked with @sampled"),
-        (both, "variable value of both changes its type: expected one type"),
+        (both, "variable value of both has values of different types: expected one type, e.g. int"),
         (text, "text calls len: expected a function marked with @sampled"),
     ],
 )

@@ -100,9 +100,9 @@ class CommandSet:
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":
-        """Return a copy of the command table, with these commands added or replaced."""
+        """Return a copy of the command table in which the given commands are added or replaced."""
         return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
 
     def without(self, *codes: Code) -> "CommandSet":
-        """Return a copy of the command table without the commands that have these codes."""
+        """Return a copy of the command table in which the commands with the given codes are removed."""
         return CommandSet(*(command for command in self if command.code not in codes))

@@ -124,13 +124,19 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` directly after the character `sent`."""
+    """Return the edit that inserts `text` directly after a character.
+
+    `sent`: this character, with its position in the file.
+    """
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` directly before the character `sent`."""
+    """Return the edit that inserts `text` directly before a character.
+
+    `sent`: this character, with its position in the file.
+    """
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 

@@ -47,7 +47,8 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    patterns: dict[int, NDArray[np.int64]] = {}  # pulse times of repeated profiles, in at most half the memory of `out`
+    # pulse times of each profile that occurs at least twice; they need at most half as much memory as `out`
+    patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
         if not repeated:

@@ -47,7 +47,7 @@ class Profile:
     def __init__(
         self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
     ) -> None:
-        """Convert the segments of the profile to tables of integers.
+        """Convert the segments of the profile to lists of integers.
 
         `phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion.
         """
@@ -62,9 +62,9 @@ class Profile:
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:
-        """Append the rates and start times of segments to the tables of the profile.
+        """Append the rate, the start time and the phase of each segment to the lists of the profile.
 
-        Return False if a table would need fractions.
+        Return False if a list would need fractions.
         """
         per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
         duration, ticks, rest = None, 0, 0
@@ -72,7 +72,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # consecutive segments of the same duration need only one division
+            # divide only if the duration differs from the duration of the segment before
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -98,7 +98,7 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the exact number of pulses up to the time `elapsed_ns`, including the fraction of a pulse.
+        """Return the phase at the time `elapsed_ns`: the exact number of pulses since the start, with a fraction.
 
         The unit of the result is 1/(parts * S) pulse.
         """
@@ -116,7 +116,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # count the pulses up to the end of this nanosecond
+        # also count a pulse within the nanosecond that begins at `elapsed_ns`
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
@@ -131,7 +131,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the number of whole pulses before a time, and the elapsed fraction of the next pulse."""
+        """Return the phase at a time: the number of whole pulses since the start, and a fraction of a pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 
@@ -247,7 +247,7 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Return `parts` divided by `per_second` as an exact number of seconds.
+    """Convert a time from units of 1/`per_second` s to seconds.  The result is an exact fraction.
 
     Calls with equal arguments return the same object.
     """

@@ -34,15 +34,15 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels of a fast ramp, which changes its level at every interval.
+    """Yield the levels (step rates) of a fast ramp, which has a new level in each time interval.
 
-    Each level comes with its duration in intervals, which is 1.
+    Each level comes with its duration, which is 1 interval.
     """
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels of a slow ramp, each with its duration in intervals.
+    """Yield the levels (step rates) of a slow ramp, each with its duration in time intervals.
 
     A slow ramp stays at each level for one or more intervals.
     """
@@ -51,7 +51,7 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
     done = 0
     for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
-        # k is the number of the last interval at this level
+        # k is the number of the last time interval in which the ramp has this level
         edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
         k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
         yield level, k - done
@@ -88,7 +88,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Number of pulses in the first k levels of the acceleration, for k = 0, 1 and so on."""
+        """List in which element k is the number of pulses in the first k levels of the acceleration."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

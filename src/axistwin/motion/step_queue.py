@@ -65,9 +65,9 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the step command that outputs as many of the next pulses as possible.
+    """Return the step command that outputs as many of the next pulses as the bounds of these pulses allow.
 
-    The tick of each pulse is from its bound in `low` to its bound in `high`.
+    The tick of each pulse must be from the bound in `low` to the bound in `high`.
     """
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
         interval_ticks = int(high[0])
@@ -90,7 +90,7 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
     """Return a step command that outputs all given pulses, or None if no such command exists.
 
-    The tick of each pulse is from its bound in `low` to its bound in `high`.
+    The tick of each pulse must be from the bound in `low` to the bound in `high`.
     """
     import numpy as np
 

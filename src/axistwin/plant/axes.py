@@ -32,7 +32,9 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
             motor = StepperMotor(**{**motor, "torque": points})
         load = Load(**given["load"]) if given.get("load") is not None else None
     except KeyError:
-        raise UsageError(f"invalid motor of axis {name}: expected `torque`, a list of points (pulses/s, N·m)") from None
+        raise UsageError(
+            f"invalid motor of axis {name}: add `torque`, a list of pairs (pulses/s, N·m), e.g. [[0, 1.2], [5000, 0.4]]"
+        ) from None
     except (TypeError, ValueError) as what_was_expected:
         raise UsageError(f"invalid option of axis {name}: {what_was_expected}") from None
     axis = StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)

@@ -62,7 +62,7 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the count that the encoder had at an earlier shaft position.
+        """Return the encoder count that belongs to an earlier position of the shaft.
 
         The position is part of the present motion, which has no reversal.
         """

@@ -82,7 +82,10 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction output, with a pause before and after each change."""
+        """Set the direction signal of the joystick.  Wait before and after a change of the signal.
+
+        AT ZERO is active during both waiting times (`settle_ns`).
+        """
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

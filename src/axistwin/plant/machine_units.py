@@ -96,7 +96,7 @@ def position(given: int | str, units: MachineUnits | None) -> int:
     found = _QUANTITY.fullmatch(given) if isinstance(given, str) and len(given) < 100 else None
     if found is None or found["per_second"]:
         example_position = _example_position(units)
-        raise UsageError(f"expected a position, e.g. {example_position}")
+        raise UsageError(f"{shortened(str(given))} is not a position: expected e.g. {example_position}")
     if found["of"] is None:
         try:
             return whole(found["number"], -MOST_POSITION, MOST_POSITION)
@@ -116,7 +116,9 @@ def rate(given: float | str, units: MachineUnits | None) -> float:
     found = _QUANTITY.fullmatch(given) if len(given) < 100 else None
     if found is None or not found["of"] or not found["per_second"]:
         unit = units.of if units else "mm"
-        raise UsageError(f"expected a velocity as a number of counts/s, or as a text, e.g. '50 {unit}/s'")
+        raise UsageError(
+            f"{shortened(given)} is not a velocity: expected a number of counts/s, or a text, e.g. '50 {unit}/s'"
+        )
     return float(_quantity(found["number"], found["of"], units))
 
 

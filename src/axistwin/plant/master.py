@@ -59,7 +59,7 @@ class Followed(Protocol):
         """
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then the predicted positions.
+        """Return a list: the present position, followed by the predicted positions.
 
         Only certain positions are predicted.  The predictions are for `times_ns`, and are valid until `on_replan`.
         """
@@ -125,12 +125,12 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Gear ratio: encoder edges per count or pulse of the axis that turns the encoder."""
+        """Gear ratio: number of encoder edges for each count or pulse of the axis that turns the encoder."""
         return self._ratio
 
     @property
     def moving(self) -> bool:
-        """True if the encoder turns or is mounted on an axis."""
+        """True if the encoder count may change, because the encoder turns or is mounted on an axis."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -151,7 +151,7 @@ class Master:
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return the present count, then the predicted counts.
+        """Return a list: the present encoder count, followed by the predicted encoder counts.
 
         The predictions are for `times_ns`, as long as they are certain.  Each count is increased by `offset`.
         """
@@ -219,7 +219,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Notify the subscribers that the motion of the followed axis has changed."""
+        """Notify the subscribers that the axis on which the encoder is mounted has changed its motion."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

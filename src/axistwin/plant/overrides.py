@@ -28,7 +28,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The value of the setting, then the values of all active defects that override the setting."""
+        """List: the value of the setting, then the value of each active defect that overrides the setting."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
@@ -38,7 +38,10 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Override the setting with the value of a defect.  Return a function that ends the defect."""
+        """Override the setting by `value` while a simulated defect is active.
+
+        Return a function that ends the defect.
+        """
         added = _Value(value)
         self._before_change()
         self._values.append(added)

@@ -61,7 +61,7 @@ class ServoMotor:
 
     @property
     def tuning(self) -> tuple[int, ...]:
-        """Factory values of the servo gains KP, KI, KD, KL, KS, KV, KA and KG."""
+        """Factory settings of the servo gains KP, KI, KD, KL, KS, KV, KA and KG."""
         return tuple(getattr(self, name) for name in TUNING)
 
     @property

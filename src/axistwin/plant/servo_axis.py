@@ -62,7 +62,7 @@ class Source(Protocol):
         """Position of the controller's trajectory in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then the predicted positions.
+        """Return a list: the present position, followed by the predicted positions.
 
         The predictions are for `times_ns`, up to the first time at which an input could change the motion.
         """
@@ -83,7 +83,7 @@ class Source(Protocol):
         """True if the shaft turns or a trajectory is in progress."""
 
     def next_sample_ns(self) -> int | None:
-        """Time of the next position sample, in ns; None while the motor is at rest."""
+        """Virtual time in ns of the next sample of the position; None while the motor is at rest."""
 
     def temperature(self) -> float:
         """Temperature of the motor, in degrees Celsius."""
@@ -139,7 +139,7 @@ class AtRest:
         return None
 
     def temperature(self) -> float:
-        """Temperature of a motor without power: the ambient temperature."""
+        """Temperature of the motor in °C.  A motor without power has the ambient temperature."""
         return self._axis.ambient
 
     def energy_nj(self) -> int:
@@ -153,11 +153,11 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing, because a motor without power has no encoder count."""
+        """Do nothing, because a motor without power counts no encoder edges."""
 
 
 class EncoderView:
-    """Functions for users to read and disturb the encoder of a servo axis."""
+    """Access for users to the encoder of a servo axis: read the count, and simulate encoder faults."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -272,7 +272,7 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the switches after the shaft has crossed a switch edge.
+        """Update the switches after the shaft has passed a position at which a switch changes.
 
         Then set the window: the range of positions in which no switch changes.
         """
@@ -338,18 +338,19 @@ class ServoAxis:
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Raise an error, because positions of a servo cannot be predicted."""
         raise AssertionError(
-            f"cannot predict positions of servo axis {self.name} at {times_ns}: expected a stepper axis"
+            f"cannot predict positions of axis {self.name} at {times_ns} ns, because the motor is a servo: "
+            "expected a stepper axis"
         )
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position, then the predicted positions.
+        """Return a list: the present position, followed by the predicted positions.
 
         Only certain positions are predicted.  The predictions are for `times_ns`, and are valid until `on_replan`.
         """
         return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:
-        """Time of the next position sample, in ns; None while the motor is at rest."""
+        """Virtual time in ns of the next sample of the position; None while the motor is at rest."""
         return self._source.next_sample_ns()
 
     @property

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class EncoderView:
-    """Functions for users to read and disturb the encoder of a stepper axis."""
+    """Access for users to the encoder of a stepper axis: read the count, and simulate encoder faults."""
 
     def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
         self._axis, self._encoder = axis, encoder
@@ -81,7 +81,7 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the count has changed since the motor was at position `since` in the present move."""
+        """True if the encoder count has changed since the motor left the position `since` in the present move."""
         return self.count != self._encoder.count_at(since)
 
     @property
@@ -145,9 +145,10 @@ class StepperAxis:
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # steps lost in finished moves, positive minus negative
-        self._unmade = 0  # pulses suppressed by `hold` before the last call of `let_go`
-        # pulse count of the held step output; None while the output is not held
+        # number of steps lost in finished moves; a step in the negative direction counts as -1
+        self._lost = 0
+        self._unmade = 0  # number of pulses that `hold` had suppressed until `let_go` was last called
+        # pulse count at which `hold` has stopped the step output; None while the output is not held
         self._made: int | None = None
         self._was_held = False
 
@@ -200,7 +201,10 @@ class StepperAxis:
             pin.sense(lambda: encoder.at_index, encoder.subscribe_index)
 
     def encoder_counted(self, within_ns: int) -> bool:
-        """True if the encoder count has changed within the last `within_ns` nanoseconds of the present move."""
+        """True if the encoder count has changed during the last `within_ns` nanoseconds.
+
+        Only changes in the present move are included.
+        """
         if self._encoder is None:
             return False
         move = self.train.move
@@ -225,7 +229,7 @@ class StepperAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if the positions until the next move can be predicted.
+        """True if all positions of the axis up to the next move can be calculated now.
 
         No steps are lost, and the output is not held.
         """
@@ -233,7 +237,7 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if the motor is ideal and its motion has no subscribers.
+        """True if the motor is ideal, and no subscriber observes the motion of the axis.
 
         A new velocity profile then affects only the pulses.
         """
@@ -241,7 +245,10 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """None for every stepper axis, because its controller has no external encoder."""
+        """The axis that turns the external encoder: always None.
+
+        The controller of a stepper axis has no external encoder.
+        """
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
@@ -282,9 +289,9 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function that converts pulses of the present move to lost steps.
+        """Return a function that calculates the lost steps from the number of pulses in the present move.
 
-        None if no steps are lost.
+        Return None if no steps are lost.
         """
         if not self._slips:
             return None
@@ -308,30 +315,33 @@ class StepperAxis:
 
     @property
     def per_rev(self) -> int | None:
-        """Pulses per revolution, from the data sheet of the motor or encoder; None if unknown."""
+        """Motor pulses per revolution; None if unknown.
+
+        The value is from the data sheet of the motor or, without this data sheet, from that of the encoder.
+        """
         if self._motor is not None:
             return self._motor.pulses_per_rev
         return self._encoder.data.pulses_per_rev if self._encoder else None
 
     @property
     def pulses(self) -> int:
-        """Number of pulses that the step output has made, positive minus negative."""
+        """Number of pulses that the step output has made.  A pulse in the negative direction counts as -1."""
         return self._issued - self._unmade if self._made is None else self._made
 
     @property
     def _issued(self) -> int:
-        """Number of pulses that the controller has issued, positive minus negative."""
+        """Number of pulses that the controller has issued.  A pulse in the negative direction counts as -1."""
         return self.train.move.position_at(self.clock.now)
 
     @property
     def unmade(self) -> int:
-        """Number of pulses that `hold` has suppressed, positive minus negative."""
+        """Number of pulses that `hold` has suppressed.  A pulse in the negative direction counts as -1."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
         """Hold the step output: suppress all further pulses.
 
-        `made`: the number of pulses at which the output stops, positive minus negative.  `let_go` ends the hold.
+        `made`: pulse count at which the output stops.  `let_go` ends the hold.
 
         The stand-in, which replaces a real controller, calls this when a motion board has stopped the real motor.
         """
@@ -399,7 +409,10 @@ class StepperAxis:
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Simulate a defect that adds an external torque.  Return a function that ends the defect."""
+        """Simulate a defect that applies an additional external torque to the shaft.
+
+        Return a function that ends the defect.
+        """
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
@@ -469,7 +482,7 @@ class StepperAxis:
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Round the number of lost steps to whole rotor teeth.
+        """Round the number of lost steps to a whole number of rotor teeth.
 
         A rotor that is not blocked comes to rest at a whole tooth.
         """
@@ -504,7 +517,7 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Predict the lost steps again after a change of profile or load."""
+        """Calculate the lost steps of the present move again after a change of the velocity profile or of a torque."""
         if self._loses_no_steps and not self._held:
             self.on_motion.emit()
             return

@@ -46,13 +46,13 @@ class StepperMotor:
     def __post_init__(self) -> None:
         rates = [rate for rate, _ in self.torque]
         if not rates or rates != sorted(set(rates)):
-            raise ValueError("invalid torque curve: expected points (pulses/s, N·m) with increasing pulse rates")
+            raise ValueError("invalid torque curve: expected pairs (pulses/s, N·m) with increasing pulse rates")
         if not all(0 <= torque < inf for _, torque in self.torque):
             raise ValueError("invalid torque curve: expected torques of 0 N·m or more")
         if not (0 <= self.inertia < inf and self.pull_in >= 0):
             raise ValueError("invalid motor: expected an inertia and a pull-in rate of 0 or more")
         if self.pulses_per_rev <= 0 or self.rotor_teeth <= 0:
-            raise ValueError("invalid motor: expected pulses per revolution and rotor teeth above 0")
+            raise ValueError("invalid motor: expected pulses_per_rev and rotor_teeth above 0, e.g. 400 and 50")
 
     @property
     def pulses_per_tooth(self) -> int:

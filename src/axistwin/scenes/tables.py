@@ -96,7 +96,7 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     try:
         return machine_units.position(given, units)
     except UsageError as what_was_expected:
-        raise ValueError(f"invalid position: {what_was_expected}") from None
+        raise ValueError(str(what_was_expected)) from None
 
 
 Count = Annotated[int, BeforeValidator(_in_counts)]

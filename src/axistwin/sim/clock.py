@@ -86,7 +86,7 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` if no event is due in this time.
+        """Advance the clock by `duration_ns`, but only if no event is due in the next `duration_ns` nanoseconds.
 
         Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 
@@ -124,14 +124,17 @@ class Clock(Environment):
             heapify(self._queue)
 
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
-        """Schedule and return an event that happens after all other events up to `time_ns`."""
+        """Schedule an event at the time `time_ns`, and return the event.
+
+        The event happens after all other events up to this time.
+        """
         event = Event(self)
-        event._ok, event._value = True, None  # SimPy treats an event with a value as scheduled
+        event._ok, event._value = True, None  # SimPy expects these values in a scheduled event
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` at the end of each nanosecond in which an event happens.  Return an unsubscribe function.
+        """Call `callback` after all events of the same virtual time have happened.  Return an unsubscribe function.
 
         The callback may read the bench but must not change it.  Without subscribers there is no cost.
         """

@@ -12,7 +12,11 @@ from axistwin.sim.frames import UartFormat
 
 @dataclass
 class Passage:
-    """A character in transit, with the effects of line disturbances: copies, inverted bits, delay, format."""
+    """A character on the way from transmitter to receiver, with the effects of line disturbances.
+
+    `sent`: format of the character.  `copies`: number of times that the character is received.  `flips`: mask of the
+    inverted data bits.  `delay_ns`: delay of the character.
+    """
 
     sent: UartFormat
     copies: int = 1

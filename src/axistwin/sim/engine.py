@@ -13,7 +13,7 @@ NAME = "simpy"
 
 
 def _postpone_init() -> None:
-    """Register SimPy as a package whose `__init__` is executed on the first use of an attribute.
+    """Register the package SimPy, but execute `__init__` of SimPy only when an attribute is first used.
 
     No effect if SimPy has been imported before.
     """

@@ -84,7 +84,7 @@ class UartFormat:
 
     @cached_property
     def shape(self) -> tuple[int, int, str]:
-        """Baud rate, data bits and parity, which sender and receiver must share."""
+        """Baud rate, number of data bits and parity, which must be equal at the sender and at the receiver."""
         return self.baudrate, self.bytesize, self.parity
 
     def parity_bit(self, byte: int) -> bool:
@@ -112,7 +112,7 @@ class UartFormat:
 
     @cached_property
     def samples(self) -> int:
-        """Number of bits that a receiver samples: start bit, data, parity, first stop bit."""
+        """Number of bits of a character that a receiver reads: start bit, data bits, parity bit, first stop bit."""
         return 2 + self.bytesize + (self.parity != "N")
 
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
@@ -158,9 +158,10 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """A signal on a wire, stored as the time spans in which the wire is at space.
+    """A signal on a serial wire, stored as the time spans in which the wire has the level space (logic 0).
 
-    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire is at mark.
+    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire has the level mark
+    (logic 1).
     """
 
     start_ns: int
@@ -174,18 +175,21 @@ class Frame:
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """Return the signal of a character; `flipped` selects the data bits to invert."""
+        """Return the signal that transmits a character.
+
+        `flipped`: mask of the data bits to invert.
+        """
         intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
         return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
 
     @classmethod
     def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
-        """Return a signal that holds the wire at space for `duration_ns`."""
+        """Return a signal that holds the wire at the level space (logic 0) for `duration_ns`."""
         return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property
     def end(self) -> int:
-        """Time at which the last low level of the signal ends.
+        """End of the last time span in which the signal is low.
 
         The time is in units of 1/`per` ns.
         """
@@ -193,6 +197,6 @@ class Frame:
 
 
 class Break(NamedTuple):
-    """A break: the wire is at space for longer than a character."""
+    """A break: the wire has the level space (logic 0) for longer than a character."""
 
     duration_ns: int

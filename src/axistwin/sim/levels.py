@@ -20,7 +20,7 @@ from axistwin.sim.frames import Frame
 
 
 class Space:
-    """A time span in which the wire is at space.
+    """A time span in which the wire has the level space (logic 0).
 
     The span is from `begin` to `end`, in units of 1/`per` ns.
     """
@@ -59,7 +59,7 @@ class Levels:
         self._spaces.extend(new)
 
     def cut(self, now_ns: int) -> None:
-        """Set the wire to mark from the time `now_ns` until the next call of `put`."""
+        """Hold the wire at the level mark (logic 1) from the time `now_ns` until the next call of `put`."""
         spaces = self._spaces
         while spaces and spaces[-1].begin >= now_ns * spaces[-1].per:
             spaces.pop()
@@ -116,7 +116,7 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the low periods of the wire that may begin with a start bit.
+        """Yield the time spans at low level whose beginning may be a start bit.
 
         These are the unread spaces that begin at `since/per` ns or later.  Each space is yielded once.
         """
@@ -127,7 +127,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the time spans that overlap the time span `first` or begin later."""
+        """Remove all stored time spans that end after the beginning of `first`.  Return these time spans."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -139,7 +139,7 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Merge the time spans at low level that overlap.
+    """Return the time spans at low level in order of time, with overlapping time spans merged into one.
 
     Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """

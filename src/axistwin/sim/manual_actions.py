@@ -38,9 +38,9 @@ def check_torque(newton_metres: float) -> None:
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """Suppress the reports of manual actions within a `with` block.
+    """Context manager: actions in the `with` block are not reported as manual actions.
 
-    The bench itself performs the actions in the block, by a script or a fault.
+    The bench itself performs these actions, because of a script or a fault.
     """
     within, clock.by_itself = clock.by_itself, True
     try:

@@ -137,7 +137,7 @@ class Pin:
         return let_go
 
     def set(self, level: bool) -> None:
-        """Set the level of the part that is connected to the pin: an output stage, a switch or a wire."""
+        """Set the level of the output stage, the switch or the wire that is connected to the pin."""
         if level is self._source and not self._flash_ns:
             return
         before, self._source, self._flash_ns = self.level, level, 0
@@ -270,7 +270,7 @@ class SensedPin(Pin):
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
-        """Replace the sensor of the input by a switch or wire with the given level."""
+        """Disconnect the sensor from the input, and connect a switch or wire with the given level."""
         before = self.level
         self._read, self._source, self.restless = None, level, False
         self._update(before)

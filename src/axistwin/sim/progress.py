@@ -23,7 +23,7 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """Program lines to which callbacks are subscribed.
+        """The program lines whose beginning must be reported to a callback.
 
         None if a callback is subscribed to all lines.
         """

@@ -45,7 +45,7 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the next bits of the character, and return the number of samples.
+        """Sample the next bits of the character, one sample for each bit.  Return the number of samples.
 
         `before_ns`: sample only the bits before this time; None: sample the whole character.  Stop at a false start.
         """
@@ -66,5 +66,5 @@ class Reading:
 
     @property
     def false_start(self) -> bool:
-        """True if the start bit ends before its middle."""
+        """True if the line is high again in the middle of the start bit, so that no character has begun."""
         return self.levels & 1 == 1

@@ -55,7 +55,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Discard a character or break, and return the transmission time in ns."""
+        """Discard a character or break.  Return the time in ns that the transmission takes."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -68,7 +68,8 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        self._idle = 0, 1  # a falling edge at or after the time `_idle` is a start bit
+        # from the time `_idle[0] / _idle[1]` ns on, a falling edge is the beginning of a start bit
+        self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # end of the last delayed character, in ns of virtual time
@@ -251,7 +252,7 @@ class Line:
             self._find_start_bit()
 
     def _sample_whole(self) -> None:
-        """Begin to sample the present character bit by bit, because another signal is on the wire."""
+        """Sample the present character bit by bit from now on, because another signal is on the wire."""
         whole = self._whole
         if whole is not None and self.clock.now < whole.end_ns:
             self._levels.put(Frame.of(whole.start_ns, whole.sent, whole.byte))
@@ -298,7 +299,7 @@ class Line:
         self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._end_character(reading))
 
     def _read_on(self, now_ns: int) -> None:
-        """Sample the present character up to `now_ns`."""
+        """Sample the bits of the present character up to the time `now_ns`."""
         while (reading := self._reading) is not None:
             self.samples += reading.read(self._levels, now_ns)
             if not reading.false_start:
@@ -309,7 +310,7 @@ class Line:
     def _end_character(self, reading: Reading) -> None:
         """Deliver a sampled character to the receiver at the end of the first stop bit."""
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # the receiver delivers no character after a false start bit
+        if reading is not self._reading:  # the start bit was too short, so there is no character to deliver
             return
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
@@ -415,9 +416,9 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """Let the other transmitters send again, because this receiver can accept characters.
+        """Let the transmitters that are connected to this receiver send again.
 
-        Only the transmitters on an instant line wait for the receiver.
+        The receiver can accept characters again.  Only transmitters on an instant line wait for the receiver.
         """
         for peer in self.peers:
             if peer.queue:

@@ -59,7 +59,8 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # not traced by default: each command changes the level
+            # a trace omits this pin by default, because every command changes the level of the pin
+            self.pins[name].restless = True
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
@@ -80,9 +81,10 @@ class Card:
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
-        """True while the board outputs a pulse at CW STEP (+1) or CCW STEP (-1).
+        """True while the board outputs a pulse in the given direction.
 
-        A pulse is a low level.  Without power there are no pulses.
+        `side`: +1 for the output CW STEP, -1 for the output CCW STEP.  A pulse is a low level.  Without power there are
+        no pulses.
         """
         return self._board is not None and self._board.steps(side)
 

@@ -24,7 +24,7 @@ class Accept(Flag):
     Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # the command takes time, and only one SINGULAR command runs at a time
+    SINGULAR = auto()  # the command takes time; the host and a sequence each perform one SINGULAR command at a time
     INDEXER = auto()  # the command is valid in indexer mode
     STREAMING = auto()  # the command is valid in the streaming modes
     SEQUENCE = auto()  # the command may be placed in a sequence buffer
@@ -56,7 +56,10 @@ class Ranges(Number):
     """Parameter type: one byte with velocity range (upper nibble) and acceleration range (lower nibble)."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Convert the byte to velocity range and acceleration range; None if one of these ranges does not exist."""
+        """Return the velocity range and the acceleration range in a parameter byte.
+
+        Return None if one of these ranges does not exist.
+        """
         velocity, acceleration = divmod(data[0], 0x10)
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
@@ -67,7 +70,10 @@ class Ranges(Number):
 
 @dataclass(frozen=True)
 class StreamedVelocity(Number):
-    """Parameter type: two bytes with the direction in bit 15 (1 = CCW) and the velocity number in the other bits."""
+    """Parameter type: two bytes with a direction and a velocity number.
+
+    Bit 15 is the direction (1 = CCW).  Bits 0 to 14 are the velocity number.
+    """
 
     def __str__(self) -> str:
         return f"{self.name} 0…{CCW - 1} {self.unit}, CCW {CCW} more"

@@ -89,7 +89,7 @@ class Handshake:
         return bool(self._status & Status.FAILED)
 
     def fail(self) -> None:
-        """Set the fail bit of the status byte, which only a reset clears."""
+        """Set the fail bit of the status byte.  The fail bit stays set until the board is reset."""
         self._change(Status.FAILED, Status.FAILED)
 
     def ready(self) -> None:
@@ -128,7 +128,11 @@ class Handshake:
             reported.succeed()
 
     def next_command(self, drain_ns: int) -> Procedure:
-        """Wait until the host sets CB bit 4 (command ready), then read the IDB.  Return the bytes of the command."""
+        """Wait for the next command of the host, and return the bytes of this command.
+
+        The host sets bit 4 of the control byte CB (command ready).  Then the board reads the command from the input
+        data buffer IDB.
+        """
         yield self._command_event
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()

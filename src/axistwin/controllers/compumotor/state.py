@@ -145,7 +145,10 @@ class State(ABC):
         self.events.happened(Happening.START, self.motion.begun)
 
     def blocked(self, sign: int) -> bool:
-        """True if motion in the + or - direction is inhibited, by an active limit input or by shutdown of the motor."""
+        """True if the motor must not move in the + or - direction.
+
+        An active limit input or the shutdown of the motor prevents the motion.
+        """
         return self.shutdown.on or self.limits.blocks(sign)
 
     @property
@@ -180,7 +183,10 @@ class State(ABC):
         return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level
 
     def steps(self, side: int) -> bool:
-        """True while a STEP pulse in the physical direction +1 (CW) or -1 (CCW) is being output."""
+        """True while the board outputs a STEP pulse in the given direction of rotation.
+
+        `side`: +1 (CW) or -1 (CCW).
+        """
         return not self.handshake.failed and self.pulses.physical == side and self.step_level
 
     @property
@@ -190,5 +196,8 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Convert the value of a time option, e.g. in milliseconds, to nanoseconds."""
+    """Convert the value of a time option to nanoseconds.
+
+    `unit_ns`: unit of the option in nanoseconds, by default one millisecond.
+    """
     return round(amount * unit_ns)

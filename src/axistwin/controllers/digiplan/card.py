@@ -118,7 +118,11 @@ class Card:
             self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Return the reason why no move begins, e.g. an unknown baud rate or a step that waits for an input."""
+        """Return a hint for the user: the reason why no move begins.
+
+        Examples: the baud rate is not known yet, or a step waits for an input.  The hint is empty if there is no such
+        reason.
+        """
         if found := self.awaited():
             work, pin, level = found
             return f"{work} waits for {pin} {level}: ! {pin} {level} in a program, :drive {pin} {level} in a terminal"
@@ -173,9 +177,10 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Connect the pins DTR, RTS, DSR and CTS of the interface as the cable defines.
+    """Connect the inputs DSR and CTS of the interface to the signals that the cable selects.
 
-    DSR and CTS are inputs of the interface.  The result contains the pins inside the interface.
+    The cable connects each input to the host, to the output DTR or RTS of the interface, or to no signal.  The result
+    contains the pins inside the interface.
     """
 
     def line(pin: Pin, source: str) -> Pin:

@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # maximum number of characters in a message, which no valid sequence reaches
+MOST_CHARACTERS = 2048  # maximum length of a message, in characters; all valid sequences are shorter
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -52,7 +52,7 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # True if the user has already received the status hint `INITIALISED`
+        self._told = False  # True if the user has received the hint `INITIALISED`, which is sent only once
         self._eighth: list[bool] = []  # value of bit 8 of each character in the present message
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
@@ -93,7 +93,7 @@ class Interface(State):
         self._begin_sequence()  # a stored sequence runs automatically after initialisation
 
     def _obey_until_broken_in(self) -> Procedure:
-        """Carry out messages until the character `(` begins a new initialisation."""
+        """Carry out messages until the host sends the character `(`, which begins a new initialisation."""
         while True:
             if self.muted:
                 yield from self.until_unmuted()
@@ -104,7 +104,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # the cancelled move or sequence ends before the next character is read
+                yield self.clock.timeout(0)  # let the cancelled move or sequence end before the next character is read
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -234,9 +234,10 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Wait until execution of the previous message begins, then carry out this message.
+        """Carry out this message when the previous message no longer waits for its execution.
 
-        While waiting, answer the status requests that arrive after the message.  The command `#` drops both messages.
+        The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
+        that arrive after this message.  The command `#` drops both messages.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()
@@ -249,7 +250,7 @@ class Interface(State):
         yield from self._carry_out(message) or ()
 
     def _answer_requests(self) -> Procedure:
-        """Process the status requests in the buffer, and leave other messages in the buffer."""
+        """Answer the status requests in the buffer.  Other messages stay in the buffer for later execution."""
         while request := self.buffer.take_message(self.frame.ends_message, is_request):
             for character in request:
                 yield from self._process(character) or ()
@@ -309,7 +310,7 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event that occurs as soon as a move, run or sequence has begun.
+        """Return an event that occurs as soon as the started move, run or sequence is in progress.
 
         From this event on, the interface reports that it is busy.
         """

@@ -27,15 +27,15 @@ class Accept(Flag):
 
     DIRECT = auto()  # the command is allowed in a message that is executed at once
     STEP = auto()  # the command is allowed in a step of a sequence
-    ALONE = auto()  # the command is allowed as the only command of a message
+    ALONE = auto()  # a message with this command must not contain another command
     LOCKED = auto()  # the command is obeyed even while the interface is locked
     REQUEST = auto()  # the command is a status request, which is answered even while a message waits
     SETUP = auto()  # the command is allowed during initialisation only
-    WRITTEN = auto()  # the character is only a part of another command, e.g. the sign of a distance
+    WRITTEN = auto()  # the character is not a command of its own, e.g. the sign of a distance
 
 
 class Order(IntEnum):
-    """Order of the commands in a message or in a step of a sequence.
+    """Position of a command in a message or in a step.  Commands with lower numbers come first.
 
     Chapter Combining inputs and outputs with move instructions.
     """
@@ -100,11 +100,11 @@ class Direction(Written):
 
     @property
     def form(self) -> str:
-        """Syntax of an optional sign."""
+        """Syntax of a direction in help texts: an optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Return +1 or -1 for the sign, and True, because every sign is valid."""
+        """Read a direction.  Return +1 or -1, and True for a valid value; a direction is always valid."""
         return (-1 if text == "-" else +1), True
 
 
@@ -310,7 +310,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the parser reports an invalid number later, at the first wrong character
+            return  # the number is invalid; later the parser reports the first wrong character
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -328,4 +328,7 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing, because this character is only a part of another command."""
+    """Do nothing, because the parser has already evaluated this character.
+
+    The character is not a command of its own: it separates steps, starts or ends a message, or belongs to a command.
+    """

@@ -95,9 +95,9 @@ class State(ABC):
         """Erase the parameters and the stored sequence, and unlock the communication."""
 
     def drop(self, hint: str) -> None:
-        """Report the reason why characters of the host are dropped.
+        """Report to the user why the interface ignores the characters of the host.
 
-        No report is made if the last report gave the same reason.
+        `hint`: the reason.  The same reason is not reported twice in succession.
         """
         if hint != self.hint:
             self.hint = hint
@@ -159,6 +159,6 @@ class State(ABC):
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:
-        """Wait until the ramp has been calculated."""
+        """Wait until the interface processes characters again, i.e. until the new ramp has been calculated."""
         if self.muted:
             yield self.clock.timeout(self._muted_until_ns - self.clock.now)

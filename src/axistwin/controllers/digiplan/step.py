@@ -12,7 +12,7 @@ class EndOfWork(Exception):  # noqa: N818  # not a programming error
 
 
 class Fault(Enum):
-    """Kind of fault that an invalid message raises."""
+    """Kind of fault that an invalid message causes in the interface: a data fault or an out-of-range fault."""
 
     DATA = "data fault"
     RANGE = "out of range"
@@ -82,8 +82,8 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Length of an index in steps; in linear interpolation, the length of the major axis.
-    minor_distance: int = 0
+    distance: int = 0  # Distance of an index (preset move) in steps; in linear interpolation, of the major axis.
+    minor_distance: int = 0  # Distance of the minor axes in steps, in linear interpolation.
     backlash: int = 0  # Backlash distance in steps, with its sign.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
@@ -93,12 +93,15 @@ class Parameters:
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the parameters with an index length of zero.
+        """Return a copy of the parameters in which the distance of an index (preset move) is zero.
 
-        A run sets the index length to zero.
+        A run (continuous move) sets this distance to zero.
         """
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the parameters that apply after this step.  If the step is a run, the index length is zero."""
+        """Return the parameters that apply after this step.
+
+        After a run (continuous move), the distance of an index (preset move) is zero.
+        """
         return self.after(step).without_index() if step.run else self.after(step)

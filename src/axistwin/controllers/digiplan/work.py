@@ -26,7 +26,10 @@ class Work:
 
     @property
     def occupied(self) -> bool:
-        """True while a move, run or sequence is in progress, unless the host has control of the sequence."""
+        """True while a move, run or sequence is in progress.
+
+        False while the host has control of the sequence.
+        """
         return self.process is not None and self.control is None
 
     @property
@@ -88,9 +91,9 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the host's control of a sequence.
+        """Take control of a sequence back from the host.
 
-        Return the event that continues the sequence, or None without such control.
+        Return the event that continues the sequence, or None if the host has no control.
         """
         control, self.control = self.control, None
         return control

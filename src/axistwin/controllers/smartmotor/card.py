@@ -120,7 +120,7 @@ class SmartMotor:
 
 
 def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    """Return the diagnostics of stored programs and of the characters that a host sends."""
+    """Check stored programs, and the characters that a host sends.  Return the errors and the warnings."""
     from axistwin.controllers.smartmotor.checker.program import check  # lazy import: needed only by the checker
 
     return check(sessions)

@@ -56,9 +56,9 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the statements that the program must report to Python.
+        """Return the numbers of the statements before which the program must call Python.
 
-        The reports give the start of each given line; None means all lines.
+        `rows`: the lines whose beginning Python must report to the subscribers; None means all lines.
         """
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
@@ -72,7 +72,7 @@ class Rows(NamedTuple):
 
 
 class Lines:
-    """Reports the lines of the stored program, and the line that is running."""
+    """Provides the text lines of the stored program, and reports which line the motor executes."""
 
     def __init__(self) -> None:
         self.progress = Progress(self._attend)
@@ -156,7 +156,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return an equivalent program that reports the observed lines to Python."""
+        """Return an equivalent program that calls Python at the beginning of each observed line."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -165,11 +165,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Change the set of statements that the motor's program reports to Python.
+    """Replace the program of the motor by an equivalent program, which calls Python before other statements.
 
-    The program is replaced by an equivalent program.
-
-    A running program continues.
+    A program in execution continues.
     """
     if after is motor.program:
         return
@@ -183,9 +181,9 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a dictionary that maps places in the old code to places in the new code.
+    """Return a dictionary that maps each statement's index in the old code to the index in the new code.
 
-    The codes differ only in the statements that are reported to Python.
+    The two codes differ only in the calls of Python.
     """
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):

@@ -49,7 +49,7 @@ RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
     DIRECT_V: partial(modes.parameter, slot=s.V, low=LOWEST, high=HIGHEST),  # as V=exp
     DIRECT_P: modes.position,
 }
-"""The function that takes the value of a binary record: a point of host mode, or the buffered A, V or P."""
+"""The function that receives the value of each kind of binary record."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Motor(Processor):
             self.update_outputs()
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a point of host mode, or a value for A, V or P."""
+        """Execute a binary record: a position or clock value for host mode, or a new value of A, V or P."""
         self.catch_up()
         RECORD_HANDLERS[code](self, value)
         self.update_outputs()
@@ -175,7 +175,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # A latched flag that is already 1 causes no report of a new fault.
+            i[slot] = slot in LATCHED  # All latched flags become 1, so that no new fault is reported.
 
     def leave(self) -> None:
         """Store the state of the motor's mechanics and windings for the next power-up."""

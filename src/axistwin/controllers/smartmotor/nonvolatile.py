@@ -53,7 +53,9 @@ class Nonvolatile:
             return cls._from(json.loads(contents))
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             memory_file, reason = store, excerpt(error)
-            raise UsageError(f"{memory_file} is not a SmartMotor's memory ({reason}): delete the file") from None
+            raise UsageError(
+                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to erase the memory"
+            ) from None
 
     @classmethod
     def _from(cls, kept: Any) -> "Nonvolatile":
@@ -81,4 +83,4 @@ class Nonvolatile:
 
 def _require(valid: bool, key: str) -> None:
     if not valid:
-        raise ValueError(f"the value of the key {key!r} is invalid")
+        raise ValueError(f"invalid value of the key {key!r}: expected a value that axistwin has saved")

@@ -38,7 +38,7 @@ class Control(Enum):
 
 @dataclass
 class Reception:
-    """The received records for the next trajectory point of host mode (manual, section 10.1)."""
+    """Records that have been received for the next trajectory point in host mode (manual, section 10.1)."""
 
     position: int | None = None
     """A position without its clock value."""
@@ -53,7 +53,7 @@ class StoredProgram(Protocol):
 
     @property
     def labels(self) -> Mapping[int, int]:
-        """The index in the code at which each label begins, by label number."""
+        """For each label number: index in the compiled code at which the label begins."""
 
     @property
     def statements(self) -> Sequence[object]:

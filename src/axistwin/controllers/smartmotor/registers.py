@@ -26,9 +26,9 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return the kind and the index of each register's value in the processor.
+    """Return where the processor stores the value of each register: the kind of storage, and the index.
 
-    The kind is an operation of the interpreter.
+    The kind is an operation of the interpreter, e.g. SLOT.
 
     A read of the register RI does not clear Bi.
     """
@@ -48,9 +48,9 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that sends this follower the changes of its own registers.
+        """Return a function that receives the changes of all registers, but reports only registers of this follower.
 
-        `names`: all followed registers, in the order in which changes are reported.
+        `names`: the registers of all followers, in the order in which changes are reported.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
@@ -112,7 +112,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all followed registers, and one function that reports their changes.
+        """Return the names of all followed registers, and a function that receives the changes of these registers.
 
         The function passes each change to all followers of the register.
         """

@@ -34,13 +34,19 @@ class EncoderPin(UserPin):
 
     @property
     def shows_encoder(self) -> bool:
-        """True if the external encoder sets the level."""
+        """True if the external encoder determines the level of this pin.
+
+        An output, a wire or another source at the pin has priority.
+        """
         free = not self._holds and self._lead is None and self._stage is None and self._wired is None
         return free and self._master.plugged
 
     @property
     def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the level must be computed at each read, because the external encoder sets the level."""
+        """True if the level of this pin must be computed at each read.
+
+        This is necessary while the external encoder determines the level.
+        """
         return self.shows_encoder
 
     @property
@@ -112,7 +118,10 @@ class EncoderPin(UserPin):
         return next((count + way * n for n in (1, 2) if self._level_at(count + way * n) is not level), None)
 
     def _arm_run(self) -> None:
-        """Schedule the next edge while the external encoder turns at constant speed."""
+        """Schedule the next edge of the external encoder at this pin.
+
+        The encoder turns at constant speed.
+        """
         run, clock = self._master.run, self.clock
         count = self._next_count(1 if run.counts > 0 else -1)
         if count is None or abs(count - run.base) > abs(run.counts) or clock.now >= run.end_ns:

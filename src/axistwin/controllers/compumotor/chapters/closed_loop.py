@@ -15,7 +15,7 @@ from axistwin.sim.clock import Procedure
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Fh: define the present closed-loop position as `position` encoder pulses.
+    """Command 2Fh: set the closed-loop position to `position`, in encoder pulses.  The motor does not move.
 
     Ignored while moving.  Every signed 32-bit number is valid.
     """
@@ -81,10 +81,11 @@ def set_sigma(board: State, sigma: int) -> None:
 
 
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
-    """Command B3h: select the correction velocity K·e (1), K·√e (2) or K·e² (3), where e is the position error.
+    """Command B3h: select how the correction velocity depends on the position error e.
 
-    The velocity is at most `maximum`.  The law and `maximum` are in units of the velocity range.  Ignored if `maximum`
-    is beyond the range.
+    Algorithm 1 is K·e, algorithm 2 is K·√e, and algorithm 3 is K·e²; K is `gain`.  The velocity is at most `maximum`.
+    The calculated velocity and `maximum` are in units of the velocity range.  The command is ignored if `maximum` is
+    beyond the range.
     """
     if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
         board.loop.law = Law(algorithm, gain, ranges, maximum)
@@ -107,7 +108,10 @@ def set_deadband(board: State, deadband: int) -> None:
 
 
 def relative_count(board: State) -> bytes:
-    """Command 98h: report the encoder pulses of the present move, or of the last move if no move is in progress."""
+    """Command 98h: report the encoder pulses since the start of the present move.
+
+    If no move is in progress, the reply is the number of encoder pulses in the last move.
+    """
     return position_bytes(board.loop.relative)
 
 
@@ -117,39 +121,39 @@ def error(board: State) -> bytes:
 
 
 def absolute_count(board: State) -> bytes:
-    """Command 9Ah: report the position from absolute zero, in encoder pulses."""
+    """Command 9Ah: report the distance from absolute zero to the present position, in encoder pulses."""
     return position_bytes(board.loop.absolute)
 
 
 def slip(board: State) -> bytes:
-    """Command 9Bh: report the slip in rotor teeth since 30h defined absolute zero.
+    """Command 9Bh: report by how many rotor teeth the motor has slipped since the last command 30h.
 
-    The reply is 0 if B0h, B1h or B4h is missing.
+    Command 30h defines the present position as absolute zero.  The reply is 0 if B0h, B1h or B4h is missing.
     """
     return position_bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
 
 
 def ratio(board: State) -> bytes:
-    """Command 9Ch: report the ratio of motor pulses to encoder pulses that B0h has defined.
+    """Command 9Ch: report the ratio of motor pulses to encoder pulses.  The host defines the ratio by command B0h.
 
-    The reply consists of zeros before B0h.
+    Before B0h, the reply consists of zeros.
     """
     motor, encoder = board.loop.ratio or (0, 0)
     return position_bytes(motor, 2) + position_bytes(encoder, 2)
 
 
 def resolution(board: State) -> bytes:
-    """Command 9Dh: report the motor pulses per revolution that B1h has defined.
+    """Command 9Dh: report the motor pulses per revolution.  The host defines this number by command B1h.
 
-    The reply is 0 before B1h.
+    Before B1h, the reply is 0.
     """
     return position_bytes(board.loop.resolution or 0)
 
 
 def sigma(board: State) -> bytes:
-    """Command 9Eh: report the backlash in motor pulses that B2h has defined.
+    """Command 9Eh: report the backlash in motor pulses.  The host defines the backlash by command B2h.
 
-    The reply is 0 before B2h.
+    Before B2h, the reply is 0.
     """
     return position_bytes(board.loop.sigma or 0)
 

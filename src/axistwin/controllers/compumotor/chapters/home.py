@@ -39,7 +39,10 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the input after the motor has passed the edge in this direction."""
+        """Return the level that the input has after the motor has passed the edge.
+
+        `direction`: direction of the motion, CW (+1) or CCW (-1).
+        """
         return self.active_level if direction == -self.edge else not self.active_level
 
 
@@ -113,7 +116,10 @@ class Search:
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge that defines HOME is found.  Return its position, or None if the motion ends first."""
+        """Move until the edge that defines HOME has been detected.  Return the position of the motor at this time.
+
+        Return None if the motion ends before an edge has been detected.
+        """
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
         if board.motion.stopped or board.blocked(sign):

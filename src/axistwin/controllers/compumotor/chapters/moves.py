@@ -53,7 +53,7 @@ def set_start_stop(board: State, velocity: int) -> None:
 
 
 def define_position(board: State, position: int) -> None:
-    """Command 2Eh: define the present absolute position as `position` motor pulses.
+    """Command 2Eh: set the absolute position to `position`, in motor pulses.  The motor does not move.
 
     Ignored while the motor is moving.
     """
@@ -145,9 +145,9 @@ def may_perform(board: State, move: Move) -> bool:
 
 
 def preset_distance(board: State, move: Move) -> int:
-    """Return the signed distance in pulses from the present position to the end of a preset move.
+    """Return the number of pulses from the present position to the target of a preset move.
 
-    0 means no motion.
+    The sign of the number is the direction of the move.  0 means that the motor does not move.
     """
     if move.kind is Kind.RELATIVE:
         return move.target
@@ -159,9 +159,10 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """Perform a move from rest, until the move is finished or discontinued.
+    """Begin a move at standstill.  Return when the command of the move is finished or discontinued.
 
-    Ignored if motion in its direction is blocked.
+    The command of a continuous move is finished when the velocity is constant.  The move is ignored if motion in the
+    direction of the move is blocked.
     """
     if board.blocked(sign):
         return
@@ -232,7 +233,7 @@ def _until_performed(board: State, move: Move) -> Procedure:
 
 
 def _until(board: State, *phases: Phase) -> Procedure:
-    """Wait until the motion is in one of the given phases.
+    """Wait until the motion reaches one of the given phases, e.g. constant velocity or rest.
 
     If the move is discontinued, the motor keeps its present velocity.
     """

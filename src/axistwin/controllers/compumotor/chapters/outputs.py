@@ -13,12 +13,15 @@ def write_user_bits(board: State, bits: int) -> None:
 
 
 def write_bit(level: bool, offset: int, board: State, number: int) -> None:
-    """Commands 09h to 0Ch: set or clear user status bit 0 to 2, or programmable output 1 or 2."""
+    """Commands 09h to 0Ch: set or clear a single output bit.
+
+    09h sets and 0Ah clears user status bit 0, 1 or 2.  0Bh sets and 0Ch clears programmable output 1 or 2.
+    """
     board.outputs.write(number + offset, level)
 
 
 def write_outputs(board: State, bits: int) -> None:
-    """Command 0Dh: set both programmable outputs, output 1 from bit 1 and output 2 from bit 2 of the parameter."""
+    """Command 0Dh: set both programmable outputs.  Bit 1 of the parameter is output 1, and bit 2 is output 2."""
     for number in (1, 2):
         board.outputs.write(number + 2, bool(bits >> number & 1))
 

@@ -52,15 +52,16 @@ def from_zero(board: State) -> bytes:
 
 
 def direction(board: State) -> bytes:
-    """Commands 84h, 8Bh: report the direction of the present or last motion, 00 for + and FF for -."""
+    """Commands 84h, 8Bh: report the direction of the present or last motion, 00h for + and FFh for -."""
     return NO if board.pulses.sign > 0 else YES
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: report the ranges and the velocity number of the present velocity.
+    """Command 85h: report the velocity range, the acceleration range and the present velocity number.
 
-    The velocity number is always positive.  At the velocity of the move, the number is that of its definition.  In a
-    streaming mode, the reply contains the streamed velocity instead.
+    The velocity number is always positive.  While the motor has the velocity of its move, the reply contains the
+    velocity number from the definition of the move.  In a streaming mode, the reply contains the streamed velocity
+    instead.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -70,7 +71,10 @@ def velocity(board: State) -> bytes:
 
 
 def acceleration(board: State) -> bytes:
-    """Command 86h: report the ranges and the acceleration number of the present or last move."""
+    """Command 86h: report the velocity range, the acceleration range and the acceleration number of the present move.
+
+    If no move is in progress, the reply describes the last move.
+    """
     move = board.motion.move or NO_MOVE
     return bytes([move.xy]) + move.acceleration.to_bytes(4, "big")
 
@@ -100,12 +104,12 @@ def move_bits(board: State) -> int:
 
 
 def limits(board: State) -> bytes:
-    """Command 89h: report F0 if the + limit is active, 0F if the - limit is active, FF if both limits are active."""
+    """Command 89h: report F0h if the + limit is active, 0Fh if the - limit is active, FFh if both are active."""
     return bytes([0xF0 * board.limits.blocks(+1) | 0x0F * board.limits.blocks(-1)])
 
 
 def home_switch(board: State) -> bytes:
-    """Command 8Ah: report FF while the home input is active."""
+    """Command 8Ah: report FFh while the home input is active, otherwise 00h."""
     return YES if _at_home_switch(board) else NO
 
 
@@ -119,12 +123,14 @@ def _at_home_switch(board: State) -> bool:
 
 
 def moving(board: State) -> bytes:
-    """Command 8Ch: report FF while the motor is moving."""
+    """Command 8Ch: report FFh while the motor is moving, otherwise 00h."""
     return YES if board.moving else NO
 
 
 def in_phase(phase: Phase, board: State) -> bytes:
-    """Commands 8Dh, 8Eh, 8Fh: report FF while the motor is at constant velocity, accelerating, or decelerating."""
+    """Commands 8Dh (constant velocity), 8Eh (acceleration), 8Fh (deceleration): report FFh in this phase, otherwise
+    00h.
+    """
     return YES if board.pulses.phase is phase else NO
 
 
@@ -148,7 +154,7 @@ def move_parameters(board: State, number: int) -> bytes | None:
 
 
 def crunched(board: State) -> bytes:
-    """Command 93h: report FF if the board has calculated all moves in advance."""
+    """Command 93h: report FFh if the board has calculated all moves in advance, otherwise 00h."""
     return YES if board.library.crunched else NO
 
 
@@ -158,7 +164,10 @@ def triggers(board: State) -> bytes:
 
 
 def channel_z(board: State) -> bytes:
-    """Command 96h: report FF while channel Z of the encoder is high, after inversion by jumper JU16."""
+    """Command 96h: report FFh while channel Z of the encoder is high, otherwise 00h.
+
+    If jumper JU16 inverts channel Z, the reply is FFh while channel Z is low.
+    """
     return YES if board.pins["channel_z"].level is not board.options.invert_z else NO
 
 

@@ -14,8 +14,9 @@ LEVEL_RESPONSE_NS = 3 * MS
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
-    """Commands 20h and 21h: repeat the next 1 to 255 commands, 1 to 65,535 times or until CONTINUE.
+    """Commands 20h and 21h: repeat the next 1 to 255 commands of the sequence.
 
+    Command 20h gives the number of repetitions, 1 to 65,535.  Command 21h repeats the commands until CONTINUE (48h).
     Ignored inside another loop.
     """
     sequencer = board.sequencer

@@ -37,7 +37,7 @@ def discontinue_sequence(board: State) -> None:
 
 
 def suspend_sequence(board: State) -> None:
-    """Commands 72h, 76h: suspend the sequence after its present command until CONTINUE.
+    """Commands 72h, 76h: suspend the sequence after its present command.  CONTINUE (48h) ends the suspension.
 
     During a wait for CONTINUE (28h), one CONTINUE ends both the wait and the suspension.
     """
@@ -46,7 +46,10 @@ def suspend_sequence(board: State) -> None:
 
 
 def discontinue_singular(board: State) -> None:
-    """Commands 73h, 77h: end the SINGULAR commands of host and sequence; a moving motor keeps its velocity."""
+    """Commands 73h, 77h: end the SINGULAR command of the host and the SINGULAR command of the sequence.
+
+    SINGULAR commands are commands that take time, e.g. moves.  A moving motor keeps its velocity.
+    """
     board.host.end()
     board.sequence.end()
 
@@ -69,9 +72,9 @@ def kill_sequence(board: State) -> None:
 
 
 def kill_and_suspend(board: State) -> None:
-    """Commands 7Ah, 7Eh: end the SINGULAR command of the sequence, and suspend the sequence until CONTINUE.
+    """Commands 7Ah, 7Eh: end the SINGULAR command of the sequence, and suspend the sequence.
 
-    Ignored without a sequence.
+    CONTINUE (48h) ends the suspension.  The command is ignored if no sequence is in progress.
     """
     if board.sequencer.running:
         if board.sequencer.order is not Order.LEAVE:
@@ -82,9 +85,9 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> None:
-    """Commands 74h to 7Fh: perform `action` when trigger 1 or 6 becomes active.
+    """Commands 74h to 77h and 7Ch to 7Fh: perform `action` when the input `trigger` (1 or 6) becomes active.
 
-    If `message` is True, also send a message.
+    If `message` is True, also send a message.  If `on` is False, the trigger no longer performs the action.
     """
     board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
 
@@ -97,5 +100,8 @@ def _respond(board: State, opcode: int, trigger: int, action: Callable[[State], 
 
 
 def interrupt_on_trigger(board: State, trigger: int, on: bool) -> None:
-    """Command ACh: send a message when trigger 1 or 6 becomes active. A trigger has only one function."""
+    """Command ACh: send a message when trigger 1 or 6 becomes active.
+
+    A trigger has only one function, so the command is ignored if the trigger already has a function of another command.
+    """
     on_trigger(INTERRUPT_ON_TRIGGER, None, board, trigger, on, message=True)

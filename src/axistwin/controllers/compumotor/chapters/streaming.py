@@ -43,7 +43,7 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # the board executes only the last of several consecutive markers
+                marker = met  # if markers follow each other directly, the board executes only the last marker
                 continue
             self._execute(marker)
             marker = None
@@ -77,9 +77,10 @@ class StreamOutput:
             board.clock.skip(len(segments) * self._period_ns)
 
     def _ahead(self, most: int) -> list[Segment]:
-        """Remove the next velocities from the streaming buffer, and return one segment for each velocity.
+        """Remove velocities from the streaming buffer, and return one profile segment for each velocity.
 
-        The velocities are in the present direction.  Their number is at most `most`.
+        A segment has the duration of one update period.  Only the next velocities in the present direction are removed,
+        at most `most` velocities.
         """
         segments: list[Segment] = []
         setting, markers = self._setting, self._stream.markers
@@ -206,12 +207,12 @@ def velocity_distance(board: State, *words: int) -> None:
 
 
 def velocity_time(board: State, *numbers: int) -> None:
-    """Command E1h: store seven velocity numbers, each of which is output for one update period."""
+    """Command E1h: store seven velocity numbers.  The board outputs each velocity for one update period."""
     board.stream.store(VELOCITY_TIME, ((number,) for number in numbers))
 
 
 def distance_time(board: State, count: int, *distances: int) -> None:
-    """Command E3h: store signed distances, each of which is output during one update period.
+    """Command E3h: store signed distances in pulses.  The board outputs one distance in each update period.
 
     The host sends seven distances, of which the first `count` are stored.  The value 8001h ends the stream at velocity
     zero.
@@ -220,10 +221,11 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, i.e. a streamed value at which the board executes a command.
+    """Command EEh: define a marker, i.e. a command that the board executes at a certain value in the stream.
 
-    Opcode 00 deletes the marker.  Ignored for a command that is not valid while streaming, or has more than two
-    parameters.  Ignored with ten markers in use, and in distance-time mode for 8000h and 8001h.
+    The value is a velocity or a distance that the host sends.  Opcode 00 deletes the marker.  Ignored for a command
+    that is not valid while streaming, or has more than two parameters.  Ignored with ten markers in use, and in
+    distance-time mode for 8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return

@@ -21,7 +21,10 @@ UPDATE_NS = 2 * MS
 
 
 def phase_changed(board: State, phase: Phase) -> None:
-    """Update position tracking after a change of phase, except during a correction."""
+    """Update position tracking when a new phase of the motion begins, e.g. constant velocity or rest.
+
+    There is no effect while the motor corrects a position error.
+    """
     loop = board.loop
     if loop.owns_motion:
         return
@@ -90,9 +93,10 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of tracking updates that the simulation can skip, because no stall is possible.
+    """Return the number of tracking updates that the simulation can skip.
 
-    The last update before any other event is never one of them: it reads the encoder, whose backlash has a memory.
+    An update can be skipped if no stall is possible until this update.  The last update before any other event is never
+    skipped, because this update reads the encoder.  Backlash makes the encoder count depend on earlier readings.
     """
     loop = board.loop
     skipped = (board.clock.free_ns - 1) // UPDATE_NS - 1

@@ -45,7 +45,7 @@ class Given:
 
 @dataclass
 class Definitions:
-    """Moves, sequences, parameters and mode that the checked commands have defined."""
+    """The moves, the sequences, the parameters and the mode that the checked commands have set so far."""
 
     moves: dict[int, int] = field(default_factory=dict)
     """Opcode of the command that has defined each move, by number of the move."""
@@ -74,9 +74,9 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return the commands that the board would accept at the end of this session.
+    """Return the commands that the board would accept after the last command of `session`.
 
-    The MODAL commands of the session suffice.
+    `session` need not contain commands other than the MODAL commands.
     """
     defined = _followed(commands, session).defined
 
@@ -352,9 +352,9 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return the rule that a command breaks in the present mode, and the reason.
+    """Check whether a command is valid in the present mode.  Return the violated rule and the reason.
 
-    The result is None if the board accepts the command.  Commands within the definition of a sequence are excepted.
+    Return None if the command is valid.  Commands within the definition of a sequence are not checked here.
     """
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "is valid in a sequence only"

@@ -228,9 +228,9 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if the answer to command 85h contains a streamed velocity.
+    """True if the answer to command 85h contains the velocity of a streaming mode.
 
-    Otherwise the answer contains ranges and a velocity number.
+    In indexer mode, the answer contains ranges and a velocity number instead.
 
     A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """

@@ -5,9 +5,10 @@ from enum import IntEnum
 
 
 class Happening(IntEnum):
-    """Events for which a host can request messages.
+    """Kinds of events, e.g. the start of a move.  The host can request a message for each kind of event.
 
-    The value is the opcode that requests a message for the next event; value + 1 requests one for every event.
+    The value of a member is the opcode that requests a message for the next event of this kind.  The value + 1 requests
+    a message for every event of this kind.
     """
 
     START = 0xA0
@@ -23,17 +24,17 @@ OF_A_MOVE = (Happening.START, Happening.CONSTANT)
 
 
 class Events:
-    """Sends the messages that the host has requested for events."""
+    """Sends a message to the host when an event occurs, if the host has requested messages for this event."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        # opcode of each requested message, and the number of moves that began before the request
+        # for each requested message: opcode of the request, and number of moves that began before the request
         self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:
-        """Send the messages that the host has requested for this event.
+        """Report the event `what` to the host, if the host has requested messages for this event.
 
         `begun`: number of the move in which the event occurs.  The start and the constant velocity of a move that began
         before the request cause no message.

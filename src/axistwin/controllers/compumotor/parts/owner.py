@@ -9,7 +9,10 @@ from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, 
 
 
 class Owner:
-    """Source of commands with the attribute SINGULAR: the host or a sequence."""
+    """Source of commands: the host or a sequence.  A source performs one SINGULAR command at a time.
+
+    SINGULAR is an attribute of commands that take time, e.g. moves.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -17,18 +20,18 @@ class Owner:
 
     @property
     def busy(self) -> bool:
-        """True while a command with the attribute SINGULAR is in progress."""
+        """True while a SINGULAR command of this source is in progress."""
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Begin a command with the attribute SINGULAR.
+        """Begin a SINGULAR command, i.e. a command that takes time, e.g. a move.
 
         The function `ended` is called after the end of the command.
         """
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
-        """Discontinue the command in progress that has the attribute SINGULAR."""
+        """Discontinue the SINGULAR command in progress."""
         if self.singular is not None:
             interrupt(self.singular)
 

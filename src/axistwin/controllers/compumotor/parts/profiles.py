@@ -30,7 +30,10 @@ class Speed:
 
     @property
     def base(self) -> Fraction:
-        """Velocity at which ramps begin and end, rounded to the resolution of the velocity range."""
+        """Start/stop velocity, rounded to the resolution of the velocity range.
+
+        Acceleration from rest begins at this velocity, and deceleration to rest ends at this velocity.
+        """
         unit = self.range.resolution
         return (2 * self.start_stop + unit) // (2 * unit) * unit
 
@@ -72,7 +75,7 @@ def continuous(speed: Speed) -> VelocityProfile:
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the profile of a ramp to another velocity, followed by endless motion.
+    """Return the profile of a velocity change: a ramp to the new velocity, then endless motion at this velocity.
 
     The ramp leads from the velocity `rate` to the velocity of `speed`.  `before`: the velocity range of `rate`.
     """

@@ -120,7 +120,10 @@ class PulseGenerator:
 
     @property
     def excursion(self) -> int:
-        """Net pulses since the motor last left zero velocity."""
+        """Number of pulses since the motor last started from zero velocity.
+
+        Pulses in the - direction are negative.
+        """
         return self.position - self._excursion_origin
 
     @property
@@ -200,7 +203,7 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Number of velocities that the next call of `append` can add to the profile.
+        """Maximum number of velocities that the next call of `append` can add to the profile.
 
         If the number is 0, velocities must be output one by one.
         """
@@ -248,12 +251,15 @@ class PulseGenerator:
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Record the start of a joystick motion as the start of a new excursion."""
+        """Begin a new excursion when a joystick motion begins.  The property `excursion` then counts from 0."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 
     def _continue(self, segments: Iterable[Segment]) -> None:
-        """Begin a new profile of the given segments, without a gap between pulses."""
+        """Replace the present profile by a new profile that consists of the given segments.
+
+        The fraction of the present pulse is kept, so the pulses continue without a gap.
+        """
         pulses, fraction = self._output.phase_at(self._elapsed_ns)
         self._origin += self.sign * pulses
         self._begin(Profile(segments, fraction, self.rate))

@@ -50,7 +50,7 @@ class Sequences:
 
 
 class Order(Enum):
-    """Orders to a running sequence: continue, suspend, kill or leave the sequence."""
+    """Requests to the sequence in progress: continue, suspend, kill or leave the sequence."""
 
     CONTINUE = auto()
     SUSPEND = auto()

@@ -50,7 +50,7 @@ class Setting:
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Rate of velocity number 1, in pulses/s."""
+        """Step rate of velocity number 1, in pulses/s.  Velocity number n has n times this step rate."""
         return self.clock / FULL
 
     @cached_property
@@ -59,7 +59,7 @@ class Setting:
         return Fraction(self.period_ms, 1000)
 
     def rate(self, number: int) -> Fraction:
-        """Return the rate of a velocity number in pulses/s."""
+        """Convert a velocity number to a step rate in pulses/s."""
         return Fraction(self.resolution.numerator * number, self.resolution.denominator)
 
     @property
@@ -71,7 +71,10 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A command that the board executes when a streamed value equals the value of the marker."""
+    """The command of a marker, with the values of its parameters.
+
+    The board executes the command when the stream contains the value that defines the marker.
+    """
 
     command: Opcode
     values: tuple[Any, ...]
@@ -109,7 +112,7 @@ class Stream:
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Enter a streaming mode, or indexer mode if `setting` is None.
+        """Enter the streaming mode `setting`, or return to indexer mode if `setting` is None.
 
         The streaming buffer is emptied.
         """
@@ -160,9 +163,10 @@ class Stream:
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Send the buffer empty alarm if few bytes are left in the streaming buffer.
+        """Send the buffer empty alarm to the host if the streaming buffer is nearly empty.
 
-        The alarm must be on, and `left`, the number of bytes, must not exceed its threshold.
+        `left`: number of bytes in the buffer.  The alarm is sent only if the alarm is on and `left` does not exceed the
+        threshold of the alarm.
         """
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:
@@ -183,13 +187,13 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # do not kill the active process, which ends because `performing` is False
+            # do not kill the process that has called this method: that process ends, as `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream at once, and also a command that a marker has begun.
+        """End the stream at once.  Also end the command of a marker, if such a command is in progress.
 
         Called at power-off and before the test function.
         """

@@ -57,10 +57,11 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return the signed ratio of encoder counts to motor pulses for one direction of motion.
+        """Return the number of encoder counts per motor pulse for one direction of motion.
 
-        `physical`: +1 (CW) or -1 (CCW).  The ratio is a number of counts and a number of pulses; the third value is the
-        largest deviation in counts.  None while the motor loses steps.
+        `physical`: +1 (CW) or -1 (CCW).  The result is a fraction: a number of counts, and a number of pulses.  The
+        number of counts is negative if the encoder counts down.  The third value is the largest deviation in counts.
+        Return None while the motor loses steps.
         """
         if self._axis is None:
             return 0, 1, 0
@@ -71,7 +72,10 @@ class Encoder:
         return counts * physical * self._sense, pulses, deviation
 
     def face(self, sense: int) -> None:
-        """Define CW (+1) or CCW (-1) as the + direction of the encoder.  The count does not change."""
+        """Define the direction in which the encoder counts up.  The present count does not change.
+
+        `sense`: +1 for CW, -1 for CCW.
+        """
         before, self._sense = self.count, sense * self._wired
         self._origin += before - self.count
 
@@ -125,7 +129,10 @@ class Tracking:
 
     @property
     def relative(self) -> int:
-        """Encoder pulses of the present move, or of the last move if no move is in progress."""
+        """Encoder pulses since the start of the present move.
+
+        If no move is in progress: encoder pulses from the start to the end of the last move.
+        """
         return wrapped((self.encoder.count if self.ended is None else self.ended) - self._began)
 
     @property
@@ -139,7 +146,10 @@ class Tracking:
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:
-        """Return the slip in rotor teeth: the difference between motor and encoder position, less the backlash."""
+        """Return by how many rotor teeth the motor position and the encoder position differ (slip).
+
+        The backlash is subtracted from the difference.
+        """
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
         return self._teeth(abs(self._difference(pulses, counts)))
@@ -154,7 +164,7 @@ class Tracking:
         return pulses * encoder - counts * motor
 
     def _teeth(self, difference: int) -> int:
-        """Convert a position difference to rotor teeth, after subtraction of the backlash."""
+        """Subtract the backlash from a position difference, and convert the result to a number of rotor teeth."""
         assert self.ratio is not None and self.resolution and self.teeth
         encoder = self.ratio[1]
         beyond = difference - (self.sigma or 0) * encoder
@@ -208,7 +218,10 @@ class Tracking:
 
     @property
     def owns_motion(self) -> bool:
-        """True if the present or most recent motion corrects a position error."""
+        """True if the present motion is the correction of a position error.
+
+        While the motor is at rest: True if the last motion was such a correction.
+        """
         return self._pulses.velocity_profile is self.correction
 
     @property
@@ -222,12 +235,18 @@ class Tracking:
             self._pulses.kill()
 
     def leave_zero(self) -> None:
-        """Record the start of a move, unless a move is in progress."""
+        """Record the start of a move when the motor leaves zero velocity.
+
+        There is no effect if a move is already in progress.
+        """
         if self.ended is not None:
             self.ended, self._began = None, self.encoder.count
             self.reference = self._pulses.position, self._began
 
     def define(self, position: int) -> None:
-        """Define the present position as `position`, which also becomes the desired position."""
+        """Set the actual position and the desired position to `position`, in encoder pulses.
+
+        The motor does not move.
+        """
         self.desired = self.encoder.count
         self.zero = self.desired - position

@@ -38,9 +38,10 @@ class Triggers:
         self._edges.clear()
 
     def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> None:
-        """Switch a function of a trigger on or off.
+        """Let the trigger input call the function `action`, or remove this function if `on` is False.
 
-        Ignored while the trigger has a function of another opcode.
+        `opcode`: opcode of the command that assigns the function.  The call has no effect while the trigger has a
+        function of another opcode.
         """
         if self._functions.get(trigger, (opcode,))[0] != opcode:
             return

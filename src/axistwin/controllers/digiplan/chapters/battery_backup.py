@@ -50,14 +50,16 @@ class Retained:
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             reason = excerpt(error)
-            raise UsageError(f"{memory_file} is not the memory of an IF2 ({reason}): delete the file") from None
+            raise UsageError(
+                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to erase the memory"
+            ) from None
         return retained
 
     def check(self) -> None:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(f"invalid value of {parameter_name}: expected a value that an IF2 saves")
+                raise ValueError(f"invalid value of {parameter_name}: expected a value that axistwin has saved")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """Yield the name of each stored value, and True if the value is valid."""

@@ -17,8 +17,8 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None  # Format in which the present character is read.
-        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the received character `(`.
+        self._offered: UartFormat | None = None  # Default format, if the present character may be `(` in this format.
+        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the last character `(`.
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
@@ -40,9 +40,10 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format if the character may be `(` in the default format, otherwise None.
+        """Decode the present character in the default format.  Return this format if the character may be `(`.
 
-        The baud rate is measured.
+        Otherwise return None.  `low_ns`, the duration of the low level at the beginning of the character, gives the
+        baud rate.
         """
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
@@ -54,9 +55,9 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if a character was received in the default format.
+        """Return True if the UART has received the present character in the default format.
 
-        The character `(` also sets the UART to this format.
+        If the character is `(`, the UART keeps the default format.
         """
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:

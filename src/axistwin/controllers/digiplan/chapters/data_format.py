@@ -40,7 +40,7 @@ class Frame:
 
     @cached_property
     def ends_message(self) -> int:
-        """The character that ends a message from the host."""
+        """Code of the character with which the host ends each message: CR or LF."""
         return CR if self.terminator == "U" else LF
 
     def answer(self, text: bytes) -> bytes:
@@ -62,13 +62,13 @@ class Frame:
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Return a character for the host, with bit 8 as the data format requires."""
+        """Return a character of an answer to the host, with the value of bit 8 that the data format requires."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format in which a message was received: baud rate, data bits, parity and bit 8.
+    """Format in which a message was received: baud rate, number of data bits, parity, and values of bit 8.
 
     `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 bits and no parity reads the parity
     bit of a 7-bit sender as bit 8.

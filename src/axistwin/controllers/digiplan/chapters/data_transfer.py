@@ -16,9 +16,9 @@ from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # At 52 buffered characters (80 %), DTR or X-off stops the host.
-NEARLY_EMPTY = 12  # At 12 buffered characters (20 %), the host may continue.
-OVERFLOW = 61  # At 61 buffered characters (95 %), a data fault occurs and the whole buffer is lost.
+NEARLY_FULL = 52  # When the buffer contains 52 characters (80 %), DTR or X-off stops the host.
+NEARLY_EMPTY = 12  # When only 12 characters (20 %) are left in the buffer, the host may send again.
+OVERFLOW = 61  # At 61 characters in the buffer (95 %), a data fault occurs, and all these characters are lost.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -51,9 +51,9 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Accept characters with receive errors if `on` is True; otherwise discard such characters.
+        """Accept characters with receive errors, e.g. parity errors, or discard these characters if `on` is False.
 
-        Such characters are accepted only until the data format is known.
+        Characters with errors are accepted only until the data format is known.
         """
         self.tolerant = self.uart.resynchronises = on
 
@@ -166,13 +166,13 @@ class InputBuffer:
 
 
 class Transmitter:
-    """Sends characters to the host, but only while DSR and CTS are both set."""
+    """Sends characters to the host while DSR and CTS are both active."""
 
     def __init__(self, clock: Clock, uart: Uart, lines: ControlLines) -> None:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self._held_back = 0  # number of procedures that are waiting for DSR or CTS
+        self._held_back = 0  # number of processes that wait until DSR and CTS are active
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""
@@ -209,7 +209,7 @@ class Transmitter:
             self._transmit(bytes([byte]))
 
     def _until_clear(self) -> Procedure:
-        """Wait until DSR and CTS are set, so that the next character can be sent."""
+        """Wait until the inputs DSR and CTS are both active.  Then the next character can be sent."""
         self._held_back += 1
         try:
             while not self._clear_to_send:

@@ -61,9 +61,9 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if the index needs an overshoot for backlash correction.
+    """True if a preset move (index) must go beyond its target and then return, to compensate for backlash.
 
-    The command B must request the correction, and the move must be against the backlash direction.
+    Conditions: the command B requests the correction, and the move is against the backlash direction.
     """
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0

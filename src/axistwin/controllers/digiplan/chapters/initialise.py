@@ -22,7 +22,7 @@ REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format messag
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
-    """Return the baud rate of the character `(`, or None if no baud rate matches.
+    """Return the baud rate at which the host has sent the character `(`, or None for an unknown baud rate.
 
     `low_ns`: time in ns for which the first bits of the character hold the line low.
     """

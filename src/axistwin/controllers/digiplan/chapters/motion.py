@@ -78,7 +78,7 @@ class RampGenerator:
 
     @property
     def rate(self) -> Fraction:
-        """Step rate of the common pulse clock of all moving axes, in steps/s."""
+        """Frequency of the pulse clock that all moving axes share, in steps/s."""
         return self.profile.rate_at(self._elapsed_ns)
 
     @property
@@ -96,7 +96,10 @@ class RampGenerator:
 
     @property
     def steps(self) -> int:
-        """Number of pulses of the common pulse clock since the start of the last index or run."""
+        """Number of clock pulses since the start of the last move (index or run).
+
+        All moving axes share the pulse clock.
+        """
         made = self._steps_before + self.profile.pulses_by(self._elapsed_ns)
         unmade = (abs(self.axes[axis].unmade - before) for axis, before in self._unmade_before.items())
         return max(made - max(unmade, default=0), 0)

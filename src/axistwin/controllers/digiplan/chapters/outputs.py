@@ -100,7 +100,7 @@ def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
 
 
 def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> list[str]:
-    """Return the names of those inputs that do not have the wanted level."""
+    """Return the names of the inputs whose level differs from the level `wanted`."""
     return [name for name in (f"input{number}" for number in inputs) if pins[name].level is not wanted]
 
 

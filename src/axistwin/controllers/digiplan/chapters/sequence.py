@@ -106,9 +106,9 @@ def _move(state: State, step: Step) -> Procedure:
 
 
 def _intervention(state: State) -> Procedure:
-    """Give control of the sequence to the host, and carry out the steps that the host sends.
+    """Give control of the sequence to the host, until the host sends `%`.
 
-    The host gives control back by sending `%`.
+    During this time, carry out the steps that the host sends.
     """
     yield from state.transmit(state.frame.answer(b"%"))
     while (step := (yield state.work.give_control())) is not None:

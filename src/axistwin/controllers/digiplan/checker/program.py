@@ -47,7 +47,10 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance that starts no move, because the command `$` is missing."""
+        """Report a distance that has no effect, because no command `$` starts a move by this distance.
+
+        Called at the end of the program.
+        """
         if self.not_started:
             note = "without $ this message starts no move, and no later message does"
             self._say(rules.NO_START, self.not_started[-1:], note, fix=fixes.start(self.not_started))

@@ -9,7 +9,10 @@ SIGNALS = {"C": PIN_C, "G": PIN_G}
 
 
 def servo(motor: Processor) -> None:
-    """BRKSRV: release the brake while the servo is on, Bo = 0.  This is the default (manual, section 5.2)."""
+    """BRKSRV: let the servo control the brake.  The brake is released while the servo is on (flag Bo = 0).
+
+    BRKSRV is the default (manual, section 5.2).
+    """
     motor.brake_control = Control.SERVO
 
 

@@ -17,7 +17,7 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """Consecutive variables or array elements up to the end of their group, e.g. c to z.
+    """A range of variables or array elements that ends at the end of their group, e.g. the range c to z.
 
     The fields are kind, first index, and number of elements to the end of the group.
     """

@@ -35,7 +35,10 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: end a program that was started by power-up.  A program that was started by RUN skips RUN?."""
+    """RUN?: end the program if power-up has started the program.
+
+    If the command RUN has started the program, RUN? has no effect.
+    """
     if not motor.i[s.RUN_GIVEN]:
         end(motor)
 
@@ -95,9 +98,10 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True while a call of the given kind is in progress: GOSUB, C1 or C2.
+    """True while a subroutine of the given kind is in progress.
 
-    Only RETURNI, STACK and END end a C2 call.
+    The kinds are a GOSUB subroutine, the fault routine C1, and the interrupt routine C2 of pin G.  Only RETURNI, STACK
+    and END end a call of C2.
     """
     if kind == s.CALL_INPUT:
         return bool(motor.i[s.C2_CALLED])

@@ -10,7 +10,7 @@ ALL = 255
 
 
 def functions(motor: Processor, value: int) -> None:
-    """F=exp: select the functions of table 7.1 by a sum of bits, 0 to 255.
+    """F=exp: select functions of table 7.1.  Each bit of the value (0 to 255) switches one function on or off.
 
     Any other value sets Bs.
 

@@ -29,11 +29,12 @@ def position(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """Record 0xFB: receive the clock value, in samples, of the preceding position.
+    """Record 0xFB: receive the clock value that belongs to the last received position.
 
-    Repeating the last value ends host mode.
+    The clock value is the time, in samples, at which the motor reaches the position.  The same clock value a second
+    time ends host mode.
 
-    The clock has 32 bits; 0 follows FFFFFFFFh.  A value earlier than the last point's sets Bs.
+    The clock has 32 bits; 0 follows FFFFFFFFh.  A clock value before the last clock value sets Bs.
     """
     waiting = motor.reception
     ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
@@ -47,7 +48,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Compute the missing clock value of a position in host mode.
+    """Compute the clock value of a position that the host has sent without a clock value.
 
     The result is the last clock value plus the last clock difference.
     """

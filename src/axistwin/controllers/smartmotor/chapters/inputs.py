@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # The predicted encoder edges are no longer valid.
+        i[s.PREDICTED] = 0  # Discard the predicted encoder edges, because they do not include this edge.
 
     def _wiring(self) -> None:
         """Store which of the pins A and B the external encoder drives."""

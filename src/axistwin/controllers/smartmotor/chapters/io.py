@@ -77,7 +77,7 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """End every special use of a pin: as limit input, go input or wire of channel 1."""
+    """End the special use of a pin as a limit input, as the go input, or as a wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
@@ -85,7 +85,10 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """Remove the brake signal from a pin, until BRKC or BRKG selects the pin again (manual, section 5.1)."""
+    """Stop the output of the brake signal at a pin (manual, section 5.1).
+
+    The command BRKC selects pin C for the brake signal again, and BRKG selects pin G.
+    """
     if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
         motor.i[s.BRAKE_PIN] = 0
 

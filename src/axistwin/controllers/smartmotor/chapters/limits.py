@@ -17,15 +17,17 @@ def disable_soft(motor: Processor) -> None:
 
 
 def soft_negative(motor: Processor, value: int) -> None:
-    """SLN=exp: set the negative software limit, in counts.  While the software limits are enabled, SLN= only sets Bs
-    (manual, section 3.2).
+    """SLN=exp: set the negative software limit, in counts (manual, section 3.2).
+
+    While the software limits are enabled, SLN= does not change the limit, but sets the flag Bs.
     """
     _set(motor, s.SLN, value)
 
 
 def soft_positive(motor: Processor, value: int) -> None:
-    """SLP=exp: set the positive software limit, in counts.  While the software limits are enabled, SLP= only sets Bs
-    (manual, section 3.2).
+    """SLP=exp: set the positive software limit, in counts (manual, section 3.2).
+
+    While the software limits are enabled, SLP= does not change the limit, but sets the flag Bs.
     """
     _set(motor, s.SLP, value)
 

@@ -67,12 +67,15 @@ def origin(motor: Processor, value: int) -> None:
 
 
 def tune(motor: Processor) -> None:
-    """F: put the buffered KP, KI, KD, KL, KS, KV, KA and KG in force."""
+    """F: make the buffered servo gains KP, KI, KD, KL, KS, KV, KA and KG effective.
+
+    Until the command F, the servo uses the earlier gains.
+    """
     motor.i[s.TUNING : s.TUNING + 8] = motor.i[s.KP : s.KP + 8]
 
 
 def pid(motor: Processor, rate: int) -> None:
-    """PIDn: update trajectory and servo law every n samples, where n is 1, 2, 4 or 8.
+    """PIDn: compute the trajectory and the servo law only in every n-th sample; n is 1, 2, 4 or 8.
 
     The time unit of V, A and WAIT is then n samples.  Other values set Bs.
     """
@@ -89,9 +92,10 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        if i[s.MODE] != s.M_HOST:  # While host mode is in progress, MD does not empty the buffer.
+        if i[s.MODE] != s.M_HOST:  # MD empties the buffer of points, except while host mode is in progress.
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # The end of host mode starts the mode that was buffered before MD (manual, section 10.2).
+        # BUFFERED_MODE does not change: this mode starts when host mode ends (manual, section 10.2).
+        i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
@@ -142,9 +146,9 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return a number whose sign is the direction in which a mode would move the motor.
+    """Return a number whose sign is the direction of motion if the given mode starts now.
 
-    0 is an unknown direction.
+    The result 0 means that the direction is unknown.
     """
     i = motor.i
     if mode == s.M_POSITION:
@@ -269,7 +273,7 @@ def follow(motor: Processor, factor: int) -> None:
 
 
 def step_and_direction(motor: Processor) -> None:
-    """MS: follow the steps on pin A, in the direction of pin B, and set CTR to 0."""
+    """MS: follow the step pulses at pin A, and set CTR to 0.  The level of pin B gives the direction of the steps."""
     _follow(motor, s.M_STEP, FULL)
 
 

@@ -109,9 +109,9 @@ class Flow:
             made.returns[number] = self.findings.words[number]
 
     def _next(self, pc: int) -> Iterator[int]:
-        """Yield each index in the code at which the program may continue after a statement.
+        """Yield the index of each statement that may be executed directly after the given statement.
 
-        `pc`: index of the statement.
+        `pc`: index of the given statement.  All indices are indices in the compiled code.
         """
         code = self.program.code
         operation, number, target = code[pc], code[pc + 1], code[pc + 2]
@@ -125,9 +125,10 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield each index in the code at which the program may continue after a condition.
+        """Yield the index of each statement that may be executed directly after a condition, e.g. the condition of IF.
 
-        After a constant condition, the program can continue at only one index.
+        `pc`: index of the statement with the condition.  `otherwise`: index of the statement that follows a false
+        condition.  After a constant condition, only one statement can follow.
         """
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
@@ -137,7 +138,10 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the first index in the code after an expression."""
+        """Return the index in the compiled code directly after the end of an expression.
+
+        `at`: index at which the expression begins.
+        """
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1
@@ -195,9 +199,9 @@ def _returns(findings: Findings, flow: Flow) -> None:
 
 
 def _stack(findings: Findings, flow: Flow) -> None:
-    """Report a program that may need more than ten return addresses.
+    """Report a program whose nested subroutine calls may need more than ten return addresses.
 
-    The calls of C1 and C2 are included.
+    The stack of the motor holds ten return addresses.  The calls of C1 and C2 are included.
     """
     depths = _Depths(findings, flow)
     deepest = depths.of(None) + sum(1 + depths.of(label) for label in flow.interrupts)
@@ -248,7 +252,10 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """Report F=32 without label C1, F=64 without label C2, and STACK without a following GOTO."""
+    """Report missing labels: C1 if the program sets F=32, and C2 if the program sets F=64.
+
+    Also report each STACK that GOTO does not follow at once.
+    """
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
             if (constant_value(statement) or 0) & bit and label not in flow.program.labels:

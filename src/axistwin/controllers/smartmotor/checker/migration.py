@@ -57,9 +57,9 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each IF, ELSEIF or WHILE that tests the flag Be or Bh.
+    """Report each IF, ELSEIF or WHILE that tests the flag Be or Bh, because the program ends before the test.
 
-    Without F=32, a position error (Be) or an overheat (Bh) ends the program (manual, section 4.1).
+    A position error sets Be, and an overheat sets Bh.  Without F=32, both end the program (manual, section 4.1).
     """
     if findings.sets_function(CALL_C1):
         return

@@ -55,9 +55,9 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # CI may have selected another table, so the last table entry is read again.
+        end = entry(i, v, i[s.CAM_SIZE])  # CI may have selected another cam table: read the last entry of that table.
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
-    if word & MODULO_CAM:  # With F=128, position and counter restart at the zero point.
+    if word & MODULO_CAM:  # With F=128, the position and the counter CTR restart at each zero point of the cam.
         shift = i[s.CAM_ORIGIN] + end * way
         i[s.CAM_ORIGIN] = 0
         i[s.COMMANDED] -= shift << 16
@@ -66,7 +66,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         i[s.CTR] = i[s.CAM_PHASE] // factor
     elif word & RELATIVE_CAM:
         i[s.CAM_ORIGIN] += end * way
-    if i[s.CAM_F] == 0:  # Without F=16 and F=128, cam positions are absolute.
+    if i[s.CAM_F] == 0:  # If neither F=16 nor F=128 is set, cam positions are absolute.
         i[s.CAM_ORIGIN] = 0
 
 
@@ -99,7 +99,7 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    # Without F=16 or F=128, the first table entry follows the last entry.
+    # If neither F=16 nor F=128 is set, the first entry of the cam table follows the last entry.
     following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 

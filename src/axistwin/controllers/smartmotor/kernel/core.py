@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """State of the computation of samples, e.g. planned or stopped."""
+    """States of the computation of samples, e.g. the next block of samples is planned, or is already computed."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -157,14 +157,15 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # The state of the motor already includes the first requested sample.
+        # If the first requested sample is the last committed sample, `here` is also the position of that sample.
+        if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard samples that were computed from an outdated prediction of the external encoder.
+        """Compute the samples again, because the predicted edges of the external encoder are outdated.
 
-        The next sample is kept, because its edges were read before now.
+        The edges of the next sample are kept, because these edges were read before now.
         """
         block = self._block
         if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
@@ -223,7 +224,10 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the computation of more samples, after all other changes at the present time."""
+        """Schedule the computation of the next block of samples at the present virtual time.
+
+        The computation begins after all other events of the present time.
+        """
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
@@ -275,14 +279,17 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the followed values that have changed outside the kernel."""
+        """Report to the follower (a trace) each followed value that Python, and not the kernel, has changed."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Send the logged changes of a finished block of samples to the follower."""
+        """Report to the follower (a trace) all changes of followed values in a finished block of samples.
+
+        `done`: the log in which the kernel has stored the changes.
+        """
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -395,7 +402,7 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Store the state at the end of a finished block of samples, and handle the event at this end."""
+        """Store the state after the last sample of a block, and handle the event that has ended the block."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -410,7 +417,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Store the state of the motor after the past samples, and discard the future samples."""
+        """Store the state of the motor at the present time.  Discard the computed samples after the present time."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -420,8 +427,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples after the last full block.
-        # A host often sends commands at equal intervals, so the next block covers slightly more than one interval.
+        in_last = samples % LONGEST  # Number of samples after the last block of LONGEST samples.
+        # Make the next block a quarter longer, because a host often sends commands at equal intervals.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -546,7 +553,7 @@ def prepare(speed: float | None, motors: int) -> None:
 
 
 def needs_kernel(speed: float | None, motors: int) -> bool:
-    """True if plain Python is too slow for this number of motors, and Numba is installed."""
+    """True if the compiled kernel is necessary: plain Python is too slow for the motors, and Numba is installed."""
     return (speed is None or speed * motors > PLAIN_MOTORS) and jit.available()
 
 

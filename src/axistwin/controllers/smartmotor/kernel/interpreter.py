@@ -77,7 +77,7 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin that an assignment such as `a=UG` reads.
+    """Return the level (0 or 1) of a pin that an assignment reads, e.g. a=UG.
 
     Sets the slot BRAKE_READ if the pin carries the brake signal (manual, section 5.1).
     """
@@ -88,7 +88,7 @@ def taken(i: Ints, bit: int) -> int:
 
 @sampled
 def system_value(i: Ints, operation: int, place: int) -> int:
-    """Return the level of a pin, or a system variable that is computed on demand."""
+    """Return the level of a pin, or a system variable that is computed only when a statement reads it."""
     if operation == PIN:
         return (i[s.PINS] >> place) & 1
     return taken(i, place) if operation == TAKEN_PIN else computed(i, place)
@@ -159,7 +159,7 @@ def quotient(left: int, right: int) -> int:
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Return the result of an operation with two values.
+    """Apply an operator, such as + or <, to two values, and return the result.
 
     A number beyond 32 bits means that no result exists.
     """
@@ -266,7 +266,10 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 
 @sampled
 def call_again(i: Ints) -> None:
-    """Return from C1, and call C1 again if a fault has occurred within C1."""
+    """Request another call of the fault routine C1, if a fault has occurred during C1.
+
+    The function is called when C1 returns or the stack is cleared.
+    """
     if i[s.FAULT_AGAIN] != 0:
         i[s.FAULT_AGAIN] = 0
         i[s.PENDING] |= s.CALL_FAULT
@@ -323,7 +326,7 @@ def forget(i: Ints) -> None:
 
 @sampled
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the program's statement at the index PC of the code.
+    """Execute one statement of the program.  PC is the index of this statement in `code`.
 
     Return DONE; TRAP if Python must execute the statement; HELD if TWAIT holds the program; FETCH if Python must fetch
     external values and then execute the statement at once.

@@ -137,7 +137,10 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """A compiled function that stores checksums of the cached machine code after the first call."""
+    """Wrapper of a compiled function, which stores checksums of the cached machine code.
+
+    The checksums are stored after the first call of the function.
+    """
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory

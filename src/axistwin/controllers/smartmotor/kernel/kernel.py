@@ -27,13 +27,13 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Events at which the kernel stops.
-# The events in the bit mask BEFORE_SAMPLE stop the kernel before a sample.
-# All other events stop the kernel after a sample.
+# Events at which the kernel stops; each event is one bit.
+# Events in the bit mask BEFORE_SAMPLE stop the kernel before the next sample is computed.
+# All other events stop the kernel after a sample has been computed.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
 VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
-CALL_WAITS = 4  # The kernel stops so that Python can call label C1 or C2.
+CALL_WAITS = 4  # The kernel stops because Python must call the routine C1 or C2 of the program.
 TRAJECTORY = 8  # The kernel stops because the flag Bt (trajectory in progress) has changed.
 PLUS, MINUS = 16, 32  # The kernel stops at an asserted limit.
 ERROR, HEAT = 64, 128  # The kernel stops after a position error or an overheat.
@@ -47,7 +47,7 @@ BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 @sampled
 def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the statements of one sample."""
+    """Execute the program statements that belong to one sample."""
     if i[s.PENDING] and i[s.PROGRAM] == s.STOPPED:
         return CALL_WAITS
     while i[s.BUDGET] > 0 and i[s.PROGRAM] == s.RUNNING and i[s.SAMPLE] + 1 >= i[s.WAIT_UNTIL]:
@@ -171,7 +171,7 @@ def mark(i: Ints) -> int:
 
 @sampled
 def inputs(i: Ints) -> int:
-    """Debounce pin G, and detect a switch or an index mark that the shaft has reached."""
+    """Debounce pin G, and check whether the shaft has reached a switch or an index mark."""
     why = ALL_DONE
     level = i[s.PINS] >> 6 & 1
     if level == i[s.GO_LEVEL]:
@@ -241,7 +241,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # Any followed value may have changed outside the kernel before the first sample.
+            # Before the first sample, Python may have changed any value that a trace follows.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

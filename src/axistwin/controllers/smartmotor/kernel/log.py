@@ -44,7 +44,7 @@ def value(i: Ints, v: Ints, operation: int, place: int) -> int:
 
 @sampled
 def room(log: Ints) -> bool:
-    """True if the log has enough free memory for a change of every followed value."""
+    """True if the log can store one more change of each value that a trace follows."""
     return log[USED] + log[FOLLOWED] <= log[ROOM]
 
 
@@ -70,7 +70,7 @@ def empty() -> "array[int]":
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a processor value can change without a statement that assigns the value."""
+    """True if a processor value can change while no statement is executed, e.g. the position of the shaft."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
@@ -126,7 +126,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the part of a log that contains the header and the followed values."""
+    """Return the slice of a log that contains the header and the list of followed values."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

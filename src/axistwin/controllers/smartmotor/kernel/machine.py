@@ -27,36 +27,40 @@ Floats = MutableSequence[float]
 # The following names are the indices of the values in the array `f`.
 _slots = count()
 SPEED = next(_slots)  # Shaft speed in counts per sample.
-FRACTION = next(_slots)  # Fraction of a count in the shaft position; the integer SHAFT contains the whole counts.
+FRACTION = next(_slots)  # The exact shaft position in counts is SHAFT + FRACTION; SHAFT is an integer.
 OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
-COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # Friction, as an acceleration in counts/sample².
-JAM = next(_slots)  # Additional friction of a jammed shaft: 0 or infinite.
-VISCOUS = next(_slots)  # Viscous friction, as the fraction of the speed that is lost in a sample.
+# COULOMB is the deceleration by dry friction, in counts/sample².
+# STATIC_BRAKE is the additional deceleration by the engaged static brake, in counts/sample².
+COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
+JAM = next(_slots)  # Additional deceleration by a jammed shaft: 0 or infinite.
+VISCOUS = next(_slots)  # Fraction (0 to 1) by which viscous friction reduces the speed in each sample.
 # In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
-# OPEN_GAIN includes only the viscous friction; CLOSED_GAIN also includes the back-EMF.
+# OPEN_GAIN includes viscous friction only: the windings are open, or the current is at its limit.
+# CLOSED_GAIN includes viscous friction and back-EMF.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft for each A of motor current, in counts/sample².
-# AMPS_PER_PWM is the current at standstill for each PWM unit, in A.
-# AMPS_PER_SPEED is the decrease of the current for each count/sample of speed, in A.
+# AMPS_PER_PWM is the current at standstill for a PWM value of 1, in A.
+# AMPS_PER_SPEED is the decrease of the current by the back-EMF at a speed of 1 count/sample, in A.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, in A.
 AMPS_KEPT = next(_slots)  # Fraction of the current (0 to 1) that remains after one sample because of inductance.
-# The mean current of a sample is MEAN_KEPT * old current + MEAN_REACHED * final current.
+# Mean current of a sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 # In each sample, the shaft moves by (1 - LAG) * new speed + LAG * old speed; LAG is 0 to 1/2.
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
-# WINDING_RISE is the final temperature difference from winding to housing, in K per A².
-# HOUSING_RISE is the final temperature difference from housing to air, in K per A².
+# At a steady current of 1 A, the winding becomes WINDING_RISE (in K) warmer than the housing.
+# At a steady current of 1 A, the housing becomes HOUSING_RISE (in K) warmer than the air.
+# Both temperature differences are proportional to the square of the current.
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# Fractions by which a temperature difference decreases in each block of 256 samples
+# In each block of 256 samples, a temperature difference decreases by one of these fractions (0 to 1).
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)
 # LOSS_NJ is the heat that a current of 1 A produces in one sample, in nJ.
-# WORK_NJ is the mechanical work for each A of current and each count of movement, in nJ.
+# WORK_NJ is the mechanical work of a current of 1 A during a movement of 1 count, in nJ.
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)
 PER_NM = next(_slots)  # Acceleration of the shaft for each N·m of torque, in counts/sample².
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)

@@ -130,7 +130,10 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """Reduce an acceleration by friction; the result is 0 if friction is larger."""
+    """Reduce a speed by the change of speed that friction can cause in one sample.
+
+    The result is 0 if friction stops the shaft.
+    """
     if push > against:
         return push - against
     if push < -against:
@@ -213,9 +216,9 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
-    """Return 1 if the temperature or the RMS current has been too high for THD samples.
+    """Return 1 if the motor is overloaded, otherwise 0.  Must be called once per sample.
 
-    Must be called once per sample.
+    The overload begins when the temperature or the RMS current has exceeded the limit for THD samples.
 
     The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """

@@ -55,7 +55,10 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Return the integral term plus KI times the following error, limited by KL."""
+    """Return the new integral term: the old integral term plus KI times the following error.
+
+    KL limits the new integral term.
+    """
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
@@ -86,7 +89,7 @@ def clear_integral(i: Ints) -> None:
 
 @sampled
 def steady(i: Ints) -> int:
-    """Return 1 if the servo law would give the same PWM in the next sample."""
+    """Return 1 if the servo law gives the same PWM value in the next sample as in the present sample."""
     if i[s.MODE] == s.M_TORQUE:
         return 1 if i[s.PWM] == i[s.DIRECTION] * clipped(i[s.T], i[s.AMPS]) else 0
     error = following_error(i)

@@ -11,7 +11,7 @@ _slots = count()
 
 # Time
 SAMPLE = next(_slots)  # Number of the last computed sample, from 0 at power-up.
-CLK_ZERO = next(_slots)  # Sample in which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO.
+CLK_ZERO = next(_slots)  # Number of the sample at which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO.
 
 # State of the running program
 (
@@ -24,11 +24,11 @@ CLK_ZERO = next(_slots)  # Sample in which the counter CLK was 0: CLK = SAMPLE -
     DEPTH,  # Number of return addresses on the stack.
 ) = islice(_slots, 7)
 RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
-SWITCHES, *_ = islice(_slots, 11)  # Value of the present SWITCH in the main program and in each subroutine.
+SWITCHES, *_ = islice(_slots, 11)  # Value that SWITCH compares, for the main program and for each subroutine.
 (
     TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0.
     PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives.
-    RUN_GIVEN,  # 1 if the program was started by RUN, so that RUN? is skipped.
+    RUN_GIVEN,  # 1 if the command RUN has started the program; RUN? then has no effect.
     C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call.
 ) = islice(_slots, 4)
 
@@ -43,12 +43,12 @@ RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV a
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
-    RELATIVE,  # 1 if D was assigned later than P.
+    RELATIVE,  # 1 if D was assigned after P: the next position move is a relative move by D.
     BUFFERED_MODE,  # The mode that the next command G starts.
-    BUFFERED_FACTOR,  # Factor of the buffered mode, e.g. 4 for MF4 or MC4.
+    BUFFERED_FACTOR,  # Factor of the mode that the next command G starts, e.g. 4 for MF4 or MC4.
 ) = islice(_slots, 3)
 
-# The command F puts the buffered gains in force.
+# The command F copies the buffered gains to TUNING.
 TUNING, *_ = islice(_slots, 8)  # Gains that the servo uses, in the order KP KI KD KL KS KV KA KG.
 PID_RATE = next(_slots)  # Number of samples between two servo updates, set by PIDn: 1, 2, 4 or 8.
 
@@ -78,7 +78,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose levels the external encoder sets: 1 for A, 2 for B, 3 for both.
-    PIN_EDGES,  # Number of counted edges on pins A and B that do not come from the external encoder.
+    PIN_EDGES,  # Number of counted edges on pins A and B, without the edges of the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
     RESOLUTION,  # Number of counts in CTR for four encoder edges or steps: 1 in MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs.
@@ -88,12 +88,15 @@ CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that mode cam uses.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command CI activates.
 # CI_PENDING is 1 while the command CI waits for the zero point of the cam.
-# CI_SPOILT is 1 if the command CI has no effect until the next command MCn.
+# CI_SPOILT is 1 while the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
-CAM_TABLE = next(_slots)  # 1 if MCn multiplies the table entries instead of the external encoder's counts
+# CAM_TABLE is 1 if the factor n of MCn multiplies the entries of the cam table.
+# CAM_TABLE is 0 if the factor n of MCn multiplies the counts of the external encoder.
+CAM_TABLE = next(_slots)
 
 # Host mode
-# HOST_HEAD and HOST_COUNT give the first point and the number of points in the buffer of host mode.
+# HOST_HEAD is the index of the first trajectory point in the buffer of host mode.
+# HOST_COUNT is the number of trajectory points in the buffer of host mode.
 # HOST_LEFT is the number of samples left in the present segment of the trajectory.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
@@ -111,14 +114,15 @@ BB, BC, BF = islice(_slots, 3)
 ) = islice(_slots, 3)
 
 # Protection
-LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1 if pin C (LIMIT_C) or pin D (LIMIT_D) is a limit input.
+# LIMIT_C is 1 if pin C is a limit input.  LIMIT_D is 1 if pin D is a limit input.
+LIMIT_C, LIMIT_D = next(_slots), next(_slots)
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
-    STOPPING,  # 1 while the motor decelerates after a fault; F=1 requests this deceleration.
+    STOPPING,  # 1 while the motor decelerates after a fault, because F=1 was set.
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
-    FAULT_AGAIN,  # 1 if a fault has occurred within C1, so that C1 is called again after the return from C1.
-    OBSERVE_INDEX,  # 1 if every change of Bx must be reported.
+    FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1: C1 is called again when C1 returns.
+    OBSERVE_INDEX,  # 1 if the kernel must stop at each change of the flag Bx (index mark).
 ) = islice(_slots, 5)
 # positions of the nearest index marks below and above the shaft
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
@@ -129,7 +133,7 @@ PINS = next(_slots)
 # GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
-    DEBOUNCE,  # A new level of pin G is accepted after DEBOUNCE samples at this level.
+    DEBOUNCE,  # Number of samples for which pin G must keep a new level before the level is accepted.
     LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
     GO_PIN,  # 1 while a falling edge of pin G has the effect of the command G.
     BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
@@ -152,18 +156,19 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-# CURRENT_SUM is 16 times the filtered current, in 0.01 A.
-# HEAT is the sum of HEAT_SAMPLES squared currents, in (0.01 A)².
+# CURRENT_SUM / 16 is the filtered current in units of 0.01 A.
+# HEAT is the sum of the squared currents of HEAT_SAMPLES samples, in units of (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder reports COUNTS_OF counts for each COUNTS_OUT_OF true counts.
-# COUNTS_OF and COUNTS_OUT_OF are both 0 for an encoder that counts correctly.
+# A defective encoder counts COUNTS_OF counts while the shaft turns by COUNTS_OUT_OF counts.
+# While the encoder has no defect, COUNTS_OF and COUNTS_OUT_OF are both 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of the division that computes the counts of a defective encoder.
+UNCOUNTED = next(_slots)  # Remainder of the division by COUNTS_OUT_OF; the next sample adds this remainder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 
-LENGTHS, *_ = islice(_slots, 2)  # Number of bytes in each channel's FIFO that GETCHR has not read yet (LEN, LEN1).
+# Number of received bytes that GETCHR has not read yet, for each serial channel (LEN, LEN1).
+LENGTHS, *_ = islice(_slots, 2)
 ARRAY_BASE = next(_slots)  # Index of the array element al[0] in the array `v`.
 
 INTS = next(_slots)
@@ -197,7 +202,7 @@ USER_PINS = "ABCDEFG"
 """The user pins, from bit 0 of PINS on."""
 
 # First index of each group of variables in the array `v`
-# The groups are a…z, aa…zz, aaa…zzz, and al[] if al[] has its own memory.
+# The groups of variables are a…z, aa…zz and aaa…zzz.  al[] is a fourth group if al[] has its own memory.
 LETTERS, DOUBLES, TRIPLES, ALONE = 0, 26, 52, 78
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16

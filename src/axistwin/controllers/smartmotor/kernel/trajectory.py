@@ -76,9 +76,9 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Update the count of the external encoder for one sample.
+    """Compute the count of the external encoder at the end of one sample.
 
-    The count is predicted, or changes at constant speed.
+    The count is either predicted, or changes at constant speed.
     """
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]

@@ -16,9 +16,10 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A pattern that finds a Class 5 command, and the equivalent command of firmware 4.76.
+    """A Class 5 command, with the command of firmware 4.76 that replaces it.
 
-    `here`: the equivalent command; `sure`: True if both commands take values in the same unit.
+    `form`: pattern that finds the Class 5 command.  `here`: the command of firmware 4.76.  `sure`: True if both
+    commands take values in the same unit.
     """
 
     form: str

@@ -144,7 +144,7 @@ class Reader:
 
     def _read(self) -> Expression:
         if self._highest > STACK:
-            raise Malformed("the expression is too long: expected several shorter assignments", self.at)
+            raise Malformed("the expression is too long: split the assignment, e.g. into a=b+c a=a+d", self.at)
         code = tuple(number for word in self._code for number in word)
         return Expression(
             (*code, ops.RESULT),
@@ -155,7 +155,7 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """Parse the array index in brackets that begins at the current index in the text.
+        """Parse the array index in brackets that begins at the present position in the text.
 
         Raises Malformed.
         """
@@ -216,8 +216,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Two minus signs have an effect, because the negation of the lowest number overflows.
-            # A larger even number of minus signs has the same result as two minus signs.
+            # Keep two minus signs (--a): the negation of the lowest number overflows, so --a can differ from a.
+            # Four, six or more minus signs (an even number) have the same result as two minus signs.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

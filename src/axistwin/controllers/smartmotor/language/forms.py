@@ -7,11 +7,11 @@ from axistwin.controllers.commandset import Command
 
 
 class Accept(Flag):
-    """The sources from which a command is accepted."""
+    """Sources that may give a command: a host or a stored program."""
 
     HOST = auto()  # A host may send the command over a serial channel.
     PROGRAM = auto()  # A stored program may contain the command.
-    BLOCK = auto()  # Only a stored program may contain the command, e.g. a label or LOOP.
+    BLOCK = auto()  # A stored program may contain the command; a host must not send it, e.g. a label or LOOP.
     REMOVED = auto()  # The command is never accepted, because firmware 4.76 has removed it (manual, section 1.3).
 
 

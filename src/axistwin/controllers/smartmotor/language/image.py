@@ -57,7 +57,7 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return the two checksums of a program that RCKS reports.
+    """Return the two checksums of a program.  The command RCKS reports these checksums.
 
     The first checksum is of the label addresses, the second is of the program's text.  Both are sums of 24 bits.
     """
@@ -163,9 +163,9 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Yield each label and each flow word (such as LOOP) in a text.
+    """Yield each label and each keyword of program flow, such as LOOP, in the text of a program.
 
-    Each item contains the begin, the word and the end.
+    Each item contains the index of the beginning, the word, and the index after the end.
     """
     for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1
@@ -194,9 +194,9 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps whose targets are found at a word such as ENDIF.
+    """Yield the jumps whose targets become known at a keyword such as ENDIF.
 
-    Each jump is a pair of its place and its target.
+    Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place

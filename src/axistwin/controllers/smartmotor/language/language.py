@@ -51,9 +51,9 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range of variables that begins with this operand.
+        """Return the range of variables or array elements that begins with the element `name`.
 
-        Returns None if the operand does not exist.
+        Returns None if the element does not exist.
         """
         if "[" not in self.name:
             group = values(self.name)
@@ -90,9 +90,9 @@ class Statement:
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the values, such as GETCHR, that the statement needs from outside the interpreter.
+        """Read the values that the interpreter cannot compute, e.g. the character for GETCHR.
 
-        The interpreter then executes the assignment or tests the condition.
+        The interpreter then executes the assignment, or tests the condition, with these values.
         """
         for part in self.computed:
             part.fetch(motor)
@@ -296,7 +296,7 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         )
     if at == len(text):
         raise Malformed(
-            "the list of values does not end with a period: expected e.g. aw[0] 1 2 3.",
+            "the list of values does not end with a period: expected e.g. 'aw[0] 1 2 3.'",
             at,
             FEATURES_ADDED,
             rules.ELEMENTS,
@@ -304,7 +304,10 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
     word = text[at:].strip()
     if word != ".":
         raise Malformed(
-            f"{word[:20]} is not a number: expected a list such as aw[0] 1 2 3.", at, FEATURES_ADDED, rules.ELEMENTS
+            f"{word[:20]} is not a number: expected numbers and a final period, e.g. 'aw[0] 1 2 3.'",
+            at,
+            FEATURES_ADDED,
+            rules.ELEMENTS,
         )
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()

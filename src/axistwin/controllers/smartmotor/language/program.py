@@ -73,14 +73,17 @@ class Program:
     code: Sequence[int]
     statements: tuple[Statement, ...]
     labels: Mapping[int, int]
-    """The place in the code of each label; of a repeated label, the first place."""
+    """The index in `code` of each label; of a repeated label, the first index."""
     places: tuple[Place, ...]
     begins: tuple[int, ...]
-    """The place in the code of each statement."""
+    """The index in `code` of each statement."""
     heads: tuple[int, ...] = ()
-    """Places in the code of operations that take a sample (or of their announcements), in order."""
+    """Indices in `code` of the operations that take a sample, in ascending order.
+
+    If a call of Python precedes an operation, the index is that of the call.
+    """
     announces: frozenset[int] = frozenset()
-    """Statements that are announced to Python before their execution, by a FETCH without values."""
+    """Numbers of the statements before which the code calls Python; the call is a FETCH without values."""
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
@@ -91,21 +94,26 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return an equivalent program that reports the given statements to Python before their execution."""
+        """Return an equivalent program that calls Python before each of the given statements.
+
+        `numbers`: numbers of these statements.
+        """
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement whose code begins at the index `head`.
+        """Return the number of a statement.
 
-        At the end of the code, this is the number of statements.
+        `head`: index in `code` at which the code of the statement begins.  At the end of the code, the result is the
+        number of statements.
         """
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the code that reports a statement to Python.
+        """Return the length of the code that calls Python before a statement.
 
-        The length is 0 if the statement at `head` is not reported.
+        `head`: index in `code` at which the code of the statement begins.  The length is 0 if the statement has no such
+        call.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -178,7 +186,7 @@ class _Matcher:
         self._broken = 0
 
     def match(self) -> Iterator[None]:
-        """Find the parts of all IF, WHILE and SWITCH blocks of a program.
+        """Find the keywords that belong together in each block, e.g. IF, ELSE and ENDIF.
 
         A generator, so that a long program can be matched in pieces.
         """
@@ -313,7 +321,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the generated code already reports this statement to Python."""
+        """True if the generated code already contains a call of Python for the statement `number`."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:

@@ -104,7 +104,7 @@ class Channel:
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
         # _record contains the received bytes of a binary record.
-        # _spoilt is True after a line error in a byte of the record.
+        # _spoilt is True if a byte of the record was received with an error, e.g. a wrong parity.
         self._record, self._spoilt = bytearray(), False
         self._timeout_ns = 0
         """Time in ns after its first character within which a command must end; 0 for no time-out."""
@@ -144,7 +144,7 @@ class Channel:
             self.motor.clock.call_later(self._timeout_ns, lambda: self._expire(began_ns))
 
     def _expire(self, began_ns: int) -> None:
-        """Discard a command that is still incomplete at the end of its time-out, and set the flag Bs."""
+        """Discard a command whose end has not been received within the time-out, and set the flag Bs."""
         if self._begun_ns == began_ns and self.motor.powered:
             self._begun_ns = None
             self._record.clear()
@@ -186,14 +186,14 @@ class Channel:
             self.motor.execute(self, text)
 
     def _take_binary(self, byte: int) -> None:
-        """Receive a byte above 7Fh: an address, the start of a binary record, or the status query.
+        """Receive a byte above 7Fh: a motor address, the first byte of a binary record, or the status request.
 
         An address is valid until the next address.
         """
         if self._words.forget() and not self.asleep:  # A byte above 7Fh discards an incomplete command.
             self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
-            # An address byte selects a motor, and does not change ADDR.
+            # The address byte selects which motor obeys; this motor's own address ADDR does not change.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
         elif byte in RECORDS:  # Records for other motors are received and ignored.
             self._record.append(byte)
@@ -246,7 +246,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # The flag is not set, so earlier errors of the same kind are forgotten.
+            # The flag was cleared after earlier errors of this kind, so remove these errors from all channels.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

@@ -37,7 +37,7 @@ def sleep(motor: Processor, channel: int = 0) -> None:
 
 
 def wake(motor: Processor, channel: int = 0) -> None:
-    """WAKE, WAKE1: end SLEEP."""
+    """WAKE, WAKE1: execute all commands on this channel again, after SLEEP or SLEEP1."""
     motor.channels[channel].asleep = False
 
 
@@ -50,7 +50,7 @@ def silent(motor: Processor, channel: int = 0) -> None:
 
 
 def talk(motor: Processor, channel: int = 0) -> None:
-    """TALK, TALK1: end SILENT."""
+    """TALK, TALK1: allow the output of the program on this channel again, after SILENT or SILENT1."""
     motor.channels[channel].silent = False
 
 

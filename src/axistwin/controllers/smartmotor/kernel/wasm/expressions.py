@@ -111,7 +111,9 @@ class Expressions:
             case ast.Attribute(value=ast.Name(id=owner), attr=name) if isinstance(self._globals[owner], ModuleType):
                 return getattr(self._globals[owner], name)
         expression, function = ast.unparse(node), self._definition.name
-        raise NotImplementedError(f"cannot compile {expression} in {function}: expected a number or a global name")
+        raise NotImplementedError(
+            f"cannot compile {expression} in {function}: expected a number, a global variable or a function"
+        )
 
     def _called(self, node: ast.Call) -> Callable[..., Any]:
         called: Callable[..., Any] = self._global(node.func)

@@ -57,7 +57,9 @@ class _Function(Expressions):
         if name not in self._places:
             self._places[name] = self._new(kind)
         elif self._types[self._places[name]] != kind:
-            raise NotImplementedError(f"variable {name} of {self._definition.name} changes its type: expected one type")
+            raise NotImplementedError(
+                f"variable {name} of {self._definition.name} has values of different types: expected one type, e.g. int"
+            )
 
     # Statements
 
@@ -196,7 +198,7 @@ class _Function(Expressions):
 
 
 def _pairs(node: ast.Assign) -> list[tuple[ast.expr, ast.expr]]:
-    """Return a pair of target and value for each variable that an assignment sets."""
+    """Return a pair (variable, value) for each variable on the left side of an assignment."""
     pairs: list[tuple[ast.expr, ast.expr]] = []
     for target in node.targets:
         if isinstance(target, ast.Tuple):
