@@ -40,7 +40,7 @@ def _value(text: str) -> Any:
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
-        raise UsageError(f"too many nested brackets in the value {shortened(text)}: expected e.g. [-5,5]") from None
+        raise UsageError(f"invalid option value {shortened(text)}: nested too deeply, expected e.g. [-5,5]") from None
     except ValueError:  # the text is not TOML, or it contains an extremely long number
         return text
     check_values(value)
