@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the fault is just being started: end it in the next event
+            if self._mend is None:  # the start of the fault is not complete: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
