@@ -28,7 +28,7 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise UsageError(f"invalid --option {option}: an earlier --option sets {part}; leave out one of them")
+                raise UsageError(f"invalid --option {option}: an earlier --option sets {part}; leave out one option")
         place[last] = _value(text)
     return found
 
