@@ -153,7 +153,7 @@ def _permitted(case: Case, settings: Settings) -> bool:
 
 
 def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
-    """Return the reason why a test case is not possible in the controller's present state; None if it is possible."""
+    """Return the reason why a test case is impossible in the controller's present state; None for a possible case."""
     reasons = [condition.no_writes if case.writes else "", condition.no_motion if case.moves else "",
                condition.no_memory if case.stores else ""]  # fmt: skip
     if not settings.as_new and (case.moves or case.stores):
