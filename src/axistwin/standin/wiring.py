@@ -188,7 +188,7 @@ class Wiring:
         for pin, use in self.used():
             if pin.name in uses:
                 raise UsageError(
-                    f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: choose another pin for one of them"
+                    f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: choose another pin for one use"
                 )
             uses[pin.name] = use
         for axis in self.axes:
