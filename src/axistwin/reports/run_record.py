@@ -45,7 +45,7 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message is complete: it ends with CR or LF, or all its bytes arrived at the same time."""
+        """True if the message is complete: CR or LF is the last byte, or all bytes arrived at the same time."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
