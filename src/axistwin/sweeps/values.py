@@ -77,7 +77,7 @@ def read_values(given: Value) -> Values:
 def _bare(text: str) -> Value:
     """Return a text without quotation marks unchanged.
 
-    Raises UsageError if the text is not a valid value: if it is empty, or begins like a list or a quoted text.
+    Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"invalid value {shortened(text)}: expected e.g. {EXAMPLES}")
