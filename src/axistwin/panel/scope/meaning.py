@@ -30,7 +30,7 @@ class Meaning:
             return ""
         try:
             return self.codec.words(bytes.fromhex(text), self.by_host)
-        except ValueError:  # the message was too long, so only its beginning is stored
+        except ValueError:  # only the beginning of a long message is stored
             return ""
 
 
