@@ -112,9 +112,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                axes.set_in_layout(
-                    True
-                )  # `set_position` has removed the diagram: add the diagram again
+                axes.set_in_layout(True)  # `set_position` has removed the diagram: add the diagram again
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
 
