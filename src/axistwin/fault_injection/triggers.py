@@ -226,7 +226,8 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"program line {line} of {machine.name}, {text}, takes no time and cannot start a fault: expected {valid_line}"
+            f"program line {line} of {machine.name}, {text}, takes no time and cannot start a fault: "
+            f"expected {valid_line}"
         )
 
 
