@@ -45,10 +45,11 @@ class Controller:
 
     @classmethod
     def inside(cls, bench: "Bench", name: str, **options: Any) -> "Controller":
-        """Return a controller that runs in virtual time.
+        """Return a connection to the virtual controller `name` of a bench, in virtual time.
 
-        A scan takes almost no real time.
-        Virtual time passes only while the driver waits.  `options`: options of the driver.  Raises UsageError.
+        Virtual time passes only while the driver waits, so a scan takes almost no real time.
+
+        `options`: options of the driver.  Raises UsageError.
         """
         from axistwin.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
 

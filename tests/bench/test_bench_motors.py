@@ -80,7 +80,7 @@ def test_what_others_have_not(bench):
         (lambda: motor.bus, "smartmotor is not on a bus"),
         (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: expected a SmartMotor"),
         (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),
-        (lambda: bench.chain(), r"no motors in chain\(\): expected one or more motors"),
+        (lambda: bench.chain(), r"chain\(\) was called without motors: expected one or more motors"),
         (lambda: bench.rs485(motor, motor), r"smartmotor is given twice to rs485\(\): expected each motor once"),
         (lambda: bench.chain(Bench().add("smartmotor", "far")), "far belongs to another Bench"),
         (lambda: bench.add("smartmotor", shaft={"home": (0, 1)}), "axis shaft has no option 'home'"),

@@ -100,7 +100,7 @@ def test_a_conversation():
     [
         ("! A 2,5V", "invalid level '2,5V': expected high, on, low, off, release or a voltage, e.g. 2.5V"),
         ("! A 24V", "voltage 24V would destroy the pin: expected 0 to 5 V"),
-        ("! master 4000", "invalid encoder move '4000': expected COUNTS in SECONDS, e.g. 4000 in 2"),
+        ("! master 4000", "invalid encoder move '4000': expected `COUNTS in SECONDS` or `on AXIS times RATIO`"),
         ("! ambient hot", "'hot' is not a number"),
         ("! dtr low", "unknown name 'dtr': expected one of A, B, C, D, E, F, G, brake, index, power, break, line"),
         ("= dtr low", "unknown name 'dtr'"),
@@ -144,7 +144,7 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="the line names no controller"):
+    with pytest.raises(ProgramError, match="the line does not begin with a controller name"):
         play(parse("> RP\\r\n= A low"), bench)
 
 
@@ -227,7 +227,9 @@ def test_a_program_that_does_not_fit(tmp_path):
 def test_a_program_for_nobody(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
-    assert "p.sms: the simulation has 0 SmartMotors: expected one" in run("run", "if1", program)[2]
+    assert (
+        "p.sms: the simulation has 0 SmartMotors, but an .sms file needs exactly one" in run("run", "if1", program)[2]
+    )
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
@@ -236,7 +238,7 @@ def test_a_program_for_a_motor_in_a_chain(tmp_path):
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
     assert (
-        "p.sms: left shares its serial line with other controllers: expected its own line, or use a .talk file"
+        "p.sms: left shares its serial line with other controllers: use a .talk file, or connect the motor"
         in run("run", scene, program)[2]
     )
 
@@ -308,7 +310,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
     assert code == 1
-    assert "no answer to LOAD: expected the byte 06 from a motor with the line format 1200 7E1" in told
+    assert "the motor does not answer LOAD with the byte 06: expected a motor with the line format 1200 7E1" in told
 
 
 @pytest.mark.parametrize(

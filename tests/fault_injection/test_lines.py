@@ -56,7 +56,7 @@ def test_a_probability_with_the_same_seed_affects_the_same_characters(bench):
 
 
 def test_a_random_fault_needs_a_seed(bench):
-    with pytest.raises(UsageError, match="expected a seed"):
+    with pytest.raises(UsageError, match="is random and needs a seed"):
         bench.faults.add("lose", "if1", probability=0.5)
 
 

@@ -127,7 +127,7 @@ def test_a_scene_with_units(directory):
         (
             "45 °",
             "45 mm",
-            ":15:1: invalid position in when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected °",
+            "invalid position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected",
         ),
         ('"-90 °"', '"-90"', None),
         (

@@ -78,7 +78,7 @@ def test_faults_that_wait_for_one_another_are_refused(scene):
 
 def test_the_seeds_of_faults_are_derived_from_the_seed_of_the_scene(scene):
     text = IF1 + '[[fault]]\nkind = "lose"\non = "if1"\nprobability = 0.5\n' * 2
-    with pytest.raises(AxistwinError, match="expected a seed"):
+    with pytest.raises(AxistwinError, match="is random and needs a seed"):
         scene(text).build()
     bench = scene("seed = 7\n" + text).build()
     assert [fault.seed for fault in bench.faults] == [7000, 7001]
@@ -165,7 +165,7 @@ def test_a_master_on_another_axis(scene):
         ),
         (
             '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
-            "5:1: fault flip is random with probability=0.5: expected a seed",
+            "5:1: the fault flip with probability=0.5 is random and needs a seed: add e.g. seed=1",
         ),
         (
             '[[fault]]\nkind = "lose"\nat = 1e300\n',
@@ -253,7 +253,7 @@ def test_errors_of_script_actions_at_run_time_have_their_place(scene, act, messa
 def test_a_loop_of_external_encoders_is_refused(scene):
     text = MOTOR + 'master = "b.shaft"\n' + MOTOR.replace("knife", "b") + 'master = "knife.shaft"\n'
     with pytest.raises(
-        SceneError, match=r"s\.toml:4:1: knife follows itself through the keys `master`: .* than b\.shaft"
+        SceneError, match=r"s\.toml:4:1: knife follows its own shaft through the keys `master`: .* than b\.shaft"
     ):
         scene(text)
 

@@ -303,13 +303,13 @@ def test_a_queue_that_is_too_small():
         (
             (X, Y),
             (InputPin("table.input1", BoardPin("P2")),),
-            "pin P2 has two uses, table.X step and table.input1 input",
+            "pin P2 has two uses, table.X step and table.input1 input: choose another pin",
         ),
         ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
         (
             (X,),
             (InputPin("other.limit", BoardPin("P9"), stops=0),),
-            "other.limit belongs to other, which has no axis",
+            "the board drives no axis of other: expected an input",
         ),
     ],
 )

@@ -86,12 +86,12 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"^P8"', '"P2"', ": pin P2 has two uses, table.X step and table.limit_plus input: expected one"),
+        ('"^P8"', '"P2"', ": pin P2 has two uses, table.X step and table.limit_plus input: choose"),
         ("table.X", "table.W", ": no axis 'table.W': expected one of table.X, table.Y, table.Z"),
         ('"!P4"', '"P 4"', "stand-in.axis.enable"),
-        ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms is 2000: expected at most horizon_ms, which is 1000"),
+        ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms is too large (2000 ms): expected at most"),
         ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of a controller"),
-        ('"table.output1"', '"table.input1"', "table.input1 is not a switched output"),
+        ('"table.output1"', '"table.input1"', "table.input1 is not an output that switches on and off"),
         ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': expected one of table.shaft"),
         ('step = "P2"', "", 'the key `step` is missing: expected a pin of the board, e.g. step = "PD2"'),
         ('port = "BOARD"', "", 'expected port = "/dev/ttyACM0" or hal = "FILE.hal"'),

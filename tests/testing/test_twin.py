@@ -265,7 +265,7 @@ def test_a_closed_twin_refuses_calls():
     [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
 )
 def test_a_twin_outside_its_block_refuses_calls(use):
-    with pytest.raises(UsageError, match="not served yet: expected a `with` block"):
+    with pytest.raises(UsageError, match="not served yet: use the twin in a `with` block"):
         use(axistwin.serve("if1", speed="manual"))
 
 

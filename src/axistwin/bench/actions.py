@@ -77,11 +77,12 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
 
 
 def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs the action `! target value` at an endpoint.
+    """Return a function that performs one action at an endpoint, e.g. the action `! input1 high`.
 
-    An endpoint is a controller, a second channel, or a shared line.
+    In this example, `target` is "input1" and `value` is "high".  An endpoint is a controller, a second channel, or a
+    shared line; `who` is its name.  Faults may have any name.
 
-    Faults may have any name.  Raises ProgramError or UsageError for an invalid action.
+    Raises ProgramError or UsageError for an invalid action.
     """
     if target in FAULT_ACTS:
         return fault_action(bench, who, target, value)
@@ -242,8 +243,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. 4000 in 2, "
-            "or on AXIS times RATIO, e.g. on table.X times 3/2"
+            f"invalid encoder move {value!r}: expected `COUNTS in SECONDS` or `on AXIS times RATIO`, "
+            "e.g. `4000 in 2` or `on table.X times 3/2`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
@@ -362,7 +363,7 @@ def subjects(controller: Controller) -> tuple[str, ...]:
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the control lines that a conversation can check."""
+    """Return the names of the control signals that a conversation can check: `interrupt`, or `dtr` and `rts`."""
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
@@ -442,7 +443,7 @@ def _real(text: str) -> float:
 
 @contextmanager
 def _placing_errors() -> Iterator[None]:
-    """Convert NumberError to ProgramError within a `with` block."""
+    """Context manager that converts a NumberError from the `with` block to a ProgramError."""
     try:
         yield
     except NumberError as error:

@@ -219,7 +219,7 @@ class Bench:
     ) -> SerialPort:
         """Connect the same channel of several motors to one shared line."""
         if not motors:
-            raise UsageError(f"no motors in {method}(): expected one or more motors on the bench")
+            raise UsageError(f"{method}() was called without motors: expected one or more motors of the bench")
         for motor in motors:
             if self.controllers.get(motor.name) is not motor:
                 raise UsageError(f"motor {motor.name} belongs to another Bench: expected motors of one Bench")

@@ -78,7 +78,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and width of each character in the text."""
+        r"""Return the column (from 0) and the width of each character in `text`; `\r` is one character of width 2."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -101,11 +101,11 @@ class Hex:
         return self.language.read(text)
 
     def hear(self, text: str) -> bytes:
-        """Convert a message in hex to bytes; trailing zeros may be omitted."""
+        """Convert a message in hex to bytes; add zero bytes at the end up to the full length of a message."""
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and width of each byte in the text."""
+        """Return the column (from 0) and the width of each byte of the command in `text`, in hex or by name."""
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:

@@ -151,7 +151,7 @@ class Controller:
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """Stored programs or sequences by name, each with the line that is running now."""
+        """Stored programs or sequences by name; each `Listing` contains the line that is being executed."""
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:

@@ -28,7 +28,7 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise UsageError(f"invalid --option {option}: an earlier --option has already set {part}")
+                raise UsageError(f"invalid --option {option}: an earlier --option sets {part}; leave out one option")
         place[last] = _value(text)
     return found
 
@@ -40,7 +40,7 @@ def _value(text: str) -> Any:
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
-        raise UsageError(f"invalid option value {shortened(text)}: expected fewer nested brackets") from None
+        raise UsageError(f"invalid option value {shortened(text)}: nested too deeply, expected e.g. [-5,5]") from None
     except ValueError:  # the text is not TOML, or it contains an extremely long number
         return text
     check_values(value)

@@ -210,9 +210,11 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length in bytes of a reply that differs from the expected text.
+        """Return how many received bytes belong to a reply that differs from the expected text.
 
-        The reply contains the bytes up to the end of the expected text, or one message.
+        The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
+        its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the
+        reply.
         """
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):

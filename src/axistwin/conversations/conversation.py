@@ -102,7 +102,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Add the line number of a header to all errors within a `with` block.
+        """Context manager that adds the line number of a header to all errors of the `with` block.
 
         If the conversation does not have this header, errors do not change.
         """
@@ -114,7 +114,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Add the file name and line number of an action to all errors within a `with` block."""
+        """Context manager that adds the file name and line number of an action to all errors of the `with` block."""
         try:
             yield
         except (PlacedError, UsageError) as error:

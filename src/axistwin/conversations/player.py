@@ -133,7 +133,7 @@ class Player:
                     read_value = question(self._controller(act), act.subject)
                 agrees(read_value(), act.value)  # `agrees` raises ProgramError if the expected value is invalid
                 return lambda: self._expect(act, read_value())
-        raise AssertionError(f"unknown action {act!r}: expected an object of a class in the module axistwin.bench.acts")
+        raise AssertionError(f"unknown action {act!r}: expected an object from axistwin.bench.acts, e.g. a Wait")
 
     def _controller_name(self, act: Do) -> str:
         """Return the name of the controller to which an action applies.
@@ -148,7 +148,7 @@ class Player:
         if act.controller or len(self.bench.controllers) == 1:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
         controllers = ", ".join(self.bench.controllers)
-        raise ProgramError(f"the line names no controller: expected one of {controllers} at the beginning")
+        raise ProgramError(f"the line does not begin with a controller name: expected one of {controllers}")
 
     def _endpoint(self, act: Act) -> str:
         """Return the name of the port or bus at which the host sends or receives this line."""
@@ -160,7 +160,7 @@ class Player:
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))
         controllers = ", ".join(self.received)
-        raise ProgramError(f"the line names no controller: expected one of {controllers} at the beginning")
+        raise ProgramError(f"the line does not begin with a controller name: expected one of {controllers}")
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
         received = self.received[name]
@@ -188,7 +188,7 @@ class Player:
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return a difference if characters were received that no `<` line expects; otherwise None."""
+        """Return received characters that no `<` line expects as a `Difference`; None if no such characters exist."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

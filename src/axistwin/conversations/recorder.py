@@ -190,7 +190,7 @@ class Recorder:
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record a line of the conversation after the pending reply of the controller."""
+        """Record the pending reply of the controller, then the pause up to `time_ns`, then the line of `act`."""
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)

@@ -42,7 +42,9 @@ def check_kind(program: Path, made: Product) -> None:
     meant = FAMILIES[MODELS.get(kind_of(program), made.model)]
     if meant != FAMILIES[made.model]:
         own_models = " or ".join(name for name, family in FAMILIES.items() if family == meant)
-        raise UsageError(f"{program} is a program for {own_models}, not for {made.model}")
+        raise UsageError(
+            f"{program} is a program for {own_models}, not for {made.model}: choose another program or another model"
+        )
 
 
 def product_for(suffix: str, text: str) -> Product:
@@ -75,7 +77,10 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
 
 @dataclass(frozen=True)
 class HostProgram:
-    """The data that a program sends to one endpoint, with the errors and warnings in these data."""
+    """The data that a host program sends to one endpoint, with the errors and warnings in the data.
+
+    An endpoint is a controller, a second channel, or a shared line.
+    """
 
     file: str
     endpoint: str
@@ -85,7 +90,7 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """Errors in the data of the program: lines that the controller refuses."""
+        """Errors in the data: commands or program lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
@@ -189,9 +194,9 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters that a program sends to each controller, divided at each power-off.
+    """Return the sessions of each controller in a program.
 
-    The characters between two power-offs are one session.
+    A session contains the characters that the controller receives between two power-offs.
     """
     match suffix:
         case ".talk":
@@ -237,9 +242,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the characters that a program for one controller sends.
+    """Yield the sessions of a program that sends all its characters to one controller.
 
-    `sent` returns the characters of one line.
+    `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:
@@ -257,9 +262,9 @@ def _stored(lines: Iterable[str]) -> Iterator[Sequence[Session]]:
 
 
 def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterator[Sent]:
-    """Return the bytes of a command, each with its column in the line of the program file.
+    """Return the bytes of a command, each with its row and column in the program file.
 
-    The command begins after `begin` characters of the line.
+    The command begins after `begin` characters of the row.
     """
     pairs = zip(act.data, places, strict=True)
     return (Sent(byte, act.line, begin + column + 1, width) for byte, (column, width) in pairs)

@@ -62,9 +62,9 @@ def _errors(file: Path, text: str) -> list[SceneError]:
 
 
 def _build_errors(source: Source) -> list[SceneError]:
-    """Build a scene whose controllers save no data on the disk, and return the errors.
+    """Build a scene, and return the errors that occur.
 
-    The state directories of the scene do not change.
+    The controllers save no data on the disk, so the state directories of the scene do not change.
     """
     contents = source.contents()
     for table in contents.controller:

@@ -39,7 +39,7 @@ class Drawing:
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
-        """Add a CSS class to a part of the drawing, or remove the class if `on` is False."""
+        """Add a CSS class to an element of the drawing if `on` is True; remove the class if `on` is False."""
         self.put(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: object) -> None:

@@ -40,9 +40,9 @@ def readouts(*rows: str) -> str:
 
 
 def error_rows(axis: Axis) -> list[str]:
-    """Return the readouts that show the errors of an axis.
+    """Return the readouts that show the position errors of an axis.
 
-    A servo axis has following error and temperature; a stepper axis has lost steps.
+    A servo axis has the following error, and also the motor temperature.  A stepper axis has the lost steps.
     """
     of = axis.unit
     if isinstance(axis, ServoAxis):

@@ -62,7 +62,7 @@ class Trail:
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # the first moves after the previous update are no longer in memory
+        if since_ns > self._seen_ns:  # too many new moves: begin a new path at the oldest move that is still drawn
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)
@@ -116,7 +116,7 @@ def _straight(first: Point, middle: Point, last: Point) -> bool:
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest move in the drawing of an axis."""
+    """Return the start time of the oldest move of an axis that is still drawn; 0 if all moves are drawn."""
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns

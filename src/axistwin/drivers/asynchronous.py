@@ -253,7 +253,7 @@ class AsyncAxis(ScaledAxis):
         return (await self.status()).known_position()
 
     async def set_position(self, position: float) -> None:
-        """Define the value of the present position without a move; the axis must be at rest."""
+        """Set the present position to a new value without a move; the axis must be at rest."""
         await self.controller.run(self.core.set_position(self.scale.counts(position)))
 
     async def clear_faults(self) -> None:

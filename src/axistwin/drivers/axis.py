@@ -117,7 +117,7 @@ class Axis(Protocol):
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
 
     def set_position(self, position: float) -> None:
-        """Define the value of the present position without a move; the axis must be at rest."""
+        """Set the present position to a new value without a move; the axis must be at rest."""
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""

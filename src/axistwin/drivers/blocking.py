@@ -182,7 +182,7 @@ class BlockingAxis(ScaledAxis):
         return self.status().known_position()
 
     def set_position(self, position: float) -> None:
-        """Define the value of the present position without a move; the axis must be at rest."""
+        """Set the present position to a new value without a move; the axis must be at rest."""
         self._controller.run(self.core.set_position(self.scale.counts(position)))
 
     def clear_faults(self) -> None:
@@ -212,7 +212,7 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return an error for a motion that takes longer than the timeout."""
+    """Return the exception to raise when a motion takes longer than the timeout."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 

@@ -266,7 +266,9 @@ class Board(Core):
         """
         values = list(velocities)
         if values[-1:] != [0] or any(abs(value) > 0x7FFF for value in values):
-            raise RefusedError("invalid velocities: expected numbers from -32767 to 32767, and 0 as the last number")
+            raise RefusedError(
+                "invalid velocities: expected numbers from -32767 to 32767, and 0 as the last number, e.g. [100, 0]"
+            )
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
         values += [0] * (-len(values) % SEVEN)
@@ -281,12 +283,13 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the stream has failed if the buffer is empty, or if the board takes no velocities from the buffer
+            # the stream has failed if the board's buffer is empty, or if the board does not read its full buffer
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError(
-                    "the stream of velocities was interrupted: use a longer update_ms, or fewer velocities"
+                    "the stream of velocities was interrupted: increase the interval update_ms, "
+                    "or send fewer velocities"
                 )
             begun = True
 
@@ -324,10 +327,13 @@ class Motor(AxisCore):
         """
         if not 0 < velocity <= self.max_velocity:
             raise RefusedError(
-                f"velocity {velocity:g} pulses/s: expected more than 0 and at most {self.max_velocity:g}"
+                f"invalid velocity {velocity:g} pulses/s: "
+                f"expected more than 0 and at most {self.max_velocity:g} pulses/s"
             )
         if not 1 <= self.acceleration < 2**31:
-            raise RefusedError(f"acceleration {self.acceleration:g} pulses/s²: expected 1 to 2147483647")
+            raise RefusedError(
+                f"invalid acceleration {self.acceleration:g} pulses/s²: expected 1 to 2147483647 pulses/s²"
+            )
         code = 0 if velocity >= 50_000 or self.acceleration * 10 >= 2**31 else 1
         unit = RANGES[code]
         return code << 4, four(max(round(velocity / unit), 1)) + four(round(self.acceleration / unit))
@@ -351,7 +357,7 @@ class Motor(AxisCore):
         yield from self._set_profile()
         distance = target - (yield from self._position())
         if not -(2**31) < distance < 2**31:
-            raise RefusedError(f"distance of {distance} pulses: expected at most 2147483647 pulses")
+            raise RefusedError(f"the distance of {distance} pulses is too long: expected at most 2147483647 pulses")
         if distance:
             bits = yield from self._bits()
             if bits & (1 if distance > 0 else 2):
@@ -438,7 +444,7 @@ class Motor(AxisCore):
         """Return True while a commanded motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            # the motor stops several times during a search for HOME
+            # a search for HOME consists of several motions: after a stop, wait for the next motion
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
@@ -461,7 +467,7 @@ class Motor(AxisCore):
         self._board._lost = ""
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the value of the present position without a move; the motor must be at rest."""
+        """Set the present position to a new value without a move; the motor must be at rest."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)

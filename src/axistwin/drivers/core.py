@@ -157,7 +157,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the value of the present position without a move of the axis."""
+        """Set the present position to a new value without a move of the axis."""
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:

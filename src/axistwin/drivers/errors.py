@@ -43,7 +43,7 @@ class SilentError(DriverError):
 
 
 class WrongAnswerError(DriverError):
-    """Raised for an answer that this controller cannot give, e.g. because of noise on the line."""
+    """Raised if a received answer is not a valid answer of this controller, e.g. because of noise on the line."""
 
     in_step = False
 

@@ -360,7 +360,7 @@ class IF1(Core):
         yield from self._poll()
 
     def set_position(self, name: str, position: int) -> Procedure[None]:
-        """Define the value of an axis's present position without a move; all axes must be at rest."""
+        """Set the present position of an axis to a new value without a move; all axes must be at rest."""
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
@@ -396,7 +396,9 @@ class IF1(Core):
         """Return a speed rounded to whole steps/s.  Raises RefusedError if the speed is outside the speed range."""
         highest = MAX_SPEED[self.speed_range]
         if not 0.5 <= wanted <= highest:
-            raise RefusedError(f"speed {wanted:g} steps/s: expected 1 to {highest} in speed range {self.speed_range}")
+            raise RefusedError(
+                f"invalid speed {wanted:g} steps/s: expected 1 to {highest} steps/s in speed range {self.speed_range}"
+            )
         return max(round(wanted), 1)
 
     def inputs(self) -> Procedure[dict[int, bool]]:
@@ -405,7 +407,7 @@ class IF1(Core):
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
     def outputs(self, on: Iterable[int] = (), off: Iterable[int] = ()) -> Procedure[None]:
-        """Set the outputs `on`, and reset the outputs `off`.
+        """Set each output whose number is in `on`, and reset each output whose number is in `off`.
 
         Outputs have numbers from 1 to 5.
         """
@@ -507,7 +509,7 @@ class IF1Axis(AxisCore):
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the value of the present position without a move; all axes must be at rest."""
+        """Set the present position of the axis to a new value without a move; all axes must be at rest."""
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:

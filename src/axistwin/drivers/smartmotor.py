@@ -293,7 +293,8 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            units += 1  # without this step, a motor after a power cut could get its old acceleration
+            # otherwise the difference is the old acceleration, which the motor would use after a power cut (A=0)
+            units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
         self._setting = 0
@@ -390,7 +391,7 @@ class Shaft(AxisCore):
         return tuple(fault for bit, fault in FAULTS.items() if word & bit)
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Define the value of the present position without a move of the motor."""
+        """Set the present position to a new value without a move of the motor."""
         yield from self._line.send(self.prefix, f"O={position}")
         self.setpoint, self._lost = position, ""
 

@@ -87,9 +87,10 @@ class Commands:
         return found
 
     def is_modal(self, line: str) -> bool:
-        """True if a line can change which commands are valid in the next lines.
+        """True if a line can change the mode of the board.
 
-        Such a line contains a modal command, or an action such as `! power off`.
+        The mode decides which commands are valid in the next lines.  The line contains a modal command, or an action
+        such as `! power off`.
         """
         text = line.partition(";")[0]
         command = self._first_command(text)
@@ -104,9 +105,9 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter to which one word after the command belongs.
+        """Return the parameter of a command to which one word in the text belongs.
 
-        `here`: index of the word.  None for a word that belongs to no parameter.
+        `here`: index of the word; the command is word 0.  None for a word that belongs to no parameter.
         """
         given = text.split()
         if given[0] in self.names:

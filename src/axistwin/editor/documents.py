@@ -23,7 +23,7 @@ _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", 
 
 
 class Text:
-    """A document with its present text in the editor."""
+    """A document that is open in the editor: its path, and its present text, saved or not."""
 
     def __init__(self, document: TextDocument) -> None:
         self.document = document

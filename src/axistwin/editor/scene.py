@@ -119,7 +119,10 @@ def _model(lines: list[str], line: int) -> str:
 
 
 def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
-    """Return the keys that are allowed in the table `path`, each with its JSON Schema."""
+    """Return the keys that a TOML table of a scene may contain, each with its JSON Schema.
+
+    `path`: the names of the table, e.g. ["controller", "axes"].
+    """
     schema = scene_schema()
     if path[:2] == ["controller", "options"] and len(path) == 2 and model:
         return _options(model)

@@ -54,11 +54,14 @@ class Server(LanguageServer):
         self._checks: dict[str, asyncio.Task[None]] = {}
 
     def text(self, uri: str) -> Text:
-        """Return a document with its present text in the editor."""
+        """Return an open document with its present text in the editor."""
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
-        """Check a document in the background, and send its diagnostics unless the text has changed."""
+        """Check a document in the background, and send its diagnostics to the editor.
+
+        A newer check of the document cancels this check.
+        """
         self._cancel(uri)
         self._checks[uri] = asyncio.get_running_loop().create_task(self._publish(uri))
 

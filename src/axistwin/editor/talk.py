@@ -113,7 +113,10 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the characters of the modal commands that the host sends to one controller."""
+    """Return the modal commands that the host sends to one controller, as a session of characters.
+
+    A modal command changes which commands are valid afterwards.
+    """
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
@@ -139,9 +142,9 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names of the actions, values and pins that a controller model has in conversations.
+    """Return the names that a conversation can use for a controller model, in three groups.
 
-    Keys: "!" for the targets of actions, "=" for the values that can be checked, and "pins".
+    The groups are "!" for the targets of actions, "=" for the values that can be checked, and "pins".
     """
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
@@ -149,7 +152,7 @@ def terminals(model: str) -> dict[str, tuple[str, ...]]:
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Replace the placeholder AXIS in names by the name of each axis, e.g. `AXIS.jam` by `X.jam` and `Y.jam`."""
+    """Replace each name that contains AXIS by one name for each axis, e.g. `AXIS.jam` by `X.jam` and `Y.jam`."""
     listed = list(axes)
     return tuple(
         each

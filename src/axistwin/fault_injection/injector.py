@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the start of the fault is not complete yet
+            if self._mend is None:  # the start of the fault is not complete: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -229,7 +229,10 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return all parts of one type, e.g. all axes of the bench, by name."""
+        """Return the objects on which a fault can act, e.g. all axes of the bench, by name.
+
+        `on`: the type of the objects.
+        """
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
@@ -275,11 +278,11 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # background event: no host waits for this fault
+            clock.background += 1  # a host that waits until no event is scheduled does not wait for this event
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an older fault of the same kind on the same pin, axis or controller.
+        """End a fault of the same kind on the same pin, axis or controller, before a new fault begins.
 
         Only a serial line can have several active faults of one kind.
         """
@@ -310,7 +313,7 @@ def _check_seconds(key: str, given: float) -> None:
     try:
         to_ns(given)
     except UsageError:
-        raise UsageError(f"`{key}` is out of range: expected less than 9.2e9 s, which is 292 years") from None
+        raise UsageError(f"`{key}` is out of range: expected less than 9.2e9 s (292 years), e.g. {key}=2.5") from None
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
@@ -320,4 +323,4 @@ def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> No
     by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))
     if seed is None and (name := next(by_chance, None)):
         given = f"{name}={values[name]:g}"
-        raise UsageError(f"fault {kind.name} is random with {given}: expected a seed, e.g. seed=1")
+        raise UsageError(f"the fault {kind.name} with {given} is random and needs a seed: add e.g. seed=1")

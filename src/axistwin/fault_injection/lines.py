@@ -58,7 +58,8 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # keep a baud rate that the host has set during the fault
+        # restore the old baud rate, unless the host has set another baud rate during the fault
+        if host.baudrate == case.values["baudrate"]:
             host.baudrate = before
 
     return mend
@@ -73,7 +74,10 @@ def line_break(case: Case) -> Mend:
 
 
 def cut(case: Case) -> Mend:
-    """Fault: the wires are open.  If both directions are open, the control lines are off, too."""
+    """Fault: the transmit wire, the receive wire or both are open.
+
+    If both wires are open, the control lines are off.
+    """
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
@@ -86,9 +90,9 @@ def handshake(case: Case) -> Mend:
 
 
 def check_handshake(spot: Spot) -> None:
-    """Raise UsageError if the line has no control lines."""
+    """Raise UsageError if the serial port has no control lines (DTR, RTS, DSR and CTS)."""
     if spot.port is None or not spot.port.handshake:
-        raise UsageError(f"{spot.name} has no control lines: expected the line of an IF1 or IF2, e.g. if1.serial")
+        raise UsageError(f"{spot.name} has no control lines: expected a serial port of an IF1 or IF2, e.g. if1.serial")
 
 
 def _some(case: Case, effect: Effect) -> Mend:

@@ -92,13 +92,16 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError if the terminal is an output, or if its level with an open wire is unknown."""
+    """Raise UsageError if the fault `open_wire` is not possible at a terminal.
+
+    The fault is possible at an input for which the manual states the level with an open wire.
+    """
     assert spot.pin is not None, "the fault is one of a pin"
     terminal = spot.name
     if not spot.pin.drivable:
         raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
-        raise UsageError(f"the manual gives no level of {terminal} for an open wire: use the fault `stuck` instead")
+        raise UsageError(f"the manual does not state the level of {terminal} with an open wire: use the fault `stuck`")
 
 
 def open_limit(case: Case) -> Mend:
@@ -125,7 +128,7 @@ def encoder_slips(case: Case) -> Mend:
 
 
 def encoder_loses(case: Case) -> Mend:
-    """Fault: every n-th count of the encoder is lost."""
+    """Fault: of each `every` counts, the encoder loses one count."""
     return _miscount(case, "encoder_loses")
 
 

@@ -86,7 +86,7 @@ def _passes(wish: _Wish) -> Arm:
     try:
         position = machine_units.position(found["position"], axis.units)
     except UsageError as what_was_expected:
-        raise UsageError(f"invalid position in when={wish.text!r}: {what_was_expected}") from None
+        raise UsageError(f"invalid position in the event when={wish.text!r}: {what_was_expected}") from None
     return lambda happens: _Passing(axis, position, ways, happens).end
 
 
@@ -181,7 +181,7 @@ def _raises(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     alarms = machine.alarms
     if alarms is None:
-        raise UsageError(f"{machine.name} has no fault flags: expected a controller with fault flags")
+        raise UsageError(f"{machine.name} has no fault flags: expected another controller, e.g. an IF1")
     if wish.what and wish.what not in alarms.names:
         flag, known_flags = wish.what, ", ".join(alarms.names)
         raise UsageError(f"{machine.name} has no fault flag {flag!r}: expected one of {known_flags}")
@@ -226,12 +226,13 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"program line {line} of {machine.name}, {text}, takes no time and causes no event: expected {valid_line}"
+            f"program line {line} of {machine.name}, {text}, takes no time and cannot start a fault: "
+            f"expected {valid_line}"
         )
 
 
 def _timed_line(listing: Listing, after: int) -> str:
-    """Return the number and the text of the next program line that takes time, e.g. "line 4, a=a+1"."""
+    """Return the number and the text of the next program line that takes virtual time, e.g. "line 4, a=a+1"."""
     number = next((n for n in range(after, len(listing.lines)) if n not in listing.silent), None)
     return "another line" if number is None else f"line {number + 1}, {listing.lines[number]}"
 

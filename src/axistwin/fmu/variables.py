@@ -107,7 +107,7 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """Return True if the terminal is not wired and can be driven from outside."""
+    """Return True if the scene has no wire to the terminal, and the simulation tool can set the terminal's level."""
     return not pin.wired and (isinstance(pin, UserPin) or pin.drivable)
 
 
@@ -163,7 +163,7 @@ def _command(bench: Bench, line: str) -> Callable[[float], object]:
         raise UsageError(f"invalid line {line!r}: expected > before a command or ! before an action, e.g. {EXAMPLE}")
     if not act.controller:
         if not only and not (isinstance(act, Do) and act.target in FAULT_ACTS):
-            raise UsageError(f"no controller name in {line!r}: expected the name first, e.g. table: ! input1 high")
+            raise UsageError(f"no controller name in {line!r}: begin the line with the name, e.g. table: ! input1 high")
         act = type(act)(**{**vars(act), "controller": only})
     perform = ActionRunner(bench).prepare(act)
 

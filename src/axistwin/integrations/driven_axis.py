@@ -112,9 +112,10 @@ class DrivenAxis:
         self.station.wake()
 
     async def pause(self) -> None:
-        """Stop the axis; `resume` begins an interrupted move again.
+        """Stop the axis.
 
-        A run or a search for home does not begin again.
+        After `resume`, the axis continues an interrupted move to its target.  A continuous motion or a search for home
+        does not continue.
         """
         self._go.clear()
         self.paused = True
@@ -132,7 +133,7 @@ class DrivenAxis:
         self._go.set()
 
     async def set_position(self, position: int) -> None:
-        """Define the value of the present position without a move; the axis must be at rest.  Raises DriverError."""
+        """Set the present position to a new value without a move; the axis must be at rest.  Raises DriverError."""
         await self.station.driver.run(self.core.set_position(position))
         self.station.wake()
         await self.station.polled()

@@ -130,7 +130,7 @@ def core_of(model: str, options: Mapping[str, Any]) -> Core:
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
-    """Return the model of a controller, the options of its driver, and the units of its axes."""
+    """Return the model of a controller on a bench, the options of the driver, and the unit of each axis."""
     model = "smartmotor"
     given: dict[str, Any] = {}
     if name in bench.lines:

@@ -68,7 +68,10 @@ class Control(IntEnum):
 
 
 class ModemState(IntFlag):
-    """Bits of the RFC 2217 notification NOTIFY-MODEMSTATE: levels and changes of the client's input lines."""
+    """Bits of the RFC 2217 notification NOTIFY-MODEMSTATE.
+
+    The bits report the levels of the client's inputs CTS and DSR, and which of these levels have changed.
+    """
 
     NONE = 0
     CTS_CHANGED = 1
@@ -200,7 +203,7 @@ class ComPort:
                 pass
         return None
 
-    # A request for the present state of an option gets no answer: answers could repeat endlessly
+    # Do not answer a request for the state that an option already has: both sides could send answers endlessly
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
@@ -221,7 +224,7 @@ class ComPort:
     # A command with an invalid value changes no setting; the answer contains the present setting
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # an empty value is a request for the server's signature
+        if not value:  # a command SIGNATURE without text requests the server's identification text
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:

@@ -185,7 +185,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # the characters are lost if a write fails
+        except DEVICE_ERRORS:  # count the characters of the failed write as lost
             lost = len(data)
         self._call(self._count, len(data), lost)
 

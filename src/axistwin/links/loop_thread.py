@@ -30,9 +30,9 @@ class LoopThread:
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # close the coroutine, because the coroutine will not run
+            coroutine.close()  # prevents Python's warning about a coroutine that was never awaited
             self.check_outside()
-            raise UsageError("the controllers are closed: expected a call inside the `with` block")
+            raise UsageError("the controllers are closed: use the controllers only inside the `with` block")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:

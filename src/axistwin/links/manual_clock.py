@@ -50,7 +50,7 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because virtual time follows the wall clock."""
+        """Raise UsageError: this clock follows the wall clock, so a program cannot advance virtual time."""
         raise UsageError(
             f'cannot advance virtual time by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")'
         )
@@ -92,7 +92,7 @@ class ServedClock:
         host.join(timeout)
         if not host.done:
             raise LinkError(
-                f"the host has not finished within {timeout:g} s: expected a longer timeout, e.g. result(timeout=60)"
+                f"the host has not finished within {timeout:g} s: use a longer timeout, e.g. result(timeout=60)"
             )
         return host.outcome()
 
@@ -122,7 +122,7 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host program; virtual time passes only while the program is blocked.
+        """Register a host program: virtual time then passes only while the program sleeps or waits for an answer.
 
         `time.sleep` in the host's thread then takes virtual time.
         """
@@ -189,9 +189,7 @@ class ManualClock(ServedClock):
         """
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
-            raise UsageError(
-                "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
-            )
+            raise UsageError("a host cannot advance virtual time: call time.sleep in the host, or wait for an answer")
         with self._turn:
             yield
 
@@ -243,4 +241,7 @@ class ManualClock(ServedClock):
 
 
 def _fail(timeout: float) -> NoReturn:
-    raise LinkError(f"the host is still waiting after {timeout:g} s of virtual time, and nothing was sent or received")
+    raise LinkError(
+        f"the host is still waiting after {timeout:g} s of virtual time without sent or received data: "
+        "check which answer the host expects, or use a longer timeout"
+    )

@@ -34,7 +34,7 @@ class ManualPacer(Pacer):
         """Do nothing, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
-        """Add 1 to `arrivals`, the number of inputs from hosts."""
+        """Add 1 to `arrivals`, because a host has sent an input."""
         self.arrivals += 1
 
     def work(self) -> None:

@@ -145,7 +145,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while the server must not read data from the client."""
+        """True while the server does not read from the client: the gate is closed, or many characters are pending."""
         return self.gate.closed or self._stop_observing is not None
 
     @property
@@ -155,7 +155,10 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True if virtual time is behind the wall clock and many characters are queued for the controller."""
+        """True if the computer is too slow for the data of the client.
+
+        Virtual time is then behind the wall clock, and many characters are queued for the controller.
+        """
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
@@ -169,9 +172,9 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Change the line format or a control line at the present virtual time.
+        """Change the host's serial format or the level of a control line at the present virtual time.
 
-        `change()` makes the change.
+        The function `change` makes the change.
         """
         self.pacer.sync()
         change()

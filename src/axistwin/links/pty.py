@@ -106,7 +106,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # ignore this packet, because `_hold` has emptied the buffers
+            return  # ignore this packet, which only reports that `_hold` has emptied the buffers
         if self._connect():
             self._take(packet[0], packet[1:])
 

@@ -112,7 +112,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # treat the request of the removed client as complete
+            self._complete = True  # the removed client sends no more: let the next client send
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
@@ -121,7 +121,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send a client's characters, or queue the client while another client is sending."""
+        """Send a client's characters; while another client is sending, add the client to the queue."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)
@@ -168,7 +168,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False, because the connection lasts until the last client disconnects."""
+        """Return False, because the shared connection ends only when the last client disconnects."""
         return False
 
     def drop(self) -> None:

@@ -21,7 +21,7 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client may have disconnected.
+        """True if the client has disconnected, or if the state of the connection is unknown.
 
         Another client may then replace this client.
         """
@@ -135,7 +135,7 @@ class SingleClient(Generic[G]):
             self.pacer.work()
 
     def begin(self) -> None:
-        """Prepare the controller for a new client."""
+        """Prepare the port or bus of the controller for a new client."""
 
     def end(self) -> None:
         """Restore the control lines after a client has disconnected."""

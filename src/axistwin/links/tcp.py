@@ -133,7 +133,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that the endpoint calls
 
     def hung_up(self) -> bool:
-        """True if the client may have disconnected."""
+        """True if the client has disconnected, or if the state of the connection is unknown."""
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         return _hung_up(self._socket)
@@ -247,7 +247,7 @@ async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    # with IPPROTO_TCP, asyncio disables Nagle's algorithm for the socket
+    # asyncio disables Nagle's algorithm only for a socket with the protocol IPPROTO_TCP
     sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         # on Windows, SO_REUSEADDR would let a second server use the same address

@@ -134,6 +134,6 @@ def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
             at += 2
         elif data[at + 1] == SE and payload:
             return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
-        else:  # an incomplete subnegotiation is discarded when a new command begins
+        else:  # a new command begins: discard the incomplete subnegotiation
             return Command(SB), at
     return None if at < begin + LONGEST_SUBNEGOTIATION else (Command(SB), at)

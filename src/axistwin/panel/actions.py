@@ -67,10 +67,9 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Call `begin()` when no `step` or `go_to` is in progress.
+        """Call `begin()`, which starts a `step` or a `go_to`, as soon as no other `step` or `go_to` is in progress.
 
-        `begin()` starts a `step` or a `go_to`.
-        Returns the result of the move; None if `stop` has dropped the move.
+        Returns the result of `begin()`; None if `stop` has removed the call from the queue.
         """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         if self.busy:

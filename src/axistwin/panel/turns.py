@@ -18,7 +18,7 @@ _here = threading.local()
 
 
 class _Abandoned(BaseException):
-    """Raised by `breathe` in a computation that has been cancelled."""
+    """Raised by `breathe` to end a computation that has been cancelled."""
 
 
 async def in_turns(compute: Callable[[], T]) -> T:

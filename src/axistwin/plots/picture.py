@@ -112,7 +112,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                axes.set_in_layout(True)  # needed because `set_position` takes the diagram out of the layout
+                axes.set_in_layout(True)  # `set_position` has removed the diagram: add the diagram again
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
 
@@ -183,7 +183,7 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield each fault of the chart, with the row in which the name of the fault is drawn.
+        """Yield each fault that the chart shows, with the row for the name of the fault.
 
         The rows are above the plot.  The row is None if there is no space for the name.
 
@@ -219,7 +219,7 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        if len(values) == 1:  # Matplotlib would choose a range of 1e-17 for a constant value
+        if len(values) == 1:  # set the limits of the axis: for a constant value, Matplotlib would choose 1e-17
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
@@ -292,7 +292,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield the time, the row and the text of each message for which there is space."""
+        """Yield each message for which the chart has space: time, row in the chart, and text."""
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

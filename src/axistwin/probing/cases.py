@@ -105,7 +105,7 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the functions and data that a probe needs for this controller model."""
+    """Return the `Dialect` of a controller model: the functions and data that the probe uses for this model."""
     found: Dialect = import_module(f"axistwin.probing.{FAMILIES[product.model]}").DIALECT
     return found
 

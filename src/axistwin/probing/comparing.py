@@ -153,7 +153,7 @@ def _permitted(case: Case, settings: Settings) -> bool:
 
 
 def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
-    """Return the reason why the state of the controller prevents a test case, or None."""
+    """Return the reason why a test case is impossible in the controller's present state; None for a possible case."""
     reasons = [condition.no_writes if case.writes else "", condition.no_motion if case.moves else "",
                condition.no_memory if case.stores else ""]  # fmt: skip
     if not settings.as_new and (case.moves or case.stores):
@@ -206,7 +206,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # a test case with motion or a program runs only once, so its answer times are not compared
+        # a test case with motion or a program is executed only once: one answer time is not enough for a comparison
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
@@ -225,7 +225,7 @@ def _compare(
 
 
 def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
-    """True if the received bytes are equal to the expected bytes."""
+    """True if all answers have the expected bytes, so that at most their times can be different."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
 
@@ -283,7 +283,7 @@ def _fits(
     for name, value in other_values(made, suggested):
         try:
             answers = Twin(made, family, cases, settings.line, {name: value}, facts).answers
-        except AxistwinError:  # a twin with this option value does not answer
+        except AxistwinError:  # with this option value, the twin does not answer: try the next value
             continue
         left = sum(
             _judge(case, answers[case], received[case], family, settings, tolerance)[0] is Verdict.DIFFERS
@@ -300,7 +300,10 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return other option values for the twin, each as a pair of option name and value."""
+    """Return option values to try with the twin: the suggested values, then values other than the defaults.
+
+    Each element is a pair of option name and value.
+    """
     hints = get_type_hints(made.options)
     default = made.options()
     found: list[tuple[str, Any]] = [(name, value) for name, values in suggested.items() for value in values]

@@ -119,7 +119,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
 
     def run(*texts: str, name: str) -> Case:
-        # the end position of a continuous run depends on the timing of the host
+        # do not request the end position, which depends on when the host stops the continuous motion
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 
@@ -163,9 +163,9 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> list[Case]:
-    """Return the test cases for settings that no request reports directly.
+    """Return the test cases for settings that the host cannot read.
 
-    Each test case sends a setting, then checks its effect by another request or by the user bits.
+    Each test case sends a setting, then checks the effect of the setting by a request or by the user bits.
     """
     return [
         case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
@@ -349,7 +349,7 @@ def examine(end: End, _: Product) -> Condition:
             received = answers[code].hex(" ") or "nothing"
             raise LinkError(
                 f"the board does not answer request {code:02X}h (received {received}): "
-                "send D8h if a sequence is being defined; otherwise, reset the board"
+                "send D8h if the definition of a sequence is not finished; otherwise, reset the board"
             )
     if answers[MOVING][1]:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")

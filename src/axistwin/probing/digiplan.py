@@ -142,7 +142,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # the end position of a continuous run depends on the timing of the host
+        # do not request the end position, which depends on when the host stops the continuous motion
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip
@@ -211,7 +211,7 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def examine(end: End, made: Product) -> Condition:
-    """Find the terminator of messages, clear the fault flags and read the state of the interface.
+    """Find out if messages end with CR or LF, clear the fault flags, and read the state of the interface.
 
     An IF1 that waits for its data format is initialised.  An IF2 is not: it could start a stored sequence.
     """
@@ -223,8 +223,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 has no data format yet: send e.g. U61, which starts the sequence of a locked IF2, "
-            "then run axistwin probe again"
+            "the IF2 has no data format yet: send e.g. U61, then run axistwin probe again "
+            "(caution: U61 starts the stored sequence of a locked IF2)"
         )
     if answer == b"U\r":
         return _initialised(end)
@@ -237,7 +237,9 @@ def examine(end: End, made: Product) -> Condition:
 def _initialised(end: End) -> Condition:
     end.ask(FORMAT, wait_s=1.5)
     if not end.ask(b"E\r", 2).data:
-        raise LinkError("the interface does not answer after U61: give its line format, e.g. --line '9600 8N2'")
+        raise LinkError(
+            "the interface does not answer after the data format U61: give the line format, e.g. --line '9600 8N2'"
+        )
     condition = _condition(end, "\r")
     condition.facts["initialised"] = "by this program, with U61"
     return condition
@@ -256,7 +258,7 @@ def _condition(end: End, terminator: str) -> Condition:
     busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
     facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
     if not motion.isdigit():
-        raise LinkError(f"the answer to request K is {motion!r} instead of a number: check --model and --line")
+        raise LinkError(f"the answer to request K is {motion!r}: expected a number, check --model and --line")
     if int(motion) & IN_MOTION:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",

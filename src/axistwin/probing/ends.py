@@ -120,7 +120,7 @@ class VirtualEnd(End):
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
         if self.messages:
-            self.grain_s = self._BUS_GRAIN_S  # a board does not work in sample periods, so its answer times are exact
+            self.grain_s = self._BUS_GRAIN_S  # a board answers at once, a SmartMotor at the end of a sample period
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
@@ -179,7 +179,8 @@ class SerialEnd(End):
             )  # fmt: skip
         except (serial.SerialException, ValueError, OSError) as error:
             raise LinkError(
-                f"cannot open the port {name} ({error_text(error)}): check its name, and close other programs"
+                f"cannot open the port {name} ({error_text(error)}): "
+                "check the name, and close other programs that use the port"
             ) from None
 
     @property
@@ -291,7 +292,8 @@ class BusEnd(End):
             answer = self._lines.readline().strip()
         except OSError as error:
             raise LinkError(
-                f"the bus socket {self._name} was disconnected ({error}): check that its program runs, then try again"
+                f"the bus socket {self._name} was disconnected ({error}): "
+                "check that the program with the bus socket is running, then try again"
             ) from None
         if not answer or answer.startswith("error"):
             raise LinkError(

@@ -124,7 +124,7 @@ def _never_waits(act: Act) -> bool:
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note that this line and all later lines were not sent in time."""
+    """Return a note for the user: this line and all later lines were not sent before the end of the simulation."""
     return (
         f"line {line} and later lines were not sent: a line before is not finished at {bench.seconds:g} s: "
         f"write +SECONDS above line {line} to send it at a time"
@@ -142,8 +142,8 @@ class _LineSender:
         if len(interfaces) != 1:
             number_of_interfaces = len(interfaces)
             raise ProgramError(
-                f"the simulation has {number_of_interfaces} interfaces: "
-                "expected one IF1 or IF2 for an .if1 file, or use a .talk file",
+                f"the simulation has {number_of_interfaces} interfaces, but an .if1 file needs exactly one IF1 or IF2: "
+                "use a .talk file",
                 file=self.file,
             )
         return interfaces[0]
@@ -239,5 +239,6 @@ def _format_message(line_format: UartFormat) -> bytes:
         return b"U%d%d\r" % (_FRAMES[line_format.bytesize, int(line_format.stopbits)], _PARITIES[line_format.parity])
     except KeyError:
         raise UsageError(
-            f"an IF1 does not support {line_format}: expected 7 or 8 data bits, parity N, O or E, 1 or 2 stop bits"
+            f"an IF1 does not support the line format {line_format}: "
+            "expected 7 or 8 data bits, parity N, O or E, and 1 or 2 stop bits, e.g. 9600 8N2"
         ) from None

@@ -62,7 +62,7 @@ def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str
     """Send the commands to the board one by one.  Returns a note if not all commands were sent."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        # each message must be read before the board can send the next message
+        # read each message of the board, because the board sends the next message only afterwards
         host.subscribe_received(lambda message: None)
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False
@@ -92,8 +92,8 @@ def _only_board(bench: Bench, file: str) -> Controller:
     if len(boards) != 1:
         number_of_boards = len(boards)
         raise ProgramError(
-            f"the simulation has {number_of_boards} boards: "
-            "expected one 1810 or 1811 for a .181x file, or use a .talk file",
+            f"the simulation has {number_of_boards} boards, but a .181x file needs exactly one 1810 or 1811: "
+            "use a .talk file",
             file=file,
         )
     return boards[0]

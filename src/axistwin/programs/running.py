@@ -95,9 +95,9 @@ def unknown_kind(path: Path) -> UsageError:
 
 
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
-    """Return the options in the headers of a conversation, as `NAME=VALUE`.
+    """Return the controller options that a conversation file sets, each as `NAME=VALUE`.
 
-    The headers are `; options:` and `; line:`.
+    The header lines `; options:` and `; line:` of the file set the options.
 
     Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
     """

@@ -93,7 +93,10 @@ def check(source: bytes, file: str, controller: Controller) -> None:
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
-    """Load a program into a motor and cycle its power.  Raises ProgramError if the motor refuses the program."""
+    """Store a program in the memory of a motor, then switch the motor off and on.
+
+    Raises ProgramError if the motor refuses the program.
+    """
     port = motor.serial
     instant, port.instant = port.instant, True
     try:
@@ -105,7 +108,7 @@ def store(source: bytes, file: str, motor: Controller) -> None:
 
 
 def run(source: bytes, file: str, motor: Controller) -> None:
-    """Cycle the power of a motor, load a program into the motor, and run the program.
+    """Switch a motor off and on, store a program in the memory of the motor, and run the program.
 
     The motor may be in any state.  The host returns to its default line format.  Raises ProgramError if the motor
     refuses the program.
@@ -128,13 +131,14 @@ def only_motor(bench: Bench, file: str) -> Controller:
     if len(motors) != 1:
         number_of_motors = len(motors)
         raise ProgramError(
-            f"the simulation has {number_of_motors} SmartMotors: expected one for an .sms file, or use a .talk file",
+            f"the simulation has {number_of_motors} SmartMotors, but an .sms file needs exactly one: use a .talk file",
             file=file,
         )
     motor = motors[0]
     if motor.name not in motor.ports:
         raise ProgramError(
-            f"{motor.name} shares its serial line with other controllers: expected its own line, or use a .talk file",
+            f"{motor.name} shares its serial line with other controllers: "
+            "use a .talk file, or connect the motor to a separate line",
             file=file,
         )
     return motor
@@ -149,7 +153,8 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     if not port.read().endswith(ACKNOWLEDGE):
         host_format = port.host.format
         raise ProgramError(
-            f"no answer to LOAD: expected the byte 06 from a motor with the line format {host_format}", file=file
+            f"the motor does not answer LOAD with the byte 06: expected a motor with the line format {host_format}",
+            file=file,
         )
     sent = _without_comments(source)
     port.write(sent + END + b"RCKS\r")

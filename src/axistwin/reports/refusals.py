@@ -45,7 +45,10 @@ def models_at(bench: Bench) -> dict[str, Product]:
 
 
 def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
-    """Return all lines that controllers have refused, each with the message that contained the line."""
+    """Return all commands and program lines that controllers have refused.
+
+    Each `Refusal` contains the error, and the host's message with the error.
+    """
     senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
     stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
     heard = [message for message in said if message.by_host] if senders else []
@@ -61,7 +64,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Assigns each error of a host program to the message that contains the error."""
+    """Finds the message of the host that contains an error of the host program."""
 
     def __init__(self, program: HostProgram) -> None:
         self.program = program

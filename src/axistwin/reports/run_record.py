@@ -45,7 +45,7 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message ends with CR or LF, or if all its bytes arrived at the same time."""
+        """True if the message is complete: CR or LF is the last byte, or all bytes arrived at the same time."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
@@ -78,7 +78,7 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position in pulses at the end of the move, or the present position while the axis is moving."""
+        """Position in pulses: the end position of a finished move, or the present position of a moving axis."""
         return self.train_move.position_at(self.now_ns)
 
     @property
@@ -113,7 +113,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # an analog input at 0 V or at full voltage is already recorded as a level change
+            # record only voltages between 0 V and full voltage: the level change records the other voltages
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

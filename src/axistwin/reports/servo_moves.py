@@ -74,7 +74,7 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        # `_latest` stores the expected time of the next sample, and the last `WINDOW` positions
+        # `_latest` is a pair: the expected time of the next sample, and the last `WINDOW` positions
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
         # `_direction` is the sign of the commanded velocity; 0 before the motion begins
         self._direction = 0
@@ -99,7 +99,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Insert the last `WINDOW` earlier positions before the new positions.
+        """Return the last `WINDOW` positions of the previous samples, followed by the new positions.
 
         If the earlier samples are unknown, the axis is assumed to have been at rest.
         """
@@ -128,7 +128,7 @@ class ServoMoves:
         import numpy as np
 
         positions = whole[WINDOW:]
-        # trajectory[0] is the previous position, so trajectory[i + 1] belongs to sample i
+        # trajectory[0] is the position before sample 0, so trajectory[i + 1] is the position at sample i
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
         for first, end, is_new in self._spans(samples, times, trajectory, active):
             if is_new:
@@ -168,7 +168,10 @@ class ServoMoves:
             rested = True
 
     def _turns(self, trajectory: "NDArray[np.int64]") -> list[int]:
-        """Return the indices at which the commanded position reverses by more than `JITTER` counts."""
+        """Return the indices at which the commanded motion reverses its direction.
+
+        Reversals of `JITTER` counts or less are ignored.
+        """
         import numpy as np
 
         steps = np.diff(trajectory)

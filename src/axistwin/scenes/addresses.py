@@ -66,6 +66,7 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             motor = table.called
             if motor in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{motor} is on the shared line {name!r}: remove `{key}` here, and set `ports` in [[{line_kind}]]",
+                    f"{motor} has no separate ports on the shared line {name!r}: "
+                    f"remove `{key}` from this table, and set `ports` in [[{line_kind}]]",
                     ("controller", number, key),
                 )

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if the references from `name` lead back to `name`.
+    """True if a chain of references leads from `name` back to `name`, e.g. a refers to b, and b refers to a.
 
     `leads_to`: for each name, the name to which it refers.
     """
@@ -198,7 +198,7 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"the pulses of {from_} are too fast for a wire: use the key `master` of a SmartMotor instead",
+                f"the pulses of {from_} are too fast for a wire of a scene: use the key `master` of a SmartMotor",
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -262,7 +262,7 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for each other, because such faults never begin."""
+        """Raise SceneError if the begin of a fault depends, through other faults, on the fault itself."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
@@ -355,7 +355,7 @@ class Builder:
             raise UsageError(f"unknown fault {act.value!r}: known faults are {known_faults}")
         if not here and act.target not in FAULT_ACTS:
             controllers = ", ".join(self.bench.controllers)
-            raise UsageError(f"the key `on` is missing: expected one of the controllers {controllers}")
+            raise UsageError(f"the key `on` is missing: expected the name of a controller, one of {controllers}")
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:

@@ -90,7 +90,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield each table whose values change in the copied scene, with its new values."""
+        """Yield each TOML table that changes in the copied scene, with the new values of the table."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -135,7 +135,7 @@ class Copy:
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the file name of a loaded program in the copied scene.
+        """Return the name that the program file of an action `load` has in the copied scene.
 
         The file is copied if its name must change.
         """

@@ -73,7 +73,7 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the rank of a host; at the same time, a host with a lower rank acts first.
+    """Return the rank of a host: if several hosts act at one time, the host with the lowest rank acts first.
 
     The host `outside 2` acts after the host `outside`.
     """
@@ -88,7 +88,7 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     """
     suffix = Path(file).suffix.lower()
     if suffix not in (TALK, *KINDS):
-        raise UsageError(f"{file} cannot be sent by a host: expected a file .if1, .181x or .talk")
+        raise UsageError(f"{file} cannot be sent by a host: expected a file whose name ends in .if1, .181x or .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
         controller_model = bench[name].product.indefinite
         raise UsageError(f"{file} is not a program for {name}: expected a program for {controller_model}")
@@ -169,7 +169,8 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    if target in FAULT_ACTS:  # the action may name a fault that does not exist yet
+                    # prepare the action only at its time, because the named fault may not exist before
+                    if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
                 case Hear():

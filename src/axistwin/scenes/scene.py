@@ -85,7 +85,7 @@ class Scene:
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """The ports of the scene, each with its endpoint and its URL.
+        """The ports of the scene, each as a pair of endpoint and URL.
 
         An endpoint is a controller, the second channel of a controller, or a shared line.
         """
@@ -117,9 +117,9 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Add the line and column of the given key to errors in a `with` block.
+        """Context manager that adds the line and column of a key in the scene file to errors of the `with` block.
 
-        Converts a UsageError to a SceneError.
+        `path`: the path of the key.  Converts a UsageError to a SceneError.
         """
         return self._source.placing_errors(*path)
 
@@ -136,7 +136,10 @@ class Scene:
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
 
     def named_programs(self) -> Iterator[tuple[str, Path]]:
-        """Yield each program or conversation file in the scene, with its endpoint."""
+        """Yield each program file and conversation file of the scene, with the endpoint that uses the file.
+
+        An endpoint is a controller or a shared line.
+        """
         beside = self._source.file.parent
         for table in self._contents.controller:
             files = [*([table.program] if table.program else []), *table.host]
@@ -229,12 +232,12 @@ class Scene:
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if a motor follows itself through external encoders."""
+        """Raise SceneError if the keys `master` form a loop, so that a motor would follow its own shaft."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):
                 motor, axis = table.called, table.master
                 raise self._source.error(
-                    f"{motor} follows itself through the keys `master`: expected another axis than {axis}",
+                    f"{motor} follows its own shaft through the keys `master`: expected another axis than {axis}",
                     ("controller", number, "master"),
                 )

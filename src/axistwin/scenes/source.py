@@ -84,7 +84,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # validation as JSON accepts a list for a pair, and an integer for a float
+        # validation in JSON mode accepts a list instead of a tuple, and an integer instead of a float
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -114,7 +114,7 @@ class Source:
         return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """Return the file, line and column of the given key."""
+        """Return the location of a key in the scene file: file, line and column."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
@@ -131,9 +131,9 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Add the line and column of the given key to errors in a `with` block.
+        """Context manager that adds the line and column of a key in the scene file to errors of the `with` block.
 
-        Converts a UsageError or a ProgramError to a SceneError.
+        `path`: the path of the key.  Converts a UsageError or a ProgramError to a SceneError.
         """
         try:
             yield
@@ -144,7 +144,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Add the line and column of the wrong key to errors in a `with` block.
+        """Context manager that adds the line and column of the wrong key to errors of the `with` block.
 
         Converts a UsageError to a SceneError at the key that the message names.
 
@@ -261,6 +261,6 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Resolve a reference in the JSON Schema; return a node without a reference unchanged."""
+    """Return the part of the JSON Schema to which `$ref` in a node refers; return a node without `$ref` unchanged."""
     node = node["anyOf"][0] if "anyOf" in node else node
     return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the pydantic type and field for a parameter of a fault."""
+    """Return the type and the pydantic `Field` of a key that sets a parameter of a fault."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -54,7 +54,7 @@ class Table(BaseModel):
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
-    """Return a pydantic validator that calls `check` and does not change the value."""
+    """Return a pydantic validator that checks a value with `check`, and returns the value unchanged."""
 
     def checked(given: Any) -> Any:
         try:
@@ -217,7 +217,7 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate the axes: stepper axes or servo axes, depending on the controller model."""
+        """Validate the axes for the controller model, which has either stepper axes or servo axes."""
         adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 

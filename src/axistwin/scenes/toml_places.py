@@ -125,9 +125,9 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Add list indexes to the keys of a table, e.g. ("controller", 1, "axes").
+        """Return the path of a table with list indexes, e.g. ("controller", 1, "axes").
 
-        This path is that of `controller.axes` after the second [[controller]].
+        The example is the path of `controller.axes` after the second [[controller]].
         """
         path: Path = ()
         for key in keys[:-1]:

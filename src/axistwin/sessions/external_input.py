@@ -83,7 +83,7 @@ class ExternalInput:
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Add a server of real ports, whose clients are blocked during a replay."""
+        """Add a server that connects clients to real ports; during a replay, the server accepts no clients or data."""
         self._server = server
         server.bench = self.bench
         if self._muted:
@@ -128,8 +128,9 @@ class ExternalInput:
         try:
             do()
         except AxistwinError:
+            # if a program cannot be loaded, record the action, so that a replay fails in the same way
             if isinstance(act, Do) and act.target == LOAD:
-                self._record(act)  # record a failed load, so that a replay fails in the same way
+                self._record(act)
             raise
         else:
             self._record(act)

@@ -123,7 +123,8 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # remove the actions that occur only in the deleted part of the journal
+        # `_acts` contains each different action once: remove the actions that only the deleted part contains
+        for act in self._acts[cursor.known :]:
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]

@@ -40,7 +40,7 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect this line to the control line of a new controller."""
+        """Connect the recorded control line to `pin`, the same control line of a new controller."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -143,7 +143,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # repeat only the settings that are later than the present time
+                if set_ns > now_ns:  # the host has made this setting after the present virtual time
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)

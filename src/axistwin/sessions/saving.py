@@ -37,12 +37,12 @@ def files(
         found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # actions at the same time are performed in the order of the hosts' ranks
+    # hosts act in the order of their ranks at equal times, so new conversations get a higher rank than old hosts
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # a script cannot act after a host of an earlier saved session
+        # at equal times, a script would act before the hosts of an earlier saved session, instead of after the hosts
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -66,9 +66,9 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can perform the given actions, which occur at the same time.
+    """True if a script can perform all actions of a moment.
 
-    A script can perform manual actions on one controller.
+    The actions of a moment have the same time.  A script can perform manual actions on one controller.
     """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
@@ -114,13 +114,16 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Choose the endpoint whose conversation contains the given actions."""
+        """Choose the endpoint whose conversation file will contain the given actions."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return a copy of an action, and omit the name of the conversation's own controller."""
+        """Return a copy of an action for the conversation of the endpoint `name`.
+
+        If the action is for this endpoint, the copy names no controller.
+        """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

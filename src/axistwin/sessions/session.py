@@ -320,7 +320,10 @@ class Session:
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Continue the command `step` for a short real time; return False if no event is left."""
+        """Continue the command `step` until the step is complete or `over()` is True.
+
+        Return False if no event is left.
+        """
         return steps.advance(
             self.bench,
             lambda: min(end_ns, observer.end_ns),
@@ -328,7 +331,7 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time towards `time_ns` for a short real time.
+        """Advance virtual time until `time_ns` is reached or `over()` is True.
 
         Return True if `time_ns` is reached.
         """
@@ -449,14 +452,14 @@ class Session:
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
-        """Restore the recording that was deleted last.
+        """Restore the part of the recording that was deleted last.
 
         The session pauses at the virtual time of the deletion.  Raises UsageError.
         """
         self._check_free()
         found, self._forgotten = self._forgotten, None
         if found is None:
-            raise UsageError(f"nothing to undo: a recording can be restored for {UNDO_S:g} s after it was deleted")
+            raise UsageError(f"no deleted recording to restore: restore within {UNDO_S:g} s after a deletion")
         self.pause()
         self.journal.restore(found.tail)
         with self._moving():
@@ -528,7 +531,7 @@ class Session:
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """Interrupt the advance of virtual time, so that `_after_advance` is called."""
+        """Interrupt the present advance of virtual time; the pacer then calls `_after_advance`."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:

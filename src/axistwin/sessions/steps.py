@@ -56,7 +56,7 @@ class StepObserver:
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at this event, unless more characters of a message can follow.
+        """End the step when an event occurs; if the event is a character, end the step after the whole message.
 
         All characters of one message count as one event.
         """

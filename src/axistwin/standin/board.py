@@ -310,7 +310,7 @@ class Board:
     # Methods that stop and resume the axes of controllers
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers at once.
+        """Stop the axes of the given controllers immediately.
 
         `groups`: names of the controllers; empty for all controllers.
         """
@@ -365,7 +365,7 @@ class Board:
             self.stop(refused, (motor.pins.controller,))
 
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
-        """Discard all unsent and new pulses of these controllers until `resume` is called."""
+        """Discard all unsent and new pulses of the given controllers until `resume` is called."""
         self.stopped |= set(groups)
         for motor in self._stream.of(groups):
             motor.waiting.clear()

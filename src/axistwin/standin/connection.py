@@ -151,7 +151,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the first tick of the board's clock for which a new command arrives in time."""
+        """Return the earliest tick of the board's clock at which the board can execute a command that is sent now."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -84,7 +84,8 @@ class Dictionary:
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
         if missing:
             raise LinkError(
-                f"the command {name!r} of the firmware has unexpected parameters: expected Klipper of 2022 or later"
+                f"the command {name!r} of the board's firmware has unexpected parameters: "
+                "use Klipper firmware of 2022 or later"
             )
         encoded = [frames.integer(command.number)]
         for parameter, _ in command.parameters:
@@ -93,7 +94,7 @@ class Dictionary:
         return b"".join(encoded)
 
     def decode(self, content: bytes) -> tuple[str, dict[str, Any]]:
-        """Decode a response of the board to its name and its values.
+        """Decode a response of the board; return the name and the values of the response.
 
         The name is "" for an unknown response.
         """

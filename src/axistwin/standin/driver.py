@@ -161,14 +161,17 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the held axes of each controller whose interrupted motion has ended."""
+        """Release the shafts of each controller when the controller has ended its interrupted motion.
+
+        The shafts have been held since the real motors were stopped.
+        """
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # the axes are still at rest, so the interrupted motion has ended
+                # the axes were at rest at the previous check, too, so the interrupted motion has ended
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:

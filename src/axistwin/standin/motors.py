@@ -28,7 +28,7 @@ class Motor(Protocol):
 
     @property
     def pulses(self) -> int:
-        """Number of pulses that the axis has made, positive minus negative."""
+        """Number of pulses that the axis has made: positive pulses minus negative pulses."""
 
     @property
     def moving(self) -> bool:
@@ -38,7 +38,7 @@ class Motor(Protocol):
         """Yield the pulses that the axis has made since the last call, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
-        """Return the largest permitted time error of these pulses, in seconds."""
+        """Return the largest permitted time error of pulses at the given times, in seconds."""
 
     def hold(self, made: int) -> None:
         """Hold the axis at the position where the real motor has stopped, until `let_go` is called."""
@@ -62,7 +62,7 @@ class Steps:
 
     @property
     def pulses(self) -> int:
-        """Number of pulses that the axis has made, positive minus negative."""
+        """Number of pulses that the axis has made: positive pulses minus negative pulses."""
         return self._axis.pulses
 
     @property
@@ -91,7 +91,7 @@ class Counts:
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
         self.pulses = axis.position
-        """Number of pulses that the axis has made, positive minus negative."""
+        """Number of pulses that the axis has made: positive pulses minus negative pulses."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
         self._smooth = float(self.pulses)
         """Smooth position at the latest mark."""
@@ -107,7 +107,7 @@ class Counts:
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted time error of these pulses, in seconds.
+        """Return the largest permitted time error of pulses at the given times, in seconds.
 
         The error may be a part of the shortest time between two pulses.
         """
@@ -136,9 +136,9 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return the mean encoder positions at the times `marks`.
+        """Return a smoothed encoder position for each time in `marks`.
 
-        Each mean is over an interval of `MARK_NS` around its time.
+        The smoothed position is the mean position during an interval of `MARK_NS` around the time.
 
         Samples before the last of these times are then discarded.
         """
@@ -158,9 +158,9 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the new pulses until the time `mark`.
+        """Return the direction and the times of the pulses from the last call up to the time `mark`.
 
-        `smooth` is the smooth position at this time.
+        `smooth` is the smoothed position at the time `mark`.  All times are in nanoseconds.
         """
         import numpy as np
 
@@ -175,7 +175,7 @@ class Counts:
         return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
-        """Block the shaft at the position where the real motor has stopped, until `let_go` is called."""
+        """Hold the emulated shaft at `made`, the position of the stopped real motor, until `let_go` is called."""
         axis = self._axis
         axis.catch_up()
         if axis.position != made:

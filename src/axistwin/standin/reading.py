@@ -52,7 +52,8 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if table.watchdog_ms > table.horizon_ms:
         with scene.placing_errors("stand-in", "watchdog_ms"):
             raise UsageError(
-                f"watchdog_ms is {table.watchdog_ms:g}: expected at most horizon_ms, which is {table.horizon_ms:g}"
+                f"watchdog_ms is too large ({table.watchdog_ms:g} ms): "
+                f"expected at most horizon_ms ({table.horizon_ms:g} ms)"
             )
     boards = {board.name: board for board in table.board}
     if port is not None and any(board.hal is not None for board in boards.values()):
@@ -196,7 +197,7 @@ def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
         raise UsageError(f"no terminal {terminal!r}: expected CONTROLLER.TERMINAL, e.g. table.input1")
     pin = bench[controller].pins[name]
     if output and (pin.silent or not pin.is_output):
-        raise UsageError(f"{terminal} is not a switched output: expected another terminal, e.g. table.output1")
+        raise UsageError(f"{terminal} is not an output that switches on and off: expected e.g. table.output1")
     if not output and pin.is_output:
         raise UsageError(f"{terminal} is an output: expected an input of a controller, e.g. table.input1")
 

@@ -38,7 +38,7 @@ class Motor:
 
     @property
     def due(self) -> int:
-        """Clock tick of the first pulse that has not been sent to the board."""
+        """Time of the first pulse that has not been sent to the board, in ticks of the board's clock."""
         return self.waiting[0][1]
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:

@@ -56,11 +56,11 @@ class Timetable:
 
     @property
     def report(self) -> int:
-        """Interval, in clock ticks, at which the board repeats the report of a trigger."""
+        """Interval, in clock ticks, between two reports of the board about a trigger."""
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to clock ticks, rounded to a multiple of two periods."""
+        """Convert a duration in seconds to clock ticks, rounded to an even number of periods."""
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
@@ -77,7 +77,7 @@ class Timetable:
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the clock tick at which the board next reports a trigger.
+        """Return the clock tick at which the board will send the next report about a trigger.
 
         The tick is at `soon` or later.
 

@@ -138,8 +138,8 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"input {given.to} belongs to {given.controller}, which has no axis on this board: "
-                f"expected an input of {' or '.join(names)}"
+                f"the input {given.to} cannot stop axes of this board, "
+                f"because the board drives no axis of {given.controller}: expected an input of {' or '.join(names)}"
             )
 
 
@@ -187,7 +187,9 @@ class Wiring:
         uses: dict[str, str] = {}
         for pin, use in self.used():
             if pin.name in uses:
-                raise UsageError(f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: expected one use")
+                raise UsageError(
+                    f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: choose another pin for one use"
+                )
             uses[pin.name] = use
         for axis in self.axes:
             if axis.enable is None:
@@ -229,7 +231,7 @@ class Objects:
 
 
 def objects(wiring: Wiring, dictionary: Dictionary) -> Objects:
-    """Return the firmware objects that a board needs for a wiring."""
+    """Return the objects that the firmware of a board must create for a wiring, e.g. steppers and inputs."""
     number = iter(range(256))
     steppers = {axis.axis: next(number) for axis in wiring.axes}
     enables = {pin: next(number) for pin in wiring.enables}

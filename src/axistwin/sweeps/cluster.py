@@ -145,7 +145,7 @@ class Cluster:
 
 
 def _silence() -> dict[logging.Logger, int]:
-    """Turn off the log messages of Dask, and return the old level of each Dask logger."""
+    """Turn off the log messages of Dask; return the previous log level of each Dask logger for a later restore."""
     known = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
     levels = {logger: logger.level for logger in known}
     for logger in known:
@@ -164,7 +164,7 @@ def _connect(address: str) -> None:
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
         # a Dask scheduler sends a message as soon as a client connects
         if found.scheme == "tcp" and not connection.recv(1):
-            raise OSError("the program at this address is not a Dask scheduler")
+            raise OSError("another program listens at this address, not a Dask scheduler")
 
 
 def version() -> str:

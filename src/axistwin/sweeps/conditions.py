@@ -42,10 +42,10 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions that evaluate a comparison with a number.
+    """Return two functions for a comparison of a value with a number, e.g. "> 100".
 
-    The first returns 1 (true) or 0; the second returns the margin by which the comparison is true.  The margin is
-    negative if the comparison is false.
+    The first function returns 1 (true) or 0.  The second function returns the margin by which the comparison is true;
+    the margin is negative if the comparison is false.
     """
     limit = real(number)
     holds, margin = _SIGNS[sign]
@@ -53,9 +53,10 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions that evaluate the condition "high" or the condition "low".
+    """Return two functions for the condition that a level is high (or low, if `high` is False).
 
-    The first returns 1 (true) or 0; the second returns an infinite margin, which is negative if the level is wrong.
+    The first function returns 1 (true) or 0.  The second function returns an infinite margin, which is negative if the
+    level is wrong.
     """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 

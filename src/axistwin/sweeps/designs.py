@@ -23,7 +23,10 @@ _SEEDS_APART = 0x9E37_79B9
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
-    """Return the values of the varied paths for each run.  Raises UsageError if the values do not fit the design."""
+    """Return, for each run, the value of each varied path, e.g. of `table.X.load.torque`.
+
+    Raises UsageError if the design is not possible with the given values.
+    """
     if design not in DESIGNS:
         raise UsageError(f"unknown design {design!r}: expected one of {', '.join(DESIGNS)}")
     found = DESIGNS[design](varied, runs, seed)
@@ -38,7 +41,8 @@ def _grid(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = prod(len(values) for values in listed.values()) * (runs or 1)
     if count > MOST:
         raise UsageError(
-            f"the grid has {count:,} runs: expected at most {MOST:,}, e.g. with --design sobol --runs 1000"
+            f"the grid has {count:,} runs, but at most {MOST:,} are permitted: "
+            "use fewer values, or another design, e.g. --design sobol --runs 1000"
         )
     combinations = (point for point in product(*listed.values()) for _ in range(runs or 1))
     return _with_draws(varied, listed, list(combinations), seed)
@@ -71,13 +75,13 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        raise UsageError(f"the number of runs for {path}={varied[path].text} is missing: add e.g. --runs 100")
+        raise UsageError(f"the random values {path}={varied[path].text} need a number of runs: add e.g. --runs 100")
 
 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random values to each combination, for the paths without a list of values.
+    """Add a random value to each combination for each path that has a distribution instead of a list of values.
 
     Each path has its own random sequence.
     """
@@ -113,7 +117,10 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert rows of fractions (0 to 1) to rows of values, one value for each path."""
+    """Convert fractions from 0 (lowest value) to 1 (highest value) to values of the varied paths.
+
+    Each row contains one fraction for each path, and becomes the values of one run.
+    """
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 

@@ -77,8 +77,8 @@ class Runner:
             try:
                 recording.check(self.variation.base.build(), sentence.signals, sentence.events, sentence.axes)
             except UsageError as error:
-                missing_in_scene = str(error).partition("when=")[2] or str(error)
-                raise UsageError(f"cannot evaluate {measure_or_claim} in this scene: {missing_in_scene}") from None
+                what_was_expected = str(error).partition("when=")[2] or str(error)
+                raise UsageError(f"cannot evaluate {measure_or_claim!r} in this scene: {what_was_expected}") from None
 
     def _program(self) -> running.Program:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
@@ -181,7 +181,7 @@ def _named(measure_or_claim: str, text: str, read: Callable[[str], Sentence]) ->
     try:
         return read(text)
     except UsageError as syntax_error:
-        raise UsageError(f"cannot evaluate {measure_or_claim}: {syntax_error}") from None
+        raise UsageError(f"cannot evaluate {measure_or_claim!r}: {syntax_error}") from None
 
 
 def _function(name: str) -> Callable[[Bench], object]:

@@ -67,7 +67,7 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if the scene is invalid with this value.
+        """Raise UsageError if the scene is invalid after one path has been set to the new value.
 
         `number`: index of the path that gets the value.
         """
@@ -108,8 +108,8 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
         first, rest = next(iter(bench.controllers)), [first, *rest]
     if first not in bench.controllers or not rest:
         known_names = (*bench.controllers, "fault", "script", "wire", "seed")
-        similar_or_all_names = instead(first, known_names)
-        raise UsageError(f"{path} is not in the scene: {similar_or_all_names}, e.g. table.X.load.torque")
+        did_you_mean_or_expected = instead(first, known_names)
+        raise UsageError(f"{path} is not in the scene (a path is e.g. table.X.load.torque): {did_you_mean_or_expected}")
     return _in_controller(scene, bench[first], path, rest)
 
 
@@ -123,8 +123,8 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
         for table in tables:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
-            fault, similar_or_all_faults = rest[0], _suggestion(rest[0], names)
-            raise UsageError(f"{path}: the scene has no fault {fault!r}, {similar_or_all_faults}")
+            fault, did_you_mean_or_expected = rest[0], _suggestion(rest[0], names)
+            raise UsageError(f"the scene has no fault {fault!r} for the path {path}: {did_you_mean_or_expected}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
@@ -134,13 +134,13 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             )
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        key, similar_or_all_keys = ".".join(rest[1:]), _suggestion(rest[1], known)
-        raise UsageError(f"{path}: a sweep cannot vary {key!r}, {similar_or_all_keys}")
+        key, did_you_mean_or_expected = ".".join(rest[1:]), _suggestion(rest[1], known)
+        raise UsageError(f"a sweep cannot vary {key!r} in the path {path}: {did_you_mean_or_expected}")
     return (kind, number, rest[1])
 
 
 def _suggestion(word: str, known: Sequence[str]) -> str:
-    return instead(word, known) if known else "there are none"
+    return instead(word, known) if known else "the scene has no faults"
 
 
 def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[str]) -> Place:
@@ -155,8 +155,8 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         if rest[1] in known:
             return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
         if not (controller.has_variables and len(rest) == 2):
-            option, similar_or_all_options = rest[1], instead(rest[1], known)
-            raise UsageError(f"{path}: the axis has no option {option!r}, {similar_or_all_options}")
+            option, did_you_mean_or_expected = rest[1], instead(rest[1], known)
+            raise UsageError(f"the axis has no option {option!r} for the path {path}: {did_you_mean_or_expected}")
         rest = rest[1:]
     if rest[0] in OWN:
         return Place(path, _checked(scene, path, (*at, *map(_key, rest))))
@@ -166,8 +166,8 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         return Place(path, (*at, "variables", rest[0]))
     known_names = (controller.name, *controller.axes, *options, *OWN)
     known_names += ("program",) if controller.has_variables else ()
-    similar_or_all_names = instead(rest[0], known_names)
-    raise UsageError(f"{path} is not in the scene: {similar_or_all_names}")
+    did_you_mean_or_expected = instead(rest[0], known_names)
+    raise UsageError(f"{path} is not in the scene: {did_you_mean_or_expected}")
 
 
 def _assignable(controller: Controller, name: str) -> bool:
@@ -183,12 +183,15 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Raise UsageError if an index in `keys` does not exist in the scene; return `keys`."""
+    """Check a path of keys and list indexes in the scene, and return the path.
+
+    Raises UsageError if the scene has no list element with a given index.
+    """
     at: Any = scene.data
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(f"invalid path {path}: the key before the index {key} is not a list")
+                raise UsageError(f"invalid path {path}: the key before the index {key} is not a list, leave out {key}")
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
@@ -224,7 +227,8 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"{path}: the controllers {controllers} share the program {program}: expected one program file for each"
+            f"{path} cannot be varied, because the controllers {controllers} share the program {program}: "
+            "set another program file for each controller"
         )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
@@ -250,5 +254,6 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"{place.path}: the program {program} assigns no number to {place.variable}: expected e.g. {place.variable}=100"
+        f"{place.path} cannot be varied, because the program {program} assigns no number to {place.variable}: "
+        f"add e.g. {place.variable}=100 to the program"
     )

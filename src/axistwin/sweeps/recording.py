@@ -48,7 +48,7 @@ class _LostSteps:
     losing: Callable[[int], int] | None
 
     def changes(self, until_ns: int) -> tuple[Times, list[int]]:
-        """Return the times of pulses before `until_ns`, and the number of lost steps at each time."""
+        """Return the times of pulses before `until_ns`, and the total number of lost steps at each of these times."""
         if self.losing is None:
             return np.array([self.since_ns], np.int64), [self.lost]
         first = self.profile.pulses_by(self.since_ns - 1 - self.move_ns) + 1
@@ -122,8 +122,8 @@ class Recording:
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
-            similar_or_all_axes = instead(name, [*axes])
-            raise UsageError(f"the scene has no axis {name!r}: {similar_or_all_axes}")
+            did_you_mean_or_expected = instead(name, [*axes])
+            raise UsageError(f"the scene has no axis {name!r}: {did_you_mean_or_expected}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
             raise UsageError(
                 f"the energy of axis {name} is unknown: expected a servo axis with a motor, e.g. motor = 'frame23'"
@@ -155,8 +155,8 @@ class Recording:
                 return candidate
             if candidate in self._also:
                 return self._also[candidate]
-        similar_or_all_signals = instead(name, [*self._known, *self._derived()])
-        raise UsageError(f"the scene has no signal {name!r}: {similar_or_all_signals}")
+        did_you_mean_or_expected = instead(name, [*self._known, *self._derived()])
+        raise UsageError(f"the scene has no signal {name!r}: {did_you_mean_or_expected}")
 
     def _derived(self) -> list[str]:
         found = []

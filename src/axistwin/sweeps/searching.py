@@ -48,7 +48,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest robustness among the claims of a run.
+    """Return the smallest robustness of the claims in a run; a smaller number means a worse run.
 
     The search minimises this number.  The number is limited to ±`FAR`; it is `FAR` if no claim has a robustness.
     """

@@ -26,9 +26,11 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
     """
     if runs & (runs - 1):
         power_of_2 = 1 << runs.bit_length()
-        raise UsageError(f"--runs {runs}: the design {DESIGN} needs a power of 2, e.g. --runs {power_of_2}")
+        raise UsageError(
+            f"invalid --runs {runs} with the design {DESIGN}: expected a power of 2, e.g. --runs {power_of_2}"
+        )
     if paths < 2:
-        raise UsageError(f"the design {DESIGN} needs two or more paths: add --vary PATH=VALUES")
+        raise UsageError(f"the design {DESIGN} must vary two or more paths: add another --vary PATH=VALUES")
     require("SALib", "sensitivity")
     from SALib.sample import sobol  # this import is lazy because SALib loads slowly
 
@@ -37,7 +39,7 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
 
 
 def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the Sobol indices of each measure by path.
+    """Return the Sobol indices of each measure, in a dictionary with an entry for each varied path.
 
     The indices of a measure with equal results in all runs are None.
     """

@@ -145,7 +145,8 @@ def _statistic(text: str, parts: Mapping[str, str]) -> Sentence:
 def _event(text: str) -> str:
     if not _EVENT.fullmatch(text):
         raise UsageError(
-            f"invalid event {shortened(text)}: expected a verb ({', '.join(VERBS)}), e.g. 'table.X passes 1000'"
+            f"invalid event {shortened(text)}: expected a name and a verb, e.g. 'table.X passes 1000'; "
+            f"the verbs are {', '.join(VERBS)}"
         )
     return text
 
@@ -180,7 +181,10 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the seconds from each begin event to the next end event, without overlap."""
+    """Yield the duration in seconds from each begin event to the next end event.
+
+    Begin events before this end event are skipped, so that the durations do not overlap.
+    """
     after_ns = -1
     for begin_ns in begins:
         if begin_ns < after_ns:
@@ -351,10 +355,10 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the result of the claim "FIRST until SECOND" as a number.
+    """Return the truth value or the margin of the claim "FIRST until SECOND".
 
-    If the two signals are truths, the number is 1 or 0; if they are margins, it is the margin by which the claim holds:
-    the maximum over time of min(`second`, earlier `first`).
+    If the two signals are truth values, the result is 1 or 0.  If the two signals are margins, the result is the margin
+    by which the claim holds: the maximum over time of min(`second`, earlier `first`).
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]

@@ -35,7 +35,7 @@ class Series:
 
     @property
     def seconds(self) -> Numbers:
-        """Duration of each value of the signal in seconds."""
+        """Durations in seconds, as an array: how long the signal has each of its values."""
         found: Numbers = np.diff(self.times, append=self.end_ns) / S
         return found
 
@@ -45,7 +45,7 @@ class Series:
         return found
 
     def within(self, begin_ns: int, end_ns: int) -> NDArray[Any]:
-        """Return the values of the signal from `begin_ns` to `end_ns`, with the values at both ends."""
+        """Return all values that the signal has from `begin_ns` to `end_ns`, including the value at `begin_ns`."""
         first = max(int(np.searchsorted(self.times, begin_ns, "right")) - 1, 0)
         return self.values[first : max(int(np.searchsorted(self.times, end_ns, "right")), first + 1)]
 
@@ -55,7 +55,7 @@ class Series:
 
 
 def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
-    """Return the signal that `function` computes from the values of several signals."""
+    """Return a new signal; at each time, `function` computes its value from the values of the given signals."""
     times = np.unique(np.concatenate([part.times for part in parts]))
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 

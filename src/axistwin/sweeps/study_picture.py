@@ -49,7 +49,7 @@ def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Seq
 
 
 def _results(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, found: Trial | None) -> None:
-    """Draw the results of the original trial and of the best trial, with the worst result first."""
+    """Draw the results of the runs with the original values and with the best values, the worst result first."""
     from matplotlib.ticker import MaxNLocator
 
     worst_first = not plan["goal"].startswith("maximise")

@@ -80,7 +80,7 @@ class Sweep:
         try:
             self.varied[path] = read_values(values)
         except UsageError as error_of_values:
-            raise UsageError(f"cannot vary {path}: {error_of_values}") from None
+            raise UsageError(f"invalid values of the path {path}: {error_of_values}") from None
         return self
 
     def measure(self, name: str, sentence: str) -> Self:
@@ -109,7 +109,10 @@ class Sweep:
         return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
 
     def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
-        """Check the sweep before the first run; return a runner and the values of each run.  Raises UsageError."""
+        """Check the sweep before the first run.  Raises UsageError for an invalid sweep.
+
+        Returns the object that performs the runs, and the varied values of each run.
+        """
         design = design or Design()
         runner = Runner(self._job(seconds))
         if design.search is not None:

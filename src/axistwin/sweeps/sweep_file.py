@@ -119,14 +119,14 @@ def check(file: Path) -> None:
 
 
 def _names(message: str, name: str) -> bool:
-    """True if the message contains the whole name of a path, measure or claim."""
+    """True if the message contains the name of a path, measure or claim, and not only as a part of a longer name."""
     return re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", message) is not None
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call a function, and add the line and column in the sweep file to the errors of the function.
+    """Call a function; if the function fails, add a line and a column in the sweep file to the error.
 
-    The place in the sweep file is the line and column of `keys`.
+    The line and the column are those of `keys`.
     """
     try:
         return do()

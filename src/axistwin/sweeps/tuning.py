@@ -68,7 +68,7 @@ class Tuning:
         if path in {**self.changed, **self._scatter.varied}:
             raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
         if given.interval is None and not given.listed:
-            raise UsageError(f"{path}={given.text}: expected a range or a list of values, e.g. 10..400")
+            raise UsageError(f"cannot tune {path}={given.text}: expected a range or a list of values, e.g. 10..400")
         self.changed[path] = given
         return self
 
@@ -217,7 +217,7 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return a number above 0 if a claim fails, otherwise 0 or below.
+    """Return a number above 0 if a claim fails, or 0 or a negative number if the claim holds.
 
     The number is the negated robustness of the claim.
     """

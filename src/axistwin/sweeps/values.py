@@ -44,7 +44,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """A few values, e.g. the first and the last, for a check before the first run."""
+        """Some of the values, e.g. the first and the last, which the sweep checks before the first run."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -75,9 +75,9 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return an unquoted text unchanged, if the text is a valid value.
+    """Return a text without quotation marks unchanged.
 
-    Raises UsageError for an empty text, or for a text that begins like a list or a quoted text.
+    Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"invalid value {shortened(text)}: expected e.g. {EXAMPLES}")
@@ -109,7 +109,9 @@ def _range(text: str, found: re.Match[str]) -> Values:
     else:
         listed = range(int(low), int(high) + 1) if whole_ends and not logarithmic else ()
     if len(listed) > MOST:
-        raise UsageError(f"range {text} has {len(listed):,} values: expected at most {MOST:,}, e.g. {text}:100")
+        raise UsageError(
+            f"the range {text} has {len(listed):,} values: expected at most {MOST:,}, e.g. 100 values with {text}:100"
+        )
     if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
         return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic), interval)
     return Values(text, listed, partial(_between, low, high, logarithmic), interval)

@@ -50,7 +50,7 @@ class Guide(ABC):
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why a move cannot start; the user removes the reasons in this order."""
+        """Yield the reasons why a move cannot start, in the order in which the user must correct the causes."""
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:

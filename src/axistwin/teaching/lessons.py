@@ -57,7 +57,7 @@ def answered(pattern: str, to: str = "") -> Check:
 
 
 def is_clear(mask: int) -> Check:
-    """Return a condition that is true if a reported status word has 0 in all bits of `mask`."""
+    """Return a condition that is true if all bits of `mask` are 0 in a status word from the controller."""
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
 

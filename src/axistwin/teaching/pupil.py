@@ -71,7 +71,7 @@ class Pupil:
         return done
 
     def remark(self) -> str:
-        """Return a sentence about a finished move that does not solve the task, otherwise ""."""
+        """Return a sentence about a finished move that did not solve the task; "" without such a move."""
         if self.finished or any(axis.moving for axis in self._controller.axes.values()):
             return ""
         before, self._rest = self._rest, self._positions()

@@ -29,7 +29,7 @@ class Remedies:
         return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
 
     def power(self, *words: str) -> str:
-        """Return an instruction to switch the power to each state in `words`, e.g. off and on."""
+        """Return an instruction to switch the power; `words` are the states in order, e.g. "off" and "on"."""
         return "type  " + "  and  ".join(f":drive power {word}" for word in words)
 
 

@@ -170,7 +170,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # all earlier lines have no effect after the power has been switched
+        if act == ManualAct.POWER:  # a power-off ends the effect of all lines that the user has typed
             self._lines.clear()
 
 

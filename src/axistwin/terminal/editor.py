@@ -94,7 +94,10 @@ class LineEditor:
         )
 
     async def read(self, lines: Lines) -> None:
-        """Put each typed line into the queue, and None at the end of the input or after Ctrl-C."""
+        """Put each line that the user types into the queue.
+
+        At the end of the input or after Ctrl-C, put None into the queue.
+        """
         try:
             while True:
                 line = await self._session.prompt_async()

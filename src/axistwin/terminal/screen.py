@@ -18,7 +18,7 @@ characters.
 
 
 class Line(Enum):
-    """Kind of text in the last line on the screen."""
+    """Content of the last line on the screen."""
 
     EMPTY = "nothing yet"
     PROMPT = "the prompt and unfinished input"

@@ -50,7 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Serve the model or scene in the marker `axistwin` of a test.  Yields the `Twin`."""
+    """Serve the controller model or scene that a test names in the marker `axistwin`.  Yields the `Twin`."""
     from axistwin.testing.twin import serve  # lazy import, because most tests do not use this fixture
 
     what, keywords = _marker_arguments(request)
@@ -96,7 +96,10 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> None:
-    """Write the HTML report of a test.  The file has the name of the test, without special characters."""
+    """Write the HTML report of a test.
+
+    The file name is the name of the test, with `-` instead of special characters.
+    """
     # lazy import, because only the option --axistwin-report needs this module
     from axistwin.reports.page import of_recorded_files, write_page
 

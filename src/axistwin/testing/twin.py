@@ -123,7 +123,7 @@ class Twin:
     def _service(self) -> _Service:
         if self._served is None:
             raise UsageError(
-                "this twin is not served yet: expected a `with` block, e.g. `with axistwin.serve(…) as twin:`"
+                "this twin is not served yet: use the twin in a `with` block, e.g. `with axistwin.serve(…) as twin:`"
             )
         return self._served
 

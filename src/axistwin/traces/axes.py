@@ -143,7 +143,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # the operator `<=` could lose a pulse of the previous move
+            if move.start_ns < since_ns:  # with `<=`, a pulse of the previous move at `since_ns` could be lost
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
@@ -190,9 +190,9 @@ class ServoTrace:
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes of each signal before the time `before_ns`.
+        """Return the recorded changes before the time `before_ns`, as one `Part` for each signal.
 
-        The samples before this time are deleted.
+        The samples before this time are then deleted.
         """
         times, positions, commanded = self.rows.take(before_ns)
         if not len(times):

@@ -44,10 +44,9 @@ class Batch:
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return an index near the middle, at which the batch can be cut into two parts.
+        """Return an index near the middle of the batch, at which the batch can be divided into two parts.
 
-        Changes at the same time stay in the same part.
-        If all changes have the same time, return the number of changes.
+        Changes with equal times stay in one part.  If all changes have the same time, return the number of changes.
         """
         import numpy as np
 

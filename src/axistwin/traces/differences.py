@@ -104,10 +104,10 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the first time at which a value of one trace is missing in the other trace.
+    """Return the earliest time at which the track `that` does not contain the value of the track `this`.
 
-    A value is missing if `that` does not have the value of `this` within the time tolerance.  It is sufficient to
-    check the times at which `this` changes, and the times at which `that` changes, shifted by the tolerance.
+    The track `that` may contain the value earlier or later, within the time tolerance.  It is sufficient to check the
+    times at which `this` changes, and the times at which `that` changes, shifted by the tolerance.
     """
     import numpy as np
 
@@ -141,7 +141,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # NumPy's `reduceat` needs an index after the last value
+    ended = np.append(others, others[-1])  # an index for NumPy's `reduceat` can be directly after the last value
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

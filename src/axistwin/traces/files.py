@@ -265,6 +265,6 @@ def sink_for(path: Path) -> MakeSink:
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Return the signals that the file format of `path` can contain."""
+    """Return those of the given signals that the file format of `path` can contain."""
     left_out = {WAVES: (), SIGROK: (TEXT,)}.get(ending(path), (STEP,))
     return [signal for signal in signals if signal.kind not in left_out]

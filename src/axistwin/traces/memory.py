@@ -100,7 +100,7 @@ class _Changes:
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Convert the signal to a `Track`, the type of a signal from a trace file."""
+        """Convert the signal to a `Track`, the class of all signals that are read from trace files."""
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())

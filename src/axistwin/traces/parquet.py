@@ -68,7 +68,7 @@ class ParquetSink:
         self._new = False
         self._contents: Any = None
         # `_place` is the number of bytes in the file before the current row group
-        # the next flush replaces the last `_rewritable` bytes of the file
+        # `_rewritable` is the number of bytes at the end of the file that the next flush replaces
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
@@ -105,7 +105,7 @@ class ParquetSink:
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """Write the current row group, and the table of contents of the whole file."""
+        """Write the current row group, and the footer, which lists all row groups of the file."""
         import pyarrow as pa
 
         if not self._new:
@@ -158,14 +158,14 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        """Encode a row group; return its bytes, and the new table of contents of the file."""
+        """Encode a row group; return the encoded bytes, and the new contents of the footer (a list of row groups)."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        # the table of contents contains positions relative to the start of the file
+        # the footer contains positions relative to the start of the file
         while (missing := self._place - file.tell()) > 0:
             file.write(NOTHING[:missing])
         tail.parts = []
@@ -182,7 +182,7 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file in memory that stores written bytes in the list `parts`.
+    """File object in memory that appends all written bytes to the list `parts`.
 
     The bytes are discarded if `parts` is None.
     """
@@ -200,7 +200,7 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """Return a table of contents as the bytes at the end of a Parquet file."""
+    """Convert the contents of a footer to the bytes at the end of a Parquet file."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()

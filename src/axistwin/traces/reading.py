@@ -274,7 +274,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Decode a text from a VCD word, which contains escape sequences instead of blanks."""
+    """Decode a text from a VCD file, in which escape sequences replace spaces."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as syntax_error:
@@ -332,7 +332,9 @@ def _parquet_table(path: Path) -> Any:
             )
     for name in ("time_ns", "signal"):
         if table[name].null_count:
-            raise TraceError(f"{path} is not a trace: expected a value in each row of the column {name}")
+            raise TraceError(
+                f"{path} is not a trace: values are missing in the column {name}, expected one in each row"
+            )
     return table
 
 
@@ -353,7 +355,8 @@ def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> 
     if found.null_count:
         signal_name = track.name
         raise TraceError(
-            f"{path} is damaged: expected a value in the column {name} for each change of the signal {signal_name}"
+            f"{path} is damaged: in the column {name}, a value of the signal {signal_name} is missing; "
+            "record the trace again"
         )
     if track.kind == TEXT:
         texts: list[str] = found.to_pylist()

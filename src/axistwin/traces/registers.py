@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """Return the value of a register for a trace: ASCII bytes for a text, and the same number for a number."""
+    """Convert a register value for a trace: convert a text to ASCII bytes, and return a number unchanged."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 

@@ -148,7 +148,7 @@ class Tracer:
         self._computing_ahead: list[ServoAxis] = []  # servo axes compute their samples in advance
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []  # axes and controllers report changes to these objects
+        self._rows: list[Rows] = []  # these objects receive the changes that axes and controllers report
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():

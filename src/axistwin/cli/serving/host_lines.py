@@ -32,7 +32,7 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
 
 def bus(url: PortUrl) -> Iterator[str]:
-    """Yield shell commands that connect a user or a C program to the bus of a board at `url`."""
+    """Yield the shell commands with which a user or a C program can access the bus of a board at `url`."""
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     yield f"by hand   nc {url.host} {url.port}     then: r 1"

@@ -58,11 +58,11 @@ class Wanted:
         """Check the options that the user has given, and return them.  Raises UsageError."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
-            raise UsageError("--model and --baud are only for a PORT: leave out these options for a scene")
+            raise UsageError("--model and --baud are only for a PORT: leave out these options for a scene file")
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed is only for a scene: leave out this option for a PORT")
+            raise UsageError("--speed is only for a scene file: leave out --speed for a PORT")
         if model is not None:
             product(model)
         return cls(
@@ -92,7 +92,7 @@ class Wanted:
         for name, found in self.options.items():
             if not isinstance(found, dict):
                 raise UsageError(
-                    f"the name of the controller is missing in --option {name}: expected e.g. --option if1.{name}=1"
+                    f"--option {name} does not begin with the name of a controller: expected e.g. --option if1.{name}=1"
                 )
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),

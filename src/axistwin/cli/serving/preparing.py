@@ -97,7 +97,7 @@ class _Preparation:
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Switch threads more often within a `with` block.
+    """Let Python switch between threads more often during a `with` block, so that no thread waits long.
 
     The garbage collector is off until the end of the block.
     """

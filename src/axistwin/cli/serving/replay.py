@@ -87,7 +87,7 @@ def _ms(ns: int | None) -> str:
 
 
 def _reply_text(act: Compared) -> str:
-    """Return the host's action and the controller's reply as text, e.g. `> E\\r  < C\\r`."""
+    """Return one line of text: the data from the host, and the controller's reply, e.g. `> E\\r  < C\\r`."""
     words = act.expected if act.same else "differs"
     return "  ".join(_short(text) for text in (act.after, f"< {words}" if act.same else words) if text)
 

@@ -237,7 +237,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes both files if the session has replaced `bench` by a new bench.
+        """Return a function that closes the trace and the recording if its argument is another bench than `bench`.
 
         The session calls the function with each new bench, e.g. after the user has gone back in time.
         """
@@ -328,7 +328,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the trace and the recording do not include the power-off
+        files.close()  # close the trace and the recording here, so that they do not contain the power-off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

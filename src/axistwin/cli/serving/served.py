@@ -34,7 +34,10 @@ class Served(NamedTuple):
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """Return a model with its ports; without given ports, use any free port."""
+    """Return the controller model `name` with its ports.
+
+    `given`: ports of the controller; if there are none, any free port.  `second`: ports of the RS-485 channel.
+    """
 
     def build() -> Bench:
         bench = Bench()
@@ -63,8 +66,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"{path} has no controller to serve, because each controller has a simulated host: "
-                "remove one of these hosts, or add ports to a controller"
+                f"{path} has no controller to serve, because a simulated host is connected to each controller: "
+                "remove a simulated host, or add ports to a controller"
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]

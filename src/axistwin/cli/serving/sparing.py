@@ -21,7 +21,7 @@ class Sparing(logging.Filter):
         self._counted: Counter[str] = Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return True if the record is to be logged, or False if the record is only counted."""
+        """Return True to log the record, or False to count the record without logging the record."""
         if record.name.partition(".")[0] == OURS and not record.exc_info:
             return True
         self._counted[record.name] += 1

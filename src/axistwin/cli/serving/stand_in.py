@@ -168,7 +168,7 @@ class _Run:
             return 1
         import_module("numpy")  # this slow import must end before the motors start
         gc.collect()
-        gc.freeze()  # `freeze` shortens the pauses for garbage collection
+        gc.freeze()  # exclude the existing objects from garbage collections, which then cause shorter pauses
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
@@ -214,7 +214,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until a board reports an event, or until the task `other` is done."""
+        """Wait until a board reports an event, or until `other` (a pause or the end of the program) is done."""
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)

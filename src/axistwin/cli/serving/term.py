@@ -109,7 +109,7 @@ def term(
         made = partial(_bench, target, state=state, line=line, **read_options(options))
         return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))
     if option := next((name.replace("_", "-") for name, given in local.items() if given), None):
-        raise UsageError(f"--{option} is only for a virtual controller: expected a MODEL instead of a port")
+        raise UsageError(f"--{option} is only for a virtual controller: give a model instead of a port, e.g. if1")
     return asyncio.run(_port(target, line, ENDS[end], keyboard))
 
 
@@ -209,7 +209,7 @@ async def _with_person(
     keyboard: str,
     virtual: "VirtualEnd | None" = None,
 ) -> int:
-    """Process the lines that the user types, or the lines of a pipe or a file."""
+    """Process the lines from the standard input, which is the keyboard, a pipe or a file."""
     if not _edited():
         return await _converse(screen, commands, _typed(lines), end, keyboard)
     from prompt_toolkit.patch_stdout import patch_stdout  # this import is lazy because only the line editor needs it
@@ -291,7 +291,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Return the bytes that a terminal with a national keyboard layout sends for a typed line."""
+    """Convert a typed line to the bytes that a terminal with the given national keyboard sends."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")

@@ -40,7 +40,10 @@ class Ioc:
     async def serving(
         self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None, *, pv_access: bool = False
     ) -> AsyncIterator[str]:
-        """Serve the records and poll the machine; yields the address of the Channel Access server."""
+        """Serve the records and poll the machine during a `with` block.
+
+        Yields the address of the Channel Access server.
+        """
         logging.getLogger("caproto").setLevel(logging.CRITICAL)  # caproto must not log refused writes of clients
         server = ChannelAccess(addresses, port)
         self._add_to(server)

@@ -248,7 +248,7 @@ class MotorRecord:
         await self._offset(self.values["OFF"])
 
     async def _resolution(self, value: float) -> None:
-        """Change the resolution MRES; velocities and limits keep their values in counts."""
+        """Change the resolution MRES, and convert velocities and limits so that they stay equal in counts."""
         self._at_rest("MRES")
         found = Fraction(value).limit_denominator(FINEST)
         if not found:

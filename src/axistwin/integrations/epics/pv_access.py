@@ -125,7 +125,10 @@ class PvAccess:
         self._channels[name] = channel.pv
 
     async def open(self) -> Server:
-        """Publish the present state, and serve clients until the returned server is stopped."""
+        """Publish the present state, and start and return a server.
+
+        The server serves clients until the caller stops the server.
+        """
         for motor in self._motors:
             await motor.post("", None)
         here = all(address == LOOPBACK for address in self._addresses)

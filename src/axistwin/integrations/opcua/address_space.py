@@ -265,7 +265,7 @@ class AxisNodes:
     async def _set_speed(self, value: float) -> None:
         rate = self._scale.rate(float(value))
         if not 0 < rate <= self._axis.core.max_velocity:
-            raise ValueError(f"speed {value} is out of range: expected above 0 and at most the axis's maximum")
+            raise ValueError(f"speed {value} is out of range: expected a value above 0, up to the axis's maximum")
         self._axis.core.velocity = rate
 
     async def _set_acceleration(self, value: float) -> None:

@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # continue after a failed action has interrupted the advance
+        while not found:  # a failed action has interrupted the advance: continue the advance
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

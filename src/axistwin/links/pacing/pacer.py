@@ -114,7 +114,7 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Call `read` at the present virtual time, then plan the next advance.
+        """Advance virtual time to the present, call `read`, then plan the next advance.
 
         Returns the result of `read`.
 

@@ -52,7 +52,7 @@ class RealTime:
         self._plan_next()
 
     def resume(self) -> None:
-        """Request an advance of virtual time in the next pass of the event loop."""
+        """Schedule an advance of virtual time for the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._tick)
 
     def cancel(self) -> None:
@@ -85,9 +85,9 @@ class RealTime:
             clock.run_to(target_ns)
 
     def _plan_next(self) -> None:
-        """Plan the next advance of virtual time for the time of the next event.
+        """Set a timer that advances virtual time when the next event is due.
 
-        An event that is not yet due waits until `BLOCK_S` seconds after the last advance.
+        If the event is not due yet, the timer expires not earlier than `BLOCK_S` seconds after the last advance.
         """
         due_ns = self._clock.next_event_ns()
         if self._ended or due_ns is None:

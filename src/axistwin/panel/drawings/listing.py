@@ -54,7 +54,7 @@ class Lines(Element, component="listing.js"):
             self._toggle(line)
 
     def _begin_again(self) -> None:
-        """Send the marks of all lines after the browser has built the listing."""
+        """Send the running line and all breakpoints to the browser, which has just built the listing."""
         self.run_method("run", self.running, self._follow)
         self.run_method("breaks", self.on_breaks, self.off_breaks)
 

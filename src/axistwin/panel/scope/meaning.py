@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Describes how to show a signal, by the unit of its values or the codec of its messages."""
+    """Describes how to show a signal: with the unit of the values, or with the codec of the messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -30,7 +30,7 @@ class Meaning:
             return ""
         try:
             return self.codec.words(bytes.fromhex(text), self.by_host)
-        except ValueError:  # a long message is incomplete, because only its first part is stored
+        except ValueError:  # only the beginning of a long message is stored
             return ""
 
 

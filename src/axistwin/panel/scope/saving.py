@@ -82,10 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the earliest time after which every change of the signals is stored.
-
-    `names`: the signals to check.
-    """
+    """Return the time since which each change of the signals `names` is stored separately."""
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -158,9 +155,9 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Convert intervals of a signal's history to single changes.
+    """Convert the intervals in a signal's history to single changes, each with a time and a value.
 
-    A merged interval becomes its first, least, greatest and last value.
+    A merged interval becomes changes to the first, the least, the greatest and the last value of the interval.
     """
     wide = rows.end > rows.begin
     width = rows.end - rows.begin

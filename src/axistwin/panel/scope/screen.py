@@ -191,11 +191,11 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Start of the period for which all signals on the screen are recorded."""
+        """Time since which all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
-        """Show the whole recorded time on the screen."""
+        """Zoom out so that the screen shows the whole recording."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
         self._to_ns = self.span_ns
 
@@ -247,9 +247,9 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the history of the trigger's signal, and the end of the time range in which edges are searched.
+        """Return the history of the trigger signal, and the time up to which edges are searched.
 
-        The data after an edge must fill the screen.
+        After this time, the data after an edge would not fill the screen yet.
         """
         record = self.recorder.record
         if record is not self._known:  # a new recording has begun, so the time of the last edge is invalid

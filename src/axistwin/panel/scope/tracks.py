@@ -75,13 +75,13 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge all intervals that begin in the same period of `2 ** shift` ns."""
+    """Divide time into periods of `2 ** shift` ns, and merge all intervals that begin in one period."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # add the integrals of merged intervals; the integral of a single change is 0
+    if rows.begin is not rows.end:  # single changes have no duration, so only merged intervals have an integral
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -119,7 +119,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Earliest time after which each change of the signal is stored separately.
+        """Time since which each change of the signal is stored separately.
 
         Earlier changes are merged into intervals.
         """
@@ -145,7 +145,7 @@ class Track:
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return all intervals from `from_ns` to `to_ns`, and the last interval before `from_ns`."""
+        """Return all intervals from `from_ns` to `to_ns`, and the interval before, which has the value at `from_ns`."""
         times, values = self._times[: self._size], self._values[: self._size]
         if len(times) and times[0] <= from_ns:
             part = _part(times, from_ns, to_ns)
@@ -194,10 +194,10 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Store old intervals of the signal with a coarser resolution in time.
+        """Merge old intervals of the signal into longer intervals, and store the longer intervals.
 
-        `level`: index of the resolution in `SHIFTS`.  If the memory for this resolution is full, the older half of its
-        intervals is stored with the next coarser resolution.
+        `level`: index of the interval length in `SHIFTS`.  If the memory for this length is full, the older half of the
+        stored intervals is merged into intervals of the next length.
         """
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
@@ -250,7 +250,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Earliest time after which all texts of the signal are still stored."""
+        """Time since which all texts of the signal are stored; earlier texts may have been deleted."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

@@ -176,7 +176,7 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return an instruction to switch the power to each state in `words`, e.g. off and on."""
+        """Return an instruction to switch the power; `words` are the states in order, e.g. "off" and "on"."""
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:

@@ -105,5 +105,5 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Replace each `:drive` command in a task by an instruction to click a switch."""
+    """Replace each command `:drive` in the text of a task by an instruction to click a switch of the panel."""
     return _TYPED.sub(r"click the switch \2", task)

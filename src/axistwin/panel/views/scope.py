@@ -52,12 +52,12 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # all screens together show too many signals
+        except AxistwinError:  # the screens of all users would show too many signals: show no signals here
             screen.show(())
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Record that the user has closed a page.
+        """Record that the user has left a page of the panel.
 
         After the user's last page, the signals of the screen are no longer recorded.
         """

@@ -274,10 +274,9 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an input element in the attribute `name` of `owner`.
+    """Store each new value of an input element in an attribute of the object `owner`, then call `then`.
 
-    `then` is called afterwards.
-    Returns a function that updates the element if the attribute has changed.
+    `name`: the name of the attribute.  Returns a function that updates the element if the attribute has changed.
     """
 
     def set_() -> None:

@@ -75,8 +75,8 @@ def _check(exchange: Exchange) -> None:
         answer = exchange.ask(bytes((code,)), complete=lambda answer: len(answer) >= MESSAGE, patience_s=POWER_UP_S)
         if not answer.startswith(bytes((code,))):
             raise LinkError(
-                f"the board does not answer request {code:02X}h: send D8h if a sequence is being defined; "
-                "otherwise, reset the board"
+                f"the board does not answer request {code:02X}h: "
+                "send D8h if the definition of a sequence is not finished; otherwise, reset the board"
             )
         answers[code] = answer[1]
     if answers[MOVING]:
@@ -107,7 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the commands and trigger levels that copy the old board's data to a new board."""
+    """Return the commands that copy the old board's data to a new board, and the actions that set the triggers."""
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)
     actions = [f"trigger{number} low" for number in range(2, 6) if not levels >> number & 1]

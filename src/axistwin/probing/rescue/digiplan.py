@@ -66,7 +66,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # E and N have different parity bits, so one of the requests fails if the parity is wrong
+        # the characters E and N have different parity bits: with a wrong parity, one of the two requests fails
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None
@@ -80,7 +80,7 @@ def _format(exchange: Exchange, end: bytes) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions that copy the input levels of the old interface to a new interface."""
+    """Return the actions that set the inputs of a new interface to the input levels of the old interface."""
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(
@@ -93,7 +93,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
 
 
 def start(bench: Bench, contents: Contents) -> None:
-    """Send the saved data format message to a new interface."""
+    """Initialise a new interface with the saved data format message of the old interface."""
     (controller,) = bench.controllers.values()
     port = controller.serial
     wanted = port.host.format

@@ -57,8 +57,8 @@ def find(
             return Found(model or kind, fmt)
     if line is None and end.has_line:
         raise LinkError(
-            "the controller does not answer with any line format: check cable, power and --model, and close other "
-            "programs"
+            "the controller does not answer with any line format: "
+            "check cable, power and --model, and close other programs that use the port"
         )
     raise LinkError("the controller does not answer: check cable, power, --model and --line")
 
@@ -109,8 +109,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send e.g. U61, which starts the sequence of a locked IF2, "
-            "then run axistwin rescue again"
+            "the interface has no data format yet: send e.g. U61, then run axistwin rescue again "
+            "(caution: U61 starts the stored sequence of a locked IF2)"
         )
     return False
 

@@ -74,7 +74,7 @@ def _first(exchange: Exchange) -> None:
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one motor sends at most two answers to two requests
+    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one motor sends at most one answer to each of the two requests
         raise LinkError("several motors answer: connect one motor at a time")
 
 
@@ -117,7 +117,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
     if values["RP"] not in ("", "0"):
         changed["O"] = int(values["RP"])
     if "D" in changed:
-        # the motor makes absolute moves if P is written after D
+        # write P after D: D selects relative moves, and P selects absolute moves again
         changed["P"] = changed.pop("P", int(values["P"] or 0))
     if changed:
         found.controller["variables"] = changed

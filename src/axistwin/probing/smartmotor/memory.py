@@ -166,7 +166,10 @@ def loading(program: str) -> tuple[bytes, ...]:
 
 
 def sending(command: str, size: int) -> tuple[bytes, ...]:
-    """Return the requests that upload `size` bytes: the command, then one acknowledgement for each block."""
+    """Return the requests that read `size` bytes from the motor.
+
+    They are the command, then one acknowledgement for each block that the motor sends.
+    """
     return command.encode() + CR, *((ACKNOWLEDGE,) * (size // BLOCK))
 
 
@@ -296,13 +299,16 @@ def _number(end: End, request: bytes) -> int:
     answer = end.ask(request, expected=2).data
     if not re.fullmatch(rb"-?\d+\r", answer):
         raise LinkError(
-            f"the motor answered {answer!r} instead of a number to {request!r}: run axistwin probe without --memory"
+            f"the motor's answer to {request!r} is {answer!r}: expected a number, run axistwin probe without --memory"
         )
     return int(answer)
 
 
 def restore(end: End, condition: Condition) -> str:
-    """Restore the program, variables and data EEPROM of the motor; return an error if the checksum is wrong."""
+    """Restore the program, variables and data EEPROM of the motor.
+
+    Return an error message if the checksum of the program is not the checksum from before the tests; otherwise "".
+    """
     for request in condition.saved:
         # the motor acknowledges each block of a program except the last block
         end.ask(request, wait_s=0.1)

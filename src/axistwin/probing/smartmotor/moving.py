@@ -191,7 +191,7 @@ def _cam(commands: Mapping[str, Instruction], two: str, table: bytes, code: str)
 
 
 def _point(position: int, clock: int) -> bytes:
-    """Return the two binary records of a point in host mode: position and clock value (manual section 10.1)."""
+    """Encode one trajectory point of host mode as two binary records: position and time (manual section 10.1)."""
     return b"\xfa" + position.to_bytes(4, "big") + b"\r\xfb" + clock.to_bytes(4, "big") + b"\r"
 
 

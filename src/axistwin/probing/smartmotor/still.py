@@ -30,7 +30,7 @@ def report(command: Instruction) -> bool:
 
 
 def still(text: str) -> bool:
-    """Return True if a command or a statement of a program cannot move the motor.
+    """Return True if the given command or program statement never moves the motor.
 
     The whitelist `STILL` decides.  Invalid text only sets Bs.
     """

@@ -28,7 +28,7 @@ REPORT_S = 0.1
 
 
 class Axis:
-    """An axis whose commanded position is interpolated between points, each with a time and a position."""
+    """An axis that interpolates its commanded position between points; each point is a time and a position."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -183,7 +183,7 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report the end of a stop when all motors of the group are at rest."""
+        """Report that a stop is complete when all motors of the group are at rest, or after `MOST_STILL_S`."""
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
             group.feedback, group.changed_s = feedback, now_s

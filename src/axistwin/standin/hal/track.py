@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time in seconds of the latest point that `knots` has returned."""
+        """Time in seconds of the last point in the latest result of `knots`."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
@@ -46,9 +46,9 @@ class Track:
         self.position, self.last_s = int(positions[-1]), float(times[-1])
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
-        """Return the next points, each with a time and a position; [] if the axis does not move.
+        """Return the points of the axis's path since the last call; [] if the axis does not move.
 
-        All pulses before `until_s` have been added.
+        Each point is a time and a position.  All pulses before `until_s` must have been added.
         """
         import numpy as np
 
