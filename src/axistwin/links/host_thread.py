@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            raise ValueError(f"invalid sleep time {seconds!r}: expected 0 or more seconds, e.g. time.sleep(0.5)")
+            raise ValueError("sleep length must be non-negative")  # the error of `time.sleep`
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()
