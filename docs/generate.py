@@ -137,11 +137,18 @@ def _section(rule: Rule) -> tuple[str, ...]:
     return (
         f"### {rule.code}\n",
         f"{rule.severity.capitalize()}: {rule.title}. See {source}.\n",
-        f"{rule.explanation.replace('.  ', '. ')}\n",
+        f"{_without_html(rule.explanation.replace('.  ', '. '))}\n",
         f"```{codes.suffix_of(rule)[1:]}",
         *codes.shown(rule.example),
         "```\n",
     )
+
+
+def _without_html(text: str) -> str:
+    """Return the text with `<` as an HTML entity, except in code between backquotes."""
+    parts = text.split("`")
+    parts[::2] = [part.replace("<", "&lt;") for part in parts[::2]]
+    return "`".join(parts)
 
 
 def cli() -> str:
