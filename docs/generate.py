@@ -79,15 +79,15 @@ def chapters(model: str, title: str) -> Iterator[str]:
     yield "| chapter of the manual | commands |"
     yield "| --- | --- |"
     yield from (f"| {chapter} | {' '.join(codes)} |" for chapter, codes in found.items())
-    yield "\n**Decisions.** Where the manual says nothing or contradicts itself, axistwin follows a decision. The list"
-    yield "shows the number of decisions for each subject. Each decision has its evidence and its test.\n"
+    yield "\n**Decisions.** Where the manual says nothing or contradicts itself, axistwin follows a decision about the"
+    yield "emulated behaviour. The list links to these decisions, with their evidence and their tests.\n"
     family = FIDELITY.read_text(encoding="utf-8").split(f"\n## {title}\n")[1].split("\n## ")[0]
     first, *parts = family.split("\n### ")
     for part in ([f"{title}\n{first}"] if "\n| " in first else []) + parts:
         heading, rows = part.split("\n", 1)
         count = len(re.findall(r"^\| (?!question|---)", rows, re.MULTILINE))
         if count:
-            yield f"* [{heading}](../fidelity.md#{_anchor(heading)}): {count}"
+            yield f"* [{heading}](../fidelity.md#{_anchor(heading)}): {count} decision{'s' if count > 1 else ''}"
 
 
 def _anchor(heading: str) -> str:
@@ -137,17 +137,25 @@ def _section(rule: Rule) -> tuple[str, ...]:
     return (
         f"### {rule.code}\n",
         f"{rule.severity.capitalize()}: {rule.title}. See {source}.\n",
-        f"{rule.explanation.replace('.  ', '. ')}\n",
+        f"{_without_html(rule.explanation.replace('.  ', '. '))}\n",
         f"```{codes.suffix_of(rule)[1:]}",
         *codes.shown(rule.example),
         "```\n",
     )
 
 
+def _without_html(text: str) -> str:
+    """Return the text with `<` as an HTML entity, except in code between backquotes."""
+    parts = text.split("`")
+    parts[::2] = [part.replace("<", "&lt;") for part in parts[::2]]
+    return "`".join(parts)
+
+
 def cli() -> str:
     """Return the reference of the command line, from the texts of `--help`."""
     context = click.Context(axistwin, info_name="axistwin")
-    parts = ["# The command line\n", "What `axistwin COMMAND --help` prints.\n", _help(context)]
+    purpose = "This page shows the output of `axistwin --help` and of `axistwin COMMAND --help`.\n"
+    parts = ["# The command line\n", purpose, _help(context)]
     for name in axistwin.list_commands(context):
         command = axistwin.get_command(context, name)
         assert command is not None

@@ -17,8 +17,8 @@ RULES = (
     ),
     NO_ACT := Rule(
         "AX101", "a line begins with a wrong character", E, PAGE,
-        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  The name of a controller and a "
-        "colon may come before this character, e.g. `table: > K`.",
+        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  A line can also begin with the name "
+        "of a controller and a colon before one of these characters, e.g. `table: > K`.",
         "?what", ".talk",
     ),
     NO_TIME := Rule(
@@ -33,8 +33,8 @@ RULES = (
     ),
     NO_ASCII := Rule(
         "AX104", "a character is not ASCII", E, PAGE,
-        "A host sends bytes.  Write printable ASCII characters as they are.  In a conversation, write each other byte "
-        "as \\xNN, with the two hex digits NN, e.g. \\x0D.",
+        "A host sends bytes.  Write printable ASCII characters as they are.  In a conversation, write all other bytes "
+        "as \\xNN, where NN is two hex digits, e.g. \\x0D.",
         "X100é$", ".if1",
     ),
     NO_ESCAPE := Rule(
@@ -64,8 +64,8 @@ RULES = (
     ),
     SCENE := Rule(
         "SC110", "the scene cannot be built", E, SCENES,
-        "Each table of the scene is valid by itself.  But a name in a table does not exist, is used twice, or does "
-        "not fit the other tables.",
+        "Each table of the scene is valid, but the tables together are not valid.  For example, a name in a table does "
+        "not exist, is used twice, or does not match the other tables.",
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip

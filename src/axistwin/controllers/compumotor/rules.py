@@ -61,19 +61,20 @@ RULES = (
     ),
     NUMBER_OF_VALUES := Rule(
         "CM112", "the command has too few or too many values", E, LANGUAGE,
-        "After the name of a command, write one value for each parameter; leave out parameters that have no meaning.",
+        "After the name of a command, write one value for each parameter that has a meaning.  axistwin inserts the "
+        "parameter bytes that have no meaning.",
         "go_relative",
     ),
     NOT_IN_SEQUENCE := Rule(
         "CM201", "the command is not allowed in a sequence", E, SEQUENCES,
-        "The command D9h begins and D8h ends the definition of a sequence.  Between D9h and D8h, the board ignores "
-        "this command and does not store the command in the sequence.",
+        "The command D9h begins the definition of a sequence, and the command D8h ends the definition.  Between D9h "
+        "and D8h, the board ignores this command and does not store the command in the sequence.",
         "D9 01\n70\nD8",
     ),
     ONLY_IN_SEQUENCE := Rule(
         "CM202", "the command is allowed only in a sequence", E, SEQUENCES,
-        "Commands that wait or repeat are allowed only in the definition of a sequence.  The command D9h begins and "
-        "D8h ends this definition.",
+        "Commands that wait or repeat are allowed only in the definition of a sequence.  The command D9h begins the "
+        "definition, and the command D8h ends the definition.",
         "wait_seconds 2",
     ),
     ONLY_STREAMING := Rule(
@@ -88,12 +89,14 @@ RULES = (
     ),
     NESTED := Rule(
         "CM205", "a loop contains another loop", E, SEQUENCES,
-        "A loop (command 20h or 21h) cannot contain another loop.  The board ignores the loop command inside the loop.",
+        "A loop (command 20h or 21h) cannot contain another loop.  The board ignores the command that begins the inner "
+        "loop.",
         "D9 01\nrepeat 3 2\nrepeat 1 2\n83\n83\nD8",
     ),
     LOOP_TOO_LONG := Rule(
         "CM206", "a loop repeats more commands than the sequence contains", W, SEQUENCES,
-        "Fewer commands follow the loop command than the loop repeats.  The loop ends at the end of the sequence.",
+        "The loop command states how many of the next commands the loop repeats.  The sequence ends before so many "
+        "commands.  The loop ends at the end of the sequence.",
         "D9 01\nrepeat 3 2\n83\nD8",
     ),
     UNENDED := Rule(
@@ -119,7 +122,7 @@ RULES = (
     ),
     VELOCITY := Rule(
         "CM302", "the velocity exceeds the velocity range", E, "Positions and moves",
-        "Each velocity range has a highest velocity.  The board does not perform a faster move.",
+        "Each velocity range has a highest velocity.  The board does not perform a move with a higher velocity.",
         "31 00 00 00 10 00 00 00 00 00 01",
     ),
     ACCELERATION := Rule(
@@ -134,8 +137,8 @@ RULES = (
     ),
     NOT_GIVEN := Rule(
         "CM305", "the board ignores the command, because a definition is missing", E, "Positions and moves",
-        "Some commands need definitions by other commands.  A default move needs an earlier command 31h.  A search "
-        "for home needs an earlier command 38h.  A closed-loop move needs earlier commands B0h to B4h.",
+        "Some commands use values that other commands must define first.  Send the command 31h before a default move.  "
+        "Send the command 38h before a search for home.  Send the commands B0h to B4h before a closed-loop move.",
         "33 00 00 00 01",
     ),
     TRIGGER := Rule(
@@ -152,13 +155,13 @@ RULES = (
         suffix=".talk",
     ),
     OTHER_MODE := Rule(
-        "CM401", "the data are for another streaming mode", E, STREAM,
+        "CM401", "the data do not match the present streaming mode", E, STREAM,
         "The command E0h sends data for the streaming mode 51h, E1h for 52h, and E3h for 53h.",
         STREAMING + "E1" + " 00" * 14,
     ),
     SHORT_PAIR := Rule(
-        "CM402", "a velocity-distance pair lasts too short a time", E, STREAM,
-        "In each pair, the distance divided by the velocity must be at least 2 ms.",
+        "CM402", "the duration of a velocity-distance pair is too short", E, STREAM,
+        "The duration of a pair is its distance divided by its velocity.  The duration must be at least 2 ms.",
         STREAMING + "E0 10 00 00 01" + " 00" * 8,
     ),
     BEYOND_CLOCK := Rule(

@@ -17,20 +17,21 @@ INITIALISATION, LOCKOUT = "Initialisation", "Communication lockout commands"
 
 RULES = (
     UNKNOWN := Rule("DP101", "the character is unknown", E, ALL,
-        "This character is not a command.  The interface refuses the whole message and sets the data fault.  Write "
-        "commands in upper case.  In a file of command lines, `;` begins a comment.",
+        "This character is not a command.  The interface refuses the whole message and sets the data fault bit of the "
+        "status answer F.  Write commands in upper case.  In a file of command lines, `;` begins a comment.",
         "x1000$"),
-    LOST_NUMBER := Rule("DP102", "a number does not belong to a command", E, ALL,
-        "The command before this number takes no number, or only a number of another form, e.g. with a sign.  The "
-        "interface refuses the whole message.",
+    LOST_NUMBER := Rule("DP102", "a number is in a place where no command takes a number", E, ALL,
+        "The command before this number takes no number, or takes only a number that is written differently, e.g. "
+        "with a sign.  The interface refuses the whole message.",
         "B20"),
     ALONE := Rule("DP103", "the command must be sent alone", E, ALL,
-        "Send each status request, `#`, `[` and `]` as a message of its own, with its own <CR>.",
+        "Send this command as a separate message that ends with <CR>.  Status requests and the commands `#`, `[` and "
+        "`]` must be sent alone.",
         "X100 E"),
     SETUP := Rule("DP104", "the command is allowed only during initialisation", E, INITIALISATION,
-        "The interface obeys `(`, `*`, `U` and `V` only during initialisation; later each of these characters sets "
-        "the data fault.  Leave these characters out of a file of command lines: axistwin initialises the interface "
-        "before the first line.",
+        "The interface obeys `(`, `*`, `U` and `V` only during initialisation.  After the initialisation, each of "
+        "these characters sets the data fault bit of the status answer F.  Leave these characters out of a file of "
+        "command lines: axistwin initialises the interface before the first line.",
         "U61"),
     MISPLACED := Rule("DP105", "`$`, `:`, `+`, `-` or `,` is in a wrong position", E, ALL,
         "These characters are not commands, but parts of commands and messages.  `$` ends a message, and `:` "
@@ -42,48 +43,51 @@ RULES = (
         "are allowed only in direct messages.",
         ":^5X100:$"),
     ORDER := Rule("DP107", "the commands are in a wrong order", E, COMBINING,
-        "The commands in a message or a step have a fixed order: first the commands that wait for inputs (H, L), then "
-        "the move, then the commands for outputs (S, R, P).  In a step without a move, the commands `A` and `=` come "
-        "after H and L, and `=` comes last.",
+        "The commands in a message or a step have a fixed order: first the commands that wait for inputs (`H`, `L`), "
+        "then the move, then the commands for outputs (`S`, `R`, `P`).  In a step without a move, write `H` and `L` "
+        "first, then `A`, and then `=`.",
         "S1X100$"),
     NEEDS := Rule("DP108", "a parameter is missing", E, ALL,
         "This command needs a number, but the number is missing or malformed.",
         "@"),
     RANGE := Rule("DP109", "a parameter is out of range", E, ALL,
-        "The interface refuses the whole message and sets the range fault.",
+        "The interface refuses the whole message and sets the out-of-range bit of the status answer F.",
         ">5"),
-    TWICE := Rule("DP110", "an axis, `/`, `G` or `B` does not fit the text before it", E, ALL,
-        "This error has two causes: an axis, `/` or `G` occurs twice in one message, or no axis is before `/`, `G` or "
-        "`B`.",
+    TWICE := Rule("DP110", "an axis, `/`, `G` or `B` is not allowed in this place", E, ALL,
+        "This error has two causes: an axis, `/` or `G` occurs twice in one message, or the axis before `/`, `G` or "
+        "`B` is missing.",
         "X1X2$"),
     WAITS := Rule("DP111", "a message waits for an input (H or L), but contains no move", E, COMBINING,
-        "H and L delay a move until an input has the given level.  To wait for an input and then switch an output "
-        "without a move, use a sequence.",
+        "H and L delay a move until an input has the given level.  This message has no move to delay.  A sequence can "
+        "wait for an input and then switch an output, even if the sequence contains no move.",
         "H1$"),
     MINOR := Rule("DP112", "the minor axis is missing", E, INTERPOLATION,
-        "After `/`, write the axis with the shorter distance, or two axes.",
+        "Before `/`, write the axis with the longer distance.  After `/`, write one or two axes with the shorter "
+        "distance.",
         "X200/$"),
     CORRECTION := Rule("DP113", "a backlash correction is not possible for this move", E, "Backlash correction",
-        "`B` without a number adds the backlash correction to the index move of the axis before `B`.  A run-mode move "
-        "and an interpolated move cannot have a backlash correction.",
+        "`B` without a number adds the backlash correction to an index move; write `B` after the axis.  A run-mode "
+        "move and an interpolated move cannot have a backlash correction.",
         "X@500GB$"),
-    CONTROL_ALONE := Rule("DP114", "% is in one step with other commands", E, INTERVENTION,
-        "If a step of a sequence gives control to the host, the step must contain only the command `%`.",
+    CONTROL_ALONE := Rule("DP114", "% is not the only command in its step", E, INTERVENTION,
+        "The command `%` gives control to the host.  A step of a sequence with the command `%` must contain no other "
+        "command.",
         ":X100%:$"),
     SEQUENCE_END := Rule("DP201", "the end of a sequence is missing", E, SEQUENCE,
         "A message that begins with `:` is a sequence.  A sequence must end in `:$`.",
         ":X100"),
     STEP_MISSING := Rule("DP202", "a step of a sequence is empty", E, SEQUENCE,
-        "There is nothing between two colons of a sequence.  The steps of a sequence are numbered from 1.",
+        "Two colons of the sequence follow each other without a step between them.  The steps of a sequence are "
+        "numbered from 1.",
         ":X100::Y:$"),
     TOO_MANY := Rule("DP203", "a sequence has too many steps", E, SEQUENCE,
         "A sequence can have at most 63 steps.  The interface keeps the sequence that was stored before.",
         ":" + "X:" * 64 + "$"),
-    REPEAT := Rule("DP204", "a step repeats the sequence from a later step", E, REPEATS,
-        "`=times,first` repeats the steps from step number `first`.  The step `first` must be an earlier step, or the "
-        "step that contains `=`.",
+    REPEAT := Rule("DP204", "a repeat command `=` names a later step", E, REPEATS,
+        "`=times,first` repeats the steps from the step with the number `first` to the step that contains `=`.  The "
+        "number `first` must not be higher than the number of the step that contains `=`.",
         ":X100:=2,3:$"),
-    NEVER_REACHED := Rule("DP205", "steps of a sequence are never reached", W, REPEATS,
+    NEVER_REACHED := Rule("DP205", "some steps of a sequence are never executed", W, REPEATS,
         "`=0,n` repeats the steps from step n until the host sends `#`.  The steps after `=0,n` are stored but never "
         "executed.",
         ":X100:=0,1:Y:$"),
@@ -96,7 +100,7 @@ RULES = (
         "sequence.",
         "%"),
     NOTHING_STORED := Rule("DP208", "`:$` is sent, but no sequence is stored", W, SEQUENCE,
-        "`:$` starts the stored sequence again, but the host has not sent a sequence before.  An IF2 may still have "
+        "`:$` starts the stored sequence, but the host has not sent a sequence since power-up.  An IF2 may still have "
         "an old sequence in its battery-backed memory.",
         ":$"),
     TOO_FAST := Rule("DP301", "the speed is above the maximum of the speed range", E, "Speed",
@@ -113,14 +117,14 @@ RULES = (
         "X@500G$\nX$"),
     UNUSED_DISTANCE := Rule("DP304", "a run-mode move does not use the distance in the message", W, RUN,
         "G starts a run-mode move, which continues until the motor is stopped.  G ignores the distance in the message "
-        "and sets the distance to 0, also for later moves.",
+        "and sets the stored distance to 0.  Later moves use the distance 0 until the host sends a new distance.",
         "X1000G$"),
     NO_START := Rule("DP305", "a message does not contain `$`", W, INDEX,
         "If a message contains no `$`, the interface stores the parameters in the message.  The interface starts no "
         "move and sets no output.",
         "S2"),
     TOO_EARLY := Rule("DP401", "a command is sent before `(` has set the baud rate", W, INITIALISATION,
-        "After power-on the interface obeys only `(`.  The interface detects the baud rate from this character.",
+        "After power-on the interface obeys only `(`.  The interface detects the baud rate from the character `(`.",
         "+1.5\n> X100$\\r\n> (", ".talk"),
     FORMAT := Rule("DP402", "the data format is missing or invalid", E, INITIALISATION,
         "After `(` the host must send the data format in three characters: U or V, a frame digit (1 to 8) and a "
@@ -128,14 +132,14 @@ RULES = (
         "> (\n> U60\\r\n> U61\\r", ".talk"),
     FORMAT_UNENDED := Rule("DP403", "the end of a data format message is missing", W, INITIALISATION,
         "The data format takes effect when the interface receives the last character of the data format message.  The "
-        "last character is <CR> after U, and <LF> after V.",
+        "last character is <CR> in a message that begins with U, and <LF> in a message that begins with V.",
         "> (U61", ".talk"),
     UNENDED := Rule("DP404", "the end of a message is missing", W, INITIALISATION,
         "The interface executes a message only after the last character of the message.  The last character is <CR>, "
         "or <LF> if the data format is V.",
         "> (U61\\r\n> X100$", ".talk"),
     LOCKED := Rule("DP405", "a command is sent while the interface is locked", W, LOCKOUT,
-        "After `[` the interface obeys status requests and `]`.  While DSR is active, the interface also obeys `(`.  "
-        "The interface ignores all other commands.",
+        "`[` locks the interface, and `]` unlocks the interface.  A locked interface obeys only status requests and "
+        "`]`, and ignores all other commands.  While DSR is active, a locked interface obeys `(`, too.",
         "[\nX100$\n]"),
 )  # fmt: skip

@@ -29,7 +29,7 @@ RULES = (
     REMOVED := Rule(
         "SM102", "the command does not exist in firmware 4.76", E, "1.3 Commands removed",
         "Earlier firmware has this command.  In firmware 4.76, the command sets the status bit Bs (syntax error).  "
-        "The error message contains the replacement.",
+        "The error message says what to write instead of this command.",
         "KGON",
     ),
     EQUAL_SIGN := Rule(
@@ -40,14 +40,14 @@ RULES = (
     ),
     BLANKS := Rule(
         "SM104", "there are blanks before or after =", E, LEXICAL,
-        "A blank ends a statement.  `a = 1` is therefore three statements, and each of them sets the status bit Bs "
-        "(syntax error).",
+        "A blank ends a statement.  The blanks divide `a = 1` into three statements, and each of the three statements "
+        "sets the status bit Bs (syntax error).",
         "a =1",
     ),
     VALUE := Rule(
         "SM105", "a value is written instead of a command", E, LEXICAL,
-        "A variable alone sets the status bit Bs (syntax error).  To report the value of a variable, write R and the "
-        "name of the variable, for example Ra.",
+        "A statement that contains only the name of a variable sets the status bit Bs (syntax error).  To report the "
+        "value of a variable, write R and the name of the variable, for example Ra.",
         "a",
     ),
     CASE := Rule(
@@ -91,8 +91,8 @@ RULES = (
     ),
     VARIABLE := Rule(
         "SM113", "the variable does not exist", E, EXPRESSIONS,
-        "The names of variables are a…z, aa…zz and aaa…zzz.  Values of the motor have names in upper case, such as @P "
-        "or CLK.",
+        "The names of variables are a…z, aa…zz and aaa…zzz.  The motor's built-in values have names in upper case, for "
+        "example @P or CLK.",
         "a=FOO",
     ),
     ELEMENTS := Rule(
@@ -124,20 +124,21 @@ RULES = (
     LATER := Rule(
         "SM119", "the command exists only in Class 5 motors", E, LEXICAL,
         "Programs for Class 5 motors do not work with firmware 4.76: the motor sets the status bit Bs (syntax "
-        "error).  The error message contains the command of firmware 4.76.  A Class 5 motor has 8000 samples per "
-        "second, so velocities and accelerations need other values.",
+        "error).  The error message gives the equivalent command of firmware 4.76.  A Class 5 motor has 8000 samples "
+        "per second.  The values of velocities and accelerations must therefore be converted for firmware 4.76.",
         "PT=1000",
     ),
     BLOCK := Rule(
         "SM201", "the beginning or the end of a block is missing", E, FLOW,
-        "Each IF needs its ENDIF, each WHILE its LOOP and each SWITCH its ENDS.  A statement of a block without the "
-        "other statements of the block, e.g. ELSE without IF, sets the status bit Bs (syntax error).",
+        "Each IF needs its ENDIF, each WHILE its LOOP and each SWITCH its ENDS.  If the beginning or the end of a "
+        "block is missing, a remaining statement of the block, e.g. ELSE without IF, sets the status bit Bs (syntax "
+        "error).",
         "IF a",
     ),
     NO_LABEL := Rule(
         "SM202", "a label is missing", E, FLOW,
-        "A GOTO or GOSUB to a missing label sets the status bit Bs (syntax error).  The program then continues with "
-        "the next statement.",
+        "A GOTO or GOSUB to a missing label sets the status bit Bs (syntax error).  The program continues with the "
+        "statement after the GOTO or GOSUB.",
         "GOTO5",
     ),
     LABEL_TWICE := Rule(
@@ -202,8 +203,8 @@ RULES = (
     ),
     TABLE := Rule(
         "SM302", "the cam table has fewer entries than SIZE requires", W, CAM,
-        "The cam table is in the array elements aw[0] to aw[SIZE].  An element to which the program assigns no value "
-        "keeps the old contents of the memory.",
+        "The cam table is in the array elements aw[0] to aw[SIZE].  If the program assigns no value to an array "
+        "element, the element keeps its old value.",
         WIRED + "BASE=8000 SIZE=5 aw[0] 0 1 2 3 0. MC G",
     ),
     BASE := Rule(
@@ -234,8 +235,8 @@ RULES = (
     ),
     INVALID := Rule(
         "SM308", "a later command can cancel CI", W, ON_THE_FLY,
-        "CI takes effect at the next zero point of the cam.  Before this zero point, each of the commands D=, BASE=, "
-        "SIZE=, F= and MC cancels CI.",
+        "CI takes effect at the next zero point of the cam.  If a command D=, BASE=, SIZE=, F= or MC is executed "
+        "between CI and the next zero point, this command cancels CI.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G CI D=5",
     ),
     STALE := Rule(
@@ -256,21 +257,21 @@ RULES = (
         "MP G",
     ),
     LIMIT_FAULTS := Rule(
-        "SM402", "the limit faults from power-up are not cleared", W, HARD,
-        "UCI and UDI make the limit pins ordinary inputs.  The limit faults from power-up remain, so the program must "
-        "also clear these faults, e.g. with ZS.",
+        "SM402", "the program does not clear the limit faults that occur at power-up", W, HARD,
+        "UCI and UDI make the limit pins ordinary inputs, but do not clear the limit faults that occur at power-up.  "
+        "The program must clear these limit faults with another command, e.g. with ZS.",
         "UCI UDI G",
     ),
     DIRECTION := Rule(
-        "SM403", "F=2 has another meaning than before firmware 4.76", W, "1.4 Commands modified",
+        "SM403", "the meaning of F=2 has changed in firmware 4.76", W, "1.4 Commands modified",
         "Since firmware 4.76, F=2 reverses the direction of the shaft.  In earlier firmware, F=2 lets the motor send "
         "scan errors to the host.",
         "F=2",
     ),
     ENDS_PROGRAM := Rule(
         "SM404", "a fault ends the program before the program can test for the fault", W, "4.3 Fault handling",
-        "Since firmware 4.76, a position error or overheating ends the program.  With F=32, the fault calls the "
-        "routine C1 instead.",
+        "Since firmware 4.76, a position error or overheating ends the program.  With F=32, these two faults do not "
+        "end the program, but call the routine C1.",
         "IF Be a=1 ENDIF",
     ),
     SOFT_LIMITS := Rule(
