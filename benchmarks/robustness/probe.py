@@ -59,7 +59,7 @@ NOT_SHOWN: dict[str, dict[str, tuple[object, ...]]] = {
             0x19, *range(0xA6, 0xAA), 0x37, "trigger1_hold_us", "trigger6_hold_us", "invert_z",
             "invert_encoder",
         ),
-        UNSAFE: (0x10, 0x11, 0x3A, 0xFF), POWER_UP: ("initialisation_s",),
+        UNSAFE: (0x3A, 0xFF), "sent only to a board without a machine": (0x10, 0x11), POWER_UP: ("initialisation_s",),
         "acts only on an 1810": ("encoder_commands",),
         "the probe waits for each answer, so nothing is queued": ("command_queue", "message_queue"),
     },
