@@ -55,7 +55,7 @@ def parse(text: str) -> PortUrl:
         raise UsageError(f"invalid port URL {text!r}: expected no NUL characters, e.g. tcp://127.0.0.1:5001")
     if scheme not in EXAMPLES or not colon:
         examples = ", ".join(EXAMPLES.values())
-        raise UsageError(f"invalid port URL {text!r}: expected e.g. {examples}")
+        raise UsageError(f"invalid port URL {text!r}: expected SCHEME:ADDRESS, e.g. {examples}")
     rest = rest.removeprefix("//")
     if scheme == "pty":
         return PortUrl("pty", path=rest)
