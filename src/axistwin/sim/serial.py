@@ -315,7 +315,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # this call may change the line format of the receiver
+        self.receiver.take(byte, errors)  # this call may change the baud rate and data bits of the receiver
         self._reading = None
         self._find_start_bit()
 
