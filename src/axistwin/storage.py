@@ -28,7 +28,7 @@ _log = getLogger("axistwin.state")
 
 
 class MemoryStore:
-    """Non-volatile memory of a controller, stored in RAM instead of a file."""
+    """Emulated non-volatile memory of a controller.  The contents are kept in the computer's RAM, not in a file."""
 
     def __init__(self) -> None:
         self._contents: bytes | None = None
@@ -38,18 +38,19 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Keep the contents of the memory in RAM.  No file is written."""
+        """Store the contents in the computer's RAM.  No file is written."""
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing, because a memory in RAM has no pending writes."""
+        """Complete pending writes.  The call has no effect, because no file is written."""
 
 
 class FileStore:
-    """Non-volatile memory of a controller in a file.  A crash leaves the old or the new contents, never a mixture.
+    """A file that contains the emulated non-volatile memory of a controller.
 
-    The directory belongs to this process while one of its controllers stores memory there.  If the file cannot be
-    written, the contents stay in RAM until the power is off; the file keeps the last complete image.
+    After a crash, the file has either the old or the new contents, never a mixture.  The directory belongs to this
+    process while one of its controllers stores memory there.  If the file cannot be written, the contents stay in RAM
+    until the power is off; the file keeps the last complete image.
     """
 
     def __init__(self, path: Path) -> None:
@@ -69,7 +70,7 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents of the last call of `save`.  Before the first call, return the contents of the file."""
+        """Return the contents that `save` has stored last, or the contents of the file before the first `save`."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
@@ -93,9 +94,10 @@ class FileStore:
                 _log.warning("%s", warning)
 
     def end(self) -> None:
-        """Retry a failed write once, when the controller is switched off or the program ends.
+        """If the last write has failed, try one more time to write the file.
 
-        The contents are then discarded.  The number of failed writes since this store was made is logged.
+        Called when the controller is switched off or the program ends.  The contents are then discarded.  The number of
+        failed writes since this store was made is logged.
         """
         if self._unwritten is not None:
             with suppress(OSError):
@@ -116,7 +118,10 @@ class FileStore:
         self._image, self._unwritten = contents, None
 
     def put_back(self) -> None:
-        """Restore the file's original contents, and ignore later calls of `save`.  Raises AxistwinError."""
+        """Restore the file's original contents, and ignore later calls of `save`.
+
+        Raises AxistwinError if the original contents cannot be restored.
+        """
         try:
             if self.found is not None:
                 write_whole(self.path, self.found)
@@ -199,13 +204,17 @@ def _readable_errors(path: Path) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
-    """Return the ID and the program of the process that uses a directory, or "another process"."""
+    """Return the ID and the program of the process that uses a directory.
+
+    If the process is not known, return "another process".
+    """
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # a killed process leaves its ID in the file
+    # a killed process cannot remove its ID from the file, so this ID may belong to no process
+    if not number.isdecimal() or not _alive(int(number)):
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 

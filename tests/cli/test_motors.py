@@ -482,7 +482,7 @@ WRONG = {
     ),
     "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: motor left is given twice"),
     "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),
-    "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: invalid port 'tcp'"),
+    "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: invalid port URL 'tcp'"),
     "a stepper in a chain": (
         SCENE.replace('"right"\n\n[[chain', '"right"\n[[controller]]\nmodel = "if1"\n[[chain').replace(
             '["left", "right"]', '["if1"]'

@@ -161,7 +161,7 @@ def test_a_port_in_use_is_one_line():
     [
         (["if9"], "no model 'if9'"),
         (["if1", "--speed", "fast"], "invalid speed 'fast'"),
-        (["if1", "--port", "ftp://x"], "invalid port 'ftp://x'"),
+        (["if1", "--port", "ftp://x"], "invalid port URL 'ftp://x'"),
         (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
         (["no.toml", "--line", "instant"], "are only for a MODEL: set the options of a scene"),

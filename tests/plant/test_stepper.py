@@ -203,7 +203,7 @@ def test_a_pushed_load_is_seen_by_the_encoder_only(clock):
 
 
 def test_asking_for_an_encoder_that_is_not_there_says_how_to_add_one(clock):
-    with pytest.raises(UsageError, match="axis X has no encoder: add the option `encoder` with a table"):
+    with pytest.raises(UsageError, match="axis X has no encoder: add the option `encoder` to the axis"):
         _ = axis_with(clock).encoder
 
 

@@ -145,9 +145,10 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Convert an action of the host to a target and a value, e.g. `break` and `0.25`.
+    """Convert a host's action at the serial line to two texts: what the action sets, and the value.
 
-    In a conversation file, the line `! target value` repeats the action at the serial line.
+    For example, an action that switches DTR off gives `dtr` and `low`.  In a conversation file, the line `! dtr low`
+    repeats this action.
     """
     match act:
         case SendBreak(seconds):
@@ -363,7 +364,10 @@ def subjects(controller: Controller) -> tuple[str, ...]:
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the control signals that a conversation can check: `interrupt`, or `dtr` and `rts`."""
+    """Return the names of the control signals that a conversation can check.
+
+    A board on a bus has the signal `interrupt`.  A serial port with control lines has the signals `dtr` and `rts`.
+    """
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)

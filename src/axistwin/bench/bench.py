@@ -108,7 +108,7 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call `happens` each time an event occurs, e.g. "table.X passes 1000".
+        """Call the function `happens` each time an event occurs, e.g. the event "table.X passes 1000".
 
         The call is at the exact time of the event.  The sentences are those of faults' triggers.
 

@@ -82,7 +82,7 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return "", because characters need no explanation."""
+        """Return "" as the explanation of a message, because characters are readable without an explanation."""
         return ""
 
 
@@ -105,7 +105,10 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column (from 0) and the width of each byte of the command in `text`, in hex or by name."""
+        """Return the column (from 0) and the width of each byte of the command that `text` contains.
+
+        The text contains the bytes in hex, or the name of the command and its values.
+        """
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:

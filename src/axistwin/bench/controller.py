@@ -77,7 +77,7 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """Register port of a controller on a bus.  Raises UsageError for a controller with a serial port."""
+        """The register port of a controller on a bus.  Raises UsageError for a controller with a serial port."""
         if self._abilities.bus is None:
             raise UsageError(f"controller {self.name} is not on a bus: use its attribute `serial`")
         return self._abilities.bus
@@ -179,7 +179,7 @@ class Controller:
 
     @property
     def hint(self) -> str:
-        """Status hint: why the controller does not move, and the remedy; "" without a problem."""
+        """Status hint: the reason why the controller does not move, and the remedy; "" if there is no problem."""
         return self._abilities.hint()
 
     @property
@@ -242,7 +242,9 @@ class Controller:
 
     def _motor(self, attribute: str) -> ServoAxis:
         if self._servo is None:
-            raise UsageError(f"{self.name} has no attribute `{attribute}`: expected a SmartMotor")
+            raise UsageError(
+                f"{self.name} has no attribute `{attribute}`: expected a SmartMotor, the only model with this attribute"
+            )
         return self._servo
 
     def _rs485_uart(self) -> Uart:

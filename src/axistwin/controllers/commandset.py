@@ -28,7 +28,7 @@ class Field:
 
     @property
     def form(self) -> str:
-        """Notation of the parameter in a syntax line, in brackets if it is optional."""
+        """Text that a syntax line shows for the parameter.  Brackets enclose an optional parameter."""
         return f"[{self.name}]" if self.optional else self.name
 
     def __str__(self) -> str:

@@ -41,7 +41,10 @@ class Lamp(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> bool:
-        """Return True if the lamp is lit at this value.  The value None means that the power is off."""
+        """Return True if the lamp is lit when its terminal or register has the given value.
+
+        The value None means that the power is off; the lamp is then dark.
+        """
         if value is None:
             return False
         on = value != 0 if self.bit is None else value >> self.bit & 1 == 1
@@ -50,7 +53,7 @@ class Lamp(_Item):
 
 @dataclass(frozen=True)
 class Word(_Item):
-    """A register of the front panel whose values are displayed as words, e.g. the name of a mode."""
+    """A register that the front panel displays as a word, e.g. as the name of a mode."""
 
     words: Mapping[Any, str] = field(default_factory=dict)
     """Words by value; other values are shown as numbers."""
@@ -60,7 +63,10 @@ class Word(_Item):
     """Text that is shown while the power is off."""
 
     def shows(self, value: int | str | None) -> str:
-        """Return the text for a value of the register.  The value None means that the power is off."""
+        """Return the word that the front panel displays for a value of the register.
+
+        The value None means that the power is off.
+        """
         return self.unpowered if value is None else self.words.get(value, str(value))
 
 

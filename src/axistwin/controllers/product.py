@@ -171,7 +171,7 @@ class Language(Protocol):
     """Converts commands and messages from bytes to text for users, and back."""
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command that is written as text.
+        """Convert the text of a command to the bytes of the command.
 
         Raises ProgramError with the column, counted from 1.
         """

@@ -203,7 +203,7 @@ class ComPort:
                 pass
         return None
 
-    # Do not answer a request for the state that an option already has: both sides could send answers endlessly
+    # A request for the present state of an option gets no answer: otherwise both sides could send answers endlessly
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb

@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # the error of `time.sleep`
+            raise ValueError("sleep length must be non-negative")  # `time.sleep` raises the same exception
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()
@@ -150,5 +150,5 @@ def _sleeping(host: HostThread) -> Iterator[None]:
 
 
 def pause() -> None:
-    """Wait for a short real time before the host threads are checked again."""
+    """Wait in real time, for `POLL_S` seconds, until the next check of the host threads."""
     time.sleep(POLL_S)

@@ -50,7 +50,7 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError: this clock follows the wall clock, so a program cannot advance virtual time."""
+        """Raise UsageError, because a program cannot advance virtual time that follows the wall clock."""
         raise UsageError(
             f'cannot advance virtual time by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")'
         )
@@ -97,7 +97,7 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Do nothing: virtual time follows the wall clock, and does not wait for hosts."""
+        """Register a host program.  The call has no effect, because virtual time here follows the wall clock."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()
@@ -189,7 +189,9 @@ class ManualClock(ServedClock):
         """
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
-            raise UsageError("a host cannot advance virtual time: call time.sleep in the host, or wait for an answer")
+            raise UsageError(
+                "only a test can advance virtual time, not a host: in the host, call time.sleep or wait for an answer"
+            )
         with self._turn:
             yield
 
@@ -198,7 +200,7 @@ class ManualClock(ServedClock):
         return self._manual_pacer.arrivals, self._manual_pacer.deliveries
 
     def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance virtual time to `end_ns`, or to the time at which `condition()` becomes true.
+        """Advance virtual time until `condition()` is true, but at most to `end_ns`.
 
         Return False if a host must run earlier.
         """

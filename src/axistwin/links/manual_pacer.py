@@ -31,10 +31,10 @@ class ManualPacer(Pacer):
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Do nothing, because virtual time passes only in `advance`."""
+        """Start the pacer.  The call has no effect, because virtual time passes only in `advance`."""
 
     def sync(self) -> None:
-        """Add 1 to `arrivals`, because a host has sent an input."""
+        """Count an input from a host: add 1 to `arrivals`."""
         self.arrivals += 1
 
     def work(self) -> None:

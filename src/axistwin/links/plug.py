@@ -145,7 +145,10 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while the server does not read from the client: the gate is closed, or many characters are pending."""
+        """True while the server must not read from the client.
+
+        The server must not read while the gate prevents clients from sending, or while many characters are pending.
+        """
         return self.gate.closed or self._stop_observing is not None
 
     @property

@@ -50,7 +50,7 @@ LINGER_S = 1.0
 
 
 class PassThrough(Uart):
-    """Simulated UART of the device, which accepts characters in any line format."""
+    """A simulated UART at the device's end of the serial line.  The UART accepts characters in any line format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
         """Return True: the relay accepts characters in any format."""

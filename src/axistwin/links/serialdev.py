@@ -117,11 +117,11 @@ class SerialDevice:
     # Functions that `Plug` calls
 
     def hung_up(self) -> bool:
-        """Return False: the real device stays connected."""
+        """True if the connection has ended; always False, because a real device stays connected."""
         return False
 
     def drop(self) -> None:
-        """Do nothing: the real device stays connected."""
+        """Disconnect the client.  The call has no effect, because a real device stays connected."""
 
     def pause(self) -> None:
         """Stop reading from the device."""

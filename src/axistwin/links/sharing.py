@@ -103,7 +103,7 @@ class Hub:
         return True
 
     def leave(self, seat: Seat) -> None:
-        """Remove a client, and release the serial connector after the last client."""
+        """Remove a client.  If no client is left, release the serial connector."""
         if seat not in self._seats:
             return
         self._seats.remove(seat)
@@ -121,7 +121,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send a client's characters; while another client is sending, add the client to the queue."""
+        """Send the characters of `seat`.  While a different client is sending, put `seat` into the queue instead."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)

@@ -30,7 +30,7 @@ MOST_BLOCK = 1 << 16
 
 
 class Segment(NamedTuple):
-    """A part of a motion at a constant rate."""
+    """A part of a motion with constant velocity, i.e. with a constant pulse rate."""
 
     rate: Fraction
     """Pulse rate in pulses/s."""
@@ -72,7 +72,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # divide only if the duration differs from the duration of the segment before
+            # convert the duration to ticks only if the previous segment has a different duration
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -107,7 +107,7 @@ class Profile:
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
 
     def over(self, elapsed_ns: int) -> bool:
-        """Return True if the last segment of the profile has ended by this time."""
+        """Return True if the last segment of the profile has ended at the time `elapsed_ns`."""
         return self.end_ns is not None and elapsed_ns >= self.end_ns
 
     def pulses_by(self, elapsed_ns: int) -> int:

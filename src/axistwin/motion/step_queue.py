@@ -20,7 +20,7 @@ MOST_INTERVAL = (1 << 31) - 1
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """One step command of a motion board, which outputs one or more pulses."""
+    """A step command for a motion board.  The command outputs one or more pulses."""
 
     interval: int
     count: int
@@ -65,9 +65,9 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the step command that outputs as many of the next pulses as the bounds of these pulses allow.
+    """Return the step command that outputs the largest possible number of the next pulses.
 
-    The tick of each pulse must be from the bound in `low` to the bound in `high`.
+    `low` and `high` contain the earliest and the latest permitted tick of each pulse.
     """
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
         interval_ticks = int(high[0])
@@ -88,9 +88,9 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
-    """Return a step command that outputs all given pulses, or None if no such command exists.
+    """Return a step command that outputs all given pulses, or None if no step command can output all of them.
 
-    The tick of each pulse must be from the bound in `low` to the bound in `high`.
+    `low` and `high` contain the earliest and the latest permitted tick of each pulse.
     """
     import numpy as np
 

@@ -22,7 +22,8 @@ class EncoderData:
     def __post_init__(self) -> None:
         if self.counts_per_rev == 0 or self.pulses_per_rev <= 0 or self.backlash < 0:
             raise ValueError(
-                "invalid encoder: expected counts and pulses per revolution above 0, and a backlash of 0 or more"
+                "invalid encoder: expected counts_per_rev not 0, pulses_per_rev above 0, and backlash 0 or more, "
+                "e.g. 4000, 400 and 3"
             )
         if not 1 <= self.index_counts < max(2, abs(self.counts_per_rev)):
             raise ValueError("invalid index mark: expected a width of at least 1 count, and less than a revolution")

@@ -19,7 +19,7 @@ FASTEST = 2_000_000
 
 
 class JoystickInputs(NamedTuple):
-    """Names of the controller inputs for the joystick signals AT ZERO, pulses and direction."""
+    """Names of the controller inputs for the three joystick signals: AT ZERO, pulses and direction."""
 
     at_zero: str
     step: str
@@ -82,9 +82,10 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction signal of the joystick.  Wait before and after a change of the signal.
+        """Set the direction signal of the joystick, and wait until the signal has settled.
 
-        AT ZERO is active during both waiting times (`settle_ns`).
+        Before a change of the signal, the joystick also waits.  AT ZERO is active during both waiting times
+        (`settle_ns`).
         """
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)

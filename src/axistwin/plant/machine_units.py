@@ -35,7 +35,7 @@ class MachineUnits:
 
     @classmethod
     def given(cls, table: Any) -> Self:
-        """Create units from a table with the keys `per` and `of`, e.g. 80 pulses per mm.  Raises UsageError."""
+        """Create units from a table, e.g. `{ per = 80, of = "mm" }` for 80 pulses per mm.  Raises UsageError."""
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
             raise UsageError(f"invalid units {table!r}: expected a table with the keys `per` and `of`, e.g. {EXAMPLE}")
         return cls(check_per(table["per"]), check_of(table["of"]))
@@ -80,7 +80,7 @@ def check_per(given: Any) -> Fraction:
 
 
 def check_of(given: Any) -> str:
-    """Return the name of a unit, e.g. "mm".  Raises UsageError if the name is invalid."""
+    """Check the name of a unit, e.g. "mm", and return this name.  Raises UsageError if the name is invalid."""
     if not isinstance(given, str) or not _OF.fullmatch(given) or given in _RESERVED:
         raise UsageError('expected the name of a unit, e.g. "mm", "deg" or "rev"')
     return given

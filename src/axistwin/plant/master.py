@@ -207,10 +207,11 @@ class Master:
         while below is not None:
             if below is self._own:
                 refused_axis = (
-                    "the axis of its own motor" if axis is self._own else "an axis that follows its own motor"
+                    "the axis of the same motor" if axis is self._own else "an axis that follows the same motor"
                 )
                 raise UsageError(
-                    f"cannot mount a master encoder on {refused_axis}: expected the axis of another controller"
+                    f"cannot mount the master encoder of a motor on {refused_axis}: "
+                    "expected an axis that does not depend on this motor, e.g. X of an IF1"
                 )
             below = below.follows
 

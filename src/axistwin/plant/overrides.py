@@ -13,7 +13,7 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """A machine setting, and the values of active defects that override the setting.
+    """A machine setting, and the values with which active defects replace the setting.
 
     `values` holds the setting, followed by the values of the active defects, the latest at the end.
 
@@ -28,7 +28,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """List: the value of the setting, then the value of each active defect that overrides the setting."""
+        """List: the value of the setting, followed by the value of each active defect."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
@@ -38,7 +38,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Override the setting by `value` while a simulated defect is active.
+        """Replace the setting with `value` while a simulated defect is active.
 
         Return a function that ends the defect.
         """

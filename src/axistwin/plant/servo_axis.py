@@ -105,7 +105,7 @@ class AtRest:
         self._axis = axis
 
     def refresh(self) -> None:
-        """Do nothing, because a shaft at rest has no samples and no predictions."""
+        """Update the samples and predictions.  The call has no effect, because a shaft at rest has neither."""
 
     catch_up = replan = refresh
 
@@ -116,10 +116,7 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return a list that contains only the present position.
-
-        A person can turn the shaft at any time.
-        """
+        """Return a list with the present position only, because a person can turn the shaft at any time."""
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -153,11 +150,14 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing, because a motor without power counts no encoder edges."""
+        """Turn the encoder relative to its shaft.  The call has no effect, because the motor has no power.
+
+        A motor without power does not count encoder edges.
+        """
 
 
 class EncoderView:
-    """Access for users to the encoder of a servo axis: read the count, and simulate encoder faults."""
+    """The user's interface to the encoder of a servo axis: encoder count, and simulated encoder faults."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -322,12 +322,15 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """False for every servo axis, because a person can turn the shaft at any time."""
+        """True if the axis stays at rest until a motion begins; always False for a servo axis.
+
+        A person can turn the shaft of a servo axis at any time.
+        """
         return False
 
     @property
     def predictable(self) -> bool:
-        """False for every servo axis, because positions of a servo cannot be predicted."""
+        """True if `positions_at` can predict positions; always False for a servo axis."""
         return False
 
     @property

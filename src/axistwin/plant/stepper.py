@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class EncoderView:
-    """Access for users to the encoder of a stepper axis: read the count, and simulate encoder faults."""
+    """The user's interface to the encoder of a stepper axis: encoder count, and simulated encoder faults."""
 
     def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
         self._axis, self._encoder = axis, encoder
@@ -81,7 +81,7 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count has changed since the motor left the position `since` in the present move."""
+        """True if the encoder count differs from the count at the motor position `since` in the present move."""
         return self.count != self._encoder.count_at(since)
 
     @property
@@ -147,7 +147,7 @@ class StepperAxis:
         self._slips: list[Slip] = []
         # number of steps lost in finished moves; a step in the negative direction counts as -1
         self._lost = 0
-        self._unmade = 0  # number of pulses that `hold` had suppressed until `let_go` was last called
+        self._unmade = 0  # number of pulses that `hold` suppressed before the last call of `let_go`
         # pulse count at which `hold` has stopped the step output; None while the output is not held
         self._made: int | None = None
         self._was_held = False
@@ -245,14 +245,11 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """The axis that turns the external encoder: always None.
-
-        The controller of a stepper axis has no external encoder.
-        """
+        """Always None: the controller of a stepper axis has no external encoder that an axis could turn."""
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list that contains only the present position."""
+        """Return a list with the present position only; `positions_at` calculates later positions."""
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
@@ -289,7 +286,7 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function that calculates the lost steps from the number of pulses in the present move.
+        """Return a function that converts the number of pulses in the present move to the number of lost steps.
 
         Return None if no steps are lost.
         """
@@ -373,7 +370,8 @@ class StepperAxis:
         """The encoder of the axis.  Raises UsageError for an axis without the option `encoder`."""
         if self._encoder is None:
             raise UsageError(
-                f"axis {self.name} has no encoder: add the option `encoder` with a table, e.g. counts_per_rev = 4000"
+                f"axis {self.name} has no encoder: add the option `encoder` to the axis, "
+                "e.g. encoder = { counts_per_rev = 4000 }"
             )
 
         return self._encoder
@@ -517,7 +515,7 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Calculate the lost steps of the present move again after a change of the velocity profile or of a torque."""
+        """Recalculate the lost steps of the present move after a change of the velocity profile or of a torque."""
         if self._loses_no_steps and not self._held:
             self.on_motion.emit()
             return

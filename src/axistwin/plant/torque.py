@@ -50,7 +50,7 @@ class StepperMotor:
         if not all(0 <= torque < inf for _, torque in self.torque):
             raise ValueError("invalid torque curve: expected torques of 0 N·m or more")
         if not (0 <= self.inertia < inf and self.pull_in >= 0):
-            raise ValueError("invalid motor: expected an inertia and a pull-in rate of 0 or more")
+            raise ValueError("invalid motor: expected inertia and pull_in to be 0 or more, e.g. 0.00001 and 1000")
         if self.pulses_per_rev <= 0 or self.rotor_teeth <= 0:
             raise ValueError("invalid motor: expected pulses_per_rev and rotor_teeth above 0, e.g. 400 and 50")
 
@@ -91,7 +91,7 @@ class Slip:
 def slips(
     motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
 ) -> list[Slip]:
-    """Predict where the rotor loses steps in a velocity profile.
+    """Predict in which parts of a move the rotor loses steps.
 
     Steps lost before `elapsed_ns` are not included.
 

@@ -22,7 +22,7 @@ Procedure = Generator[Event, Any, Any]
 
 LAST = 9
 """Rank of external events, which come after all events of the bench itself."""
-_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes low priority numbers first: 0 is urgent, 1 is normal
+_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes the smallest priority number first: 0 is urgent, 1 is normal
 
 
 class _Call(Event):
@@ -155,7 +155,10 @@ class Clock(Environment):
         super().step()
 
     def next_event_ns(self) -> int | None:
-        """Return the time of the next event in ns; None if no event is due before the end of virtual time."""
+        """Return the time of the next event in ns, or None if no event will happen.
+
+        Virtual time ends after 292 years; later events do not happen.
+        """
         queue = self._queue
         return None if not queue or queue[0][0] >= MOST_NS else int(queue[0][0])
 
@@ -165,7 +168,7 @@ class Clock(Environment):
         heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
     def soon(self, action: Callable[[], object]) -> None:
-        """Call `action` once in this nanosecond, before all other events.
+        """Call `action` once, at the present virtual time and before all other events.
 
         A procedure that is running first continues to its next `yield`.
         """

@@ -13,7 +13,7 @@ NAME = "simpy"
 
 
 def _postpone_init() -> None:
-    """Register the package SimPy, but execute `__init__` of SimPy only when an attribute is first used.
+    """Make the package SimPy available, but execute SimPy's `__init__` only when the package is first used.
 
     No effect if SimPy has been imported before.
     """

@@ -104,15 +104,15 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return which bits of a character are low, as ranges of bit numbers.
+        """Return the ranges of consecutive low bits in a character.
 
-        Each range: its first bit, and the first bit after the range.
+        Each range: the number of the first bit, and the number of the first bit after the range.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
     @cached_property
     def samples(self) -> int:
-        """Number of bits of a character that a receiver reads: start bit, data bits, parity bit, first stop bit."""
+        """Number of bits that a receiver reads in each character: start bit, data bits, parity bit, first stop bit."""
         return 2 + self.bytesize + (self.parity != "N")
 
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
@@ -158,10 +158,10 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """A signal on a serial wire, stored as the time spans in which the wire has the level space (logic 0).
+    """A signal on a serial wire, stored as the time spans in which the wire is low (space, logic 0).
 
-    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire has the level mark
-    (logic 1).
+    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire is high (mark,
+    logic 1).
     """
 
     start_ns: int
@@ -184,7 +184,7 @@ class Frame:
 
     @classmethod
     def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
-        """Return a signal that holds the wire at the level space (logic 0) for `duration_ns`."""
+        """Return a signal that holds the wire low (space, logic 0) for `duration_ns`."""
         return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property
@@ -197,6 +197,6 @@ class Frame:
 
 
 class Break(NamedTuple):
-    """A break: the wire has the level space (logic 0) for longer than a character."""
+    """A break: the wire is low (space, logic 0) for longer than a character."""
 
     duration_ns: int

@@ -20,7 +20,7 @@ from axistwin.sim.frames import Frame
 
 
 class Space:
-    """A time span in which the wire has the level space (logic 0).
+    """A time span in which the wire is low (space, logic 0).
 
     The span is from `begin` to `end`, in units of 1/`per` ns.
     """
@@ -47,7 +47,7 @@ class Levels:
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
-        """Add a character or another signal to the levels of the wire.
+        """Add the levels of a signal, e.g. of a character or a break, to the wire.
 
         Where frames overlap, the wire is at space if any of the frames is.
         """
@@ -59,7 +59,7 @@ class Levels:
         self._spaces.extend(new)
 
     def cut(self, now_ns: int) -> None:
-        """Hold the wire at the level mark (logic 1) from the time `now_ns` until the next call of `put`."""
+        """Hold the wire high (mark, logic 1) from the time `now_ns` until the next call of `put`."""
         spaces = self._spaces
         while spaces and spaces[-1].begin >= now_ns * spaces[-1].per:
             spaces.pop()
@@ -89,7 +89,7 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            # `min` limits the number of samples, because a break may last for hours
+            # `last` must not exceed `count`, because a break signal may last for hours
             last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
@@ -116,7 +116,7 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the time spans at low level whose beginning may be a start bit.
+        """Yield the time spans at low level that may begin with a start bit.
 
         These are the unread spaces that begin at `since/per` ns or later.  Each space is yielded once.
         """
@@ -127,7 +127,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove all stored time spans that end after the beginning of `first`.  Return these time spans."""
+        """Remove and return all stored time spans that end after the time span `first` has begun."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

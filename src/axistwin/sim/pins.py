@@ -91,7 +91,7 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level that the terminal would have without test leads and defects."""
+        """Level that the terminal has if no test lead is connected and no defect is active."""
         return self._source
 
     @property
@@ -137,7 +137,10 @@ class Pin:
         return let_go
 
     def set(self, level: bool) -> None:
-        """Set the level of the output stage, the switch or the wire that is connected to the pin."""
+        """Set the level that the connected part applies to the pin.
+
+        The connected part is an output stage, a switch or a wire.
+        """
         if level is self._source and not self._flash_ns:
             return
         before, self._source, self._flash_ns = self.level, level, 0
@@ -215,7 +218,7 @@ class Pin:
 
 
 class CalculatedPin(Pin):
-    """An output whose level is calculated from the motion on demand.
+    """An output whose level is calculated from the motion each time the level is read.
 
     The output causes no event for each pulse.
     """
@@ -340,7 +343,7 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the terminal would have without test leads and defects.
+        """Level that the terminal has if no test lead is connected and no defect is active.
 
         The output stage, the external wiring or the pull-up resistor sets this level.
         """
@@ -369,7 +372,7 @@ class UserPin(Pin):
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
-        """Connect the test lead with the given voltage; None removes the test lead.
+        """Apply the given voltage to the pin through the test lead; None removes the test lead.
 
         Subscribers are notified before the change has an effect.
         """
@@ -385,7 +388,7 @@ class UserPin(Pin):
         self._set_source("_wired", None if level is None else _volts(level))
 
     def output(self, level: bool) -> None:
-        """Switch the output stage on, with 5 V (high) or 0 V (low)."""
+        """Make the pin an output with 5 V (high) or 0 V (low): switch its output stage on."""
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
@@ -430,9 +433,9 @@ class UserPin(Pin):
 
 
 def _volts(level: bool | float) -> float:
-    """Convert a level (True or False) to a voltage.  Raises UsageError for a voltage out of range.
+    """Convert a level (True or False) to a voltage, or return a given voltage unchanged.
 
-    A valid voltage is returned unchanged.
+    Raises UsageError if the given voltage is out of range.
     """
     if isinstance(level, bool) or not isinstance(level, int | float):
         return PULLED_UP_VOLTS if level else 0.0

@@ -23,7 +23,7 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """The program lines whose beginning must be reported to a callback.
+        """The program lines for which a callback must be called when the execution of the line begins.
 
         None if a callback is subscribed to all lines.
         """

@@ -161,7 +161,7 @@ def check_byte(parameter: str, value: object, highest: int = 0xFF) -> None:
         raise UsageError(f"invalid {parameter} {value!r}: expected an integer from 0 to {highest}")
 
 
-# Classes for the actions of a host at the registers
+# Classes for the read and write accesses of a host to the registers, and for the reset of the bus
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,7 @@ class Wire(Protocol):
         """
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or break, and return the transmission time in ns."""
+        """Send a character or a break signal, and return the transmission time in ns."""
 
 
 class _Nowhere:
@@ -55,7 +55,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Discard a character or break.  Return the time in ns that the transmission takes."""
+        """Discard a character or a break signal, and return the transmission time in ns."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -68,7 +68,7 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        # from the time `_idle[0] / _idle[1]` ns on, a falling edge is the beginning of a start bit
+        # a falling edge at the time `_idle[0] / _idle[1]` ns or later begins a start bit
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
@@ -143,7 +143,7 @@ class Line:
             self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or break, and return the transmission time in ns."""
+        """Send a character or a break signal, and return the transmission time in ns."""
         if isinstance(item, Break):
             return self._carry_break(item)
         delayed = self._free_ns and self._free_ns > self.clock.now
@@ -223,9 +223,9 @@ class Line:
             self._levels.put(frame)  # a signal that ends before the next sample has no effect
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
-        """Receive a character without sampling if possible; return False if sampling is necessary.
+        """Try to receive a character as a whole.  Return False if the bits of the character must be sampled.
 
-        A character can be received without sampling if the wire is otherwise free.
+        A character can be received as a whole if the wire is otherwise free.
 
         The receiver must understand the format.
         """
@@ -246,7 +246,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # this call may change the line format of the receiver
+        self.receiver.take(whole.byte, SOUND)  # this call may change the baud rate and data bits of the receiver
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -315,7 +315,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # this call may change the line format of the receiver
+        self.receiver.take(byte, errors)  # this call may change the baud rate and data bits of the receiver
         self._reading = None
         self._find_start_bit()
 

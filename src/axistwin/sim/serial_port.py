@@ -60,7 +60,7 @@ class SetFlow(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """Action of a host: stop or resume its transmission."""
+    """Action of a host: the host stops or resumes sending characters."""
 
     on: bool
 
@@ -71,9 +71,9 @@ class DropPending:
 
 
 class SetInstant(NamedTuple):
-    """Action of a user: send characters with or without transmission time.
+    """Action of a user: select whether the transmission of characters takes time.
 
-    `on`: True if characters take no time.
+    `on`: True if the transmission takes no time.
     """
 
     on: bool
@@ -93,7 +93,7 @@ def _part(name: str, doc: str) -> Any:
 
 
 class HostEnd:
-    """The host's end of a serial connection: format, and outputs DTR and RTS.
+    """The host's end of a serial connection: the character format, and the levels of DTR and RTS.
 
     Assign to the attributes to change the settings.
     """
@@ -203,9 +203,9 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """True while the host pauses its transmission.
+        """True while the host has stopped sending characters.  Assign a value to stop or resume sending.
 
-        This is possible with any kind of flow control.  A character on the wire is completed.
+        The host can stop with any kind of flow control.  A character on the wire is completed.
         """
         return self._held
 

@@ -42,7 +42,7 @@ ENCODER_STEP_NS = 229
 
 
 class Card:
-    """An 1810 or 1811, with or without power."""
+    """A card of type 1810 or 1811.  The power of the card can be switched on and off."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, axis: StepperAxis, options: Options, *, encoder: bool

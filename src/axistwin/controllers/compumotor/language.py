@@ -21,10 +21,11 @@ LONGEST = 16
 class Accept(Flag):
     """The attributes of a command, which decide when the board may perform the command.
 
+    At most two SINGULAR commands are in progress: one that the host has sent, and one that a sequence has begun.
     Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # the command takes time; the host and a sequence each perform one SINGULAR command at a time
+    SINGULAR = auto()  # the command takes time, e.g. a move
     INDEXER = auto()  # the command is valid in indexer mode
     STREAMING = auto()  # the command is valid in the streaming modes
     SEQUENCE = auto()  # the command may be placed in a sequence buffer
@@ -117,7 +118,7 @@ i16, i32 = (partial(_number, size, True) for size in (2, 4))
 
 @dataclass(frozen=True)
 class Opcode(Command):
-    """A command of the board, which is identified by a code from 00h to FFh."""
+    """A command of the board.  The opcode of the command is a number from 00h to FFh."""
 
     @property
     def opcode(self) -> int:

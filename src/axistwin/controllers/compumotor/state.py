@@ -106,7 +106,7 @@ class State(ABC):
         """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy for `duration_ns`, and return the event at the end of this time."""
+        """Keep the processor busy for `duration_ns`.  Return an event that occurs when this time has elapsed."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
@@ -145,7 +145,7 @@ class State(ABC):
         self.events.happened(Happening.START, self.motion.begun)
 
     def blocked(self, sign: int) -> bool:
-        """True if the motor must not move in the + or - direction.
+        """True if the motor must not move in the direction `sign` (+1 or -1).
 
         An active limit input or the shutdown of the motor prevents the motion.
         """

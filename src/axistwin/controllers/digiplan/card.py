@@ -180,11 +180,11 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
     """Connect the inputs DSR and CTS of the interface to the signals that the cable selects.
 
     The cable connects each input to the host, to the output DTR or RTS of the interface, or to no signal.  The result
-    contains the pins inside the interface.
+    contains the pins that the interface reads.
     """
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return the pin inside the interface that receives the signal DSR or CTS.
+        """Return the pin that the interface reads as its input DSR or CTS.
 
         `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
         the pin is off.

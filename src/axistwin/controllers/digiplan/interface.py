@@ -122,9 +122,9 @@ class Interface(State):
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
-        """Save parameters and sequence in the battery-backed memory if the interface is locked.
+        """Save the parameters and the sequence of a locked interface in the battery-backed memory.
 
-        During initialisation, nothing is saved.
+        Nothing is saved while the interface is unlocked, or during initialisation.
         """
         if self.locked and self.stage is Stage.READY:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
@@ -234,7 +234,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Carry out this message when the previous message no longer waits for its execution.
+        """Wait until the interface has begun to carry out the previous message, then carry out this message.
 
         The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
         that arrive after this message.  The command `#` drops both messages.
@@ -256,9 +256,9 @@ class Interface(State):
                 yield from self._process(character) or ()
 
     def _in_range(self, step: Step, *, moving: bool = False) -> bool:
-        """Return True if the parameters are valid; otherwise set the out-of-range bit of command F.
+        """Return True if the parameters are within their ranges; otherwise set the fault bit RANGE.
 
-        `moving`: True if the constraints of a move are checked, too.
+        Command F reports this bit.  `moving`: True if the constraints of a move are checked, too.
         """
         parameters = self.parameters.after(step)
         speed_is_wrong = "speed" in step.settings and too_fast(parameters)
@@ -286,7 +286,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        # a host that controls a sequence may send moves, but cannot start another sequence
+        # while the host controls the running sequence, a message that starts a sequence is a data fault
         if self.work.control is not None:
             self.faults.raise_line(LineFault.DATA)
             return

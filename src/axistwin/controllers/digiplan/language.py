@@ -23,9 +23,9 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
-    """Kinds of messages and states of the interface in which a command is allowed."""
+    """Conditions under which a command is allowed: the kind of the message, and the state of the interface."""
 
-    DIRECT = auto()  # the command is allowed in a message that is executed at once
+    DIRECT = auto()  # the command is allowed in a direct message, which is executed immediately
     STEP = auto()  # the command is allowed in a step of a sequence
     ALONE = auto()  # a message with this command must not contain another command
     LOCKED = auto()  # the command is obeyed even while the interface is locked
@@ -35,7 +35,7 @@ class Accept(Flag):
 
 
 class Order(IntEnum):
-    """Position of a command in a message or in a step.  Commands with lower numbers come first.
+    """Rank of a command within a message or a sequence step.  A command with a lower rank must come first.
 
     Chapter Combining inputs and outputs with move instructions.
     """
@@ -45,7 +45,7 @@ class Order(IntEnum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character, and its position in the prescribed order of commands."""
+    """A command character, and the rank of the command within a message or a sequence step."""
 
     order: Order = Order.ANY
     form: str = ""
@@ -74,7 +74,7 @@ class Written(Field):
 
     @property
     def form(self) -> str:
-        """Syntax of the parameter for help texts, in brackets if the parameter is optional.
+        """Text that a syntax line shows for the parameter.  Brackets enclose an optional parameter.
 
         The text begins with a comma if the command needs a comma.
         """
@@ -100,11 +100,14 @@ class Direction(Written):
 
     @property
     def form(self) -> str:
-        """Syntax of a direction in help texts: an optional sign."""
+        """Text that a syntax line shows for a direction: an optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Read a direction.  Return +1 or -1, and True for a valid value; a direction is always valid."""
+        """Convert an optional sign to a direction, +1 or -1.  The second result is always True.
+
+        True means, as for other parameters, that the value is valid: no direction is out of range.
+        """
         return (-1 if text == "-" else +1), True
 
 

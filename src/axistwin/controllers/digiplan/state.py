@@ -35,7 +35,7 @@ class Stage(Enum):
 
 
 class Hardware(NamedTuple):
-    """Components of an interface card that exist even while the power is off."""
+    """Components of an interface card that do not depend on the power, e.g. terminals, axes and options."""
 
     clock: Clock
     uart: Uart

@@ -82,7 +82,7 @@ class Work:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give control of a sequence to the host, and return an event for the host's next step.
+        """Give the host control of the sequence.  Return an event that occurs when the host sends a step.
 
         The value of the event is the step that the host sends; None means that the sequence continues.
         """
@@ -91,9 +91,9 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """Take control of a sequence back from the host.
+        """End the control of the host over a sequence, and return the event that continues the sequence.
 
-        Return the event that continues the sequence, or None if the host has no control.
+        Return None if the host has no control.
         """
         control, self.control = self.control, None
         return control

@@ -121,7 +121,7 @@ COMMANDS = CommandSet(
     I("THD=",      "time allowed too hot",               MOTION,   (HOT_TIME,),     BOTH,   kept(state.THD, HOT_TIME),                             L),
     I("CLK=",      "sample counter",                     MOTION,   (TICKS,),        BOTH,   modes.clock,                                           L),
 
-    # Commands for the modes of operation, including mode cam (section 5, chapter 9)
+    # Commands for the modes of operation (base language, section 5) and for cam mode (4.76 manual, chapter 9)
     I("MP",        "mode position",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_POSITION)),
     I("MV",        "mode velocity",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_VELOCITY)),
     I("MT",        "mode torque",                        MODES,    (),              BOTH,   modes.torque),

@@ -5,9 +5,9 @@ statement is listed as a line of its own.  A line is running from the sample in 
 a statement of another line begins.  A line with WAIT or TWAIT is therefore running while WAIT or TWAIT holds the
 program.
 
-While there are subscribers, the program in the memory is replaced by an equivalent program, which announces
-statements before their execution (`Program.announces`).  If only lines with one statement are observed, their
-statements are announced; otherwise all statements of the program are announced.
+While there are subscribers, the program in the memory is replaced by a copy that reports when a statement begins
+(`Program.announces`).  If only lines with one statement are observed, the copy reports the statements of these lines;
+otherwise the copy reports all statements of the program.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,7 +33,7 @@ def lines_of(text: str) -> tuple[str, ...]:
 
 
 class Rows(NamedTuple):
-    """The lines of a program, and the line of each statement.
+    """The text lines of a program, and for each statement the index of the line that contains the statement.
 
     The lines in `silent` contain no executable statement.
     """
@@ -56,9 +56,9 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the statements before which the program must call Python.
+        """Return the numbers of the statements whose beginning the program must report.
 
-        `rows`: the lines whose beginning Python must report to the subscribers; None means all lines.
+        `rows`: the lines whose beginning must be reported to the subscribers; None means all lines.
         """
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
@@ -156,7 +156,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return an equivalent program that calls Python at the beginning of each observed line."""
+        """Return a copy of the program that reports when the execution of an observed line begins."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -165,7 +165,7 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the program of the motor by an equivalent program, which calls Python before other statements.
+    """Replace the program of the motor by the copy `after`, which reports the beginning of different statements.
 
     A program in execution continues.
     """
@@ -183,7 +183,7 @@ def change(motor: Motor, after: Program) -> None:
 def _moved(before: Program, after: Program) -> dict[int, int]:
     """Return a dictionary that maps each statement's index in the old code to the index in the new code.
 
-    The two codes differ only in the calls of Python.
+    The two codes differ only in the operations that report the beginning of a statement.
     """
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):

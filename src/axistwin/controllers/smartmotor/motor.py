@@ -175,7 +175,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # All latched flags become 1, so that no new fault is reported.
+            i[slot] = slot in LATCHED  # Set the latched flags to 1: a flag that is already 1 reports no new fault.
 
     def leave(self) -> None:
         """Store the state of the motor's mechanics and windings for the next power-up."""

@@ -40,7 +40,7 @@ class Nonvolatile:
 
     @classmethod
     def load(cls, store: Store) -> "Nonvolatile":
-        """Return the stored memory, or the memory of a new motor.
+        """Return the stored memory, or the memory of a new motor if no memory has been stored.
 
         Raises UsageError for an invalid file.
         """
@@ -54,7 +54,7 @@ class Nonvolatile:
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             memory_file, reason = store, excerpt(error)
             raise UsageError(
-                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to erase the memory"
+                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to get a new memory"
             ) from None
 
     @classmethod
@@ -83,4 +83,4 @@ class Nonvolatile:
 
 def _require(valid: bool, key: str) -> None:
     if not valid:
-        raise ValueError(f"invalid value of the key {key!r}: expected a value that axistwin has saved")
+        raise ValueError(f"the value of {key!r} in the file is invalid: do not edit memory files")

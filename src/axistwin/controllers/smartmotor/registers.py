@@ -48,9 +48,10 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that receives the changes of all registers, but reports only registers of this follower.
+        """Return a function that reports the changes of the subscriber's own registers to the subscriber.
 
-        `names`: the registers of all followers, in the order in which changes are reported.
+        The returned function receives the changes of the registers of all subscribers.  `names`: names of all these
+        registers, in the order in which changes are reported.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
@@ -63,7 +64,7 @@ class _Following:
 
 
 class Registers:
-    """Reads and reports the registers of the processor that is switched on."""
+    """Reads the registers of the motor's processor, and reports changes of these registers."""
 
     def __init__(self, clock: Clock, lines: Lines) -> None:
         self.clock, self._lines = clock, lines
@@ -112,9 +113,9 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all followed registers, and a function that receives the changes of these registers.
+        """Return the names of all traced registers, and a function that receives the changes of these registers.
 
-        The function passes each change to all followers of the register.
+        The function passes each change to all subscribers of the register.
         """
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower

@@ -66,7 +66,7 @@ class Advancer(ABC):
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Advance virtual time with `advance()`, then apply changes of the speed.
+        """Advance virtual time with `advance()`.  Then apply any change of the speed of virtual time.
 
         An event may have started or stopped virtual time, or changed its speed.
         """

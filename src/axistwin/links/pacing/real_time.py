@@ -14,7 +14,7 @@ MAX_LAG_S = 1.0
 
 
 class RealTime:
-    """Advances virtual time at `speed` times real time.
+    """Advances virtual time `speed` times as fast as real time.
 
     The advance begins at the present time of the bench.  After `cancel` the object cannot be used again.
     """
@@ -52,7 +52,7 @@ class RealTime:
         self._plan_next()
 
     def resume(self) -> None:
-        """Schedule an advance of virtual time for the next pass of the event loop."""
+        """Let virtual time advance in the next pass of the event loop."""
         self._next = self._next or self._loop.call_soon(self._tick)
 
     def cancel(self) -> None:

@@ -60,9 +60,9 @@ def end_on_stall(board: State, on: bool) -> None:
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: define the ratio of motor pulses to encoder pulses (encoder lines x 4).
+    """Command B0h: define the ratio of motor pulses to encoder pulses.
 
-    Both numbers are positive.
+    Both numbers of the ratio are positive.  The board counts four encoder pulses for each encoder line.
     """
     board.loop.ratio = motor, encoder
     wake(board)

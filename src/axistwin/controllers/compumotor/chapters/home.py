@@ -39,7 +39,7 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level that the input has after the motor has passed the edge.
+        """Return the level of the input `pin` after the motor has passed the edge that the search must find.
 
         `direction`: direction of the motion, CW (+1) or CCW (-1).
         """
@@ -149,9 +149,10 @@ def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, f
 
 
 def go_home(board: State, minus: bool) -> Procedure:
-    """Command 39h: search for HOME at default velocity and acceleration, first in the + or the - direction.
+    """Command 39h: search for HOME at default velocity and acceleration.
 
-    Needs 38h and 31h.  Ignored while moving or shut down, and with the joystick enabled.
+    The search begins in the - direction if `minus` is True, otherwise in the + direction.  Commands 38h and 31h must
+    precede this command.  The command is ignored while the motor is moving or shut down, or the joystick is enabled.
     """
     definition = board.home_definition
     if definition is not None:
@@ -163,8 +164,8 @@ def go_home(board: State, minus: bool) -> Procedure:
 def go_encoder_home(board: State, minus: bool) -> Procedure:
     """Command 3Ah: search for the channel Z mark that occurs while HOME ENABLE is active.
 
-    HOME is the edge where the mark begins in the direction of the final approach.  Ignored under the conditions of
-    39h, and while position maintenance (18h) is off.
+    HOME is the edge where the mark begins in the direction of the final approach.  The command is ignored under the
+    conditions of command 39h, and while position maintenance (18h) is off.
     """
     definition = board.home_definition
     if definition is not None and board.loop.on:

@@ -30,9 +30,10 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
 def define(  # one argument for each parameter of the command
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
-    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, or replace the definition of this move.
+    """Commands C8h, CBh, CEh, D4h, D5h: define or redefine the move with the given number (1 to 50).
 
-    Numbers 51 to 255 are accepted and not stored (X2).  Ignored if the velocity is beyond its range.
+    The board accepts the numbers 51 to 255, but stores no move for them (X2).  The commands are ignored if the velocity
+    is beyond its range.
     """
     move = Move(kind, ranges, velocity, acceleration, target)
     if move.rate is not None and number <= MOST_MOVES:
@@ -40,7 +41,10 @@ def define(  # one argument for each parameter of the command
 
 
 def delete(board: State, number: int) -> None:
-    """Command D7h: delete move 1 to 255.  The command has no effect if the move is not defined."""
+    """Command D7h: delete the move with the given number (1 to 255).
+
+    The command has no effect if this move is not defined.
+    """
     board.library.delete(number)
 
 
@@ -105,9 +109,9 @@ def perform_default(board: State, kind: Kind, target: int) -> Procedure:
 
 
 def perform_move(board: State, number: int) -> Procedure:
-    """Command 40h: perform pre-defined move 1 to 50.
+    """Command 40h: perform the pre-defined move with the given number (1 to 50).
 
-    Ignored if the move is undefined or another move is in progress.
+    The command is ignored if this move is undefined, or while another move is in progress.
     """
     move = board.library[number]
     if move is not None:
@@ -115,7 +119,7 @@ def perform_move(board: State, number: int) -> Procedure:
 
 
 def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
-    """Perform a move after its calculation.  Return when the move is finished or discontinued."""
+    """Calculate and perform a move, and wait until the command for this move is finished or discontinued."""
     speed = move.speed(board.start_stop)
     if speed is None or not may_perform(board, move):
         return
@@ -159,10 +163,10 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """Begin a move at standstill.  Return when the command of the move is finished or discontinued.
+    """Start a move from standstill, and wait until the command for this move is finished or discontinued.
 
-    The command of a continuous move is finished when the velocity is constant.  The move is ignored if motion in the
-    direction of the move is blocked.
+    The command for a continuous move is finished when the velocity is constant.  The move does not start if motion in
+    the direction of the move is blocked.
     """
     if board.blocked(sign):
         return

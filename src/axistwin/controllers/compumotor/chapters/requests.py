@@ -19,7 +19,7 @@ def position_bytes(number: int, size: int = 4) -> bytes:
 
 
 def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
-    """Command 01h: send a message that contains the identifier."""
+    """Command 01h: send a message that contains the number `identifier` from the command."""
     return bytes([identifier])
 
 
@@ -128,8 +128,9 @@ def moving(board: State) -> bytes:
 
 
 def in_phase(phase: Phase, board: State) -> bytes:
-    """Commands 8Dh (constant velocity), 8Eh (acceleration), 8Fh (deceleration): report FFh in this phase, otherwise
-    00h.
+    """Commands 8Dh, 8Eh, 8Fh: report FFh while the motion is in the given phase, otherwise 00h.
+
+    The phase is constant velocity (8Dh), acceleration (8Eh) or deceleration (8Fh).
     """
     return YES if board.pulses.phase is phase else NO
 
@@ -143,9 +144,10 @@ def mode(board: State) -> bytes:
 
 
 def move_parameters(board: State, number: int) -> bytes | None:
-    """Command 91h: report the definition of move 0 to 255.  If the move is not defined, send no reply.
+    """Command 91h: report the definition of the move with the given number (0 to 255).
 
-    Move 0 is defined after reset, with velocity and acceleration 0.  While streaming, only move 0 is reported.
+    If this move is not defined, the board sends no reply.  Move 0 is defined after reset, with velocity and
+    acceleration 0.  In a streaming mode, only move 0 is reported.
     """
     move = board.library[number]
     if move is None or (number and board.in_streaming_mode):
@@ -181,5 +183,5 @@ def free_bytes(board: State) -> bytes:
 
 
 def part_number(board: State) -> bytes:
-    """Command FDh: report the part number and the revision of the software in ASCII."""
+    """Command FDh: report the software's part number and revision as ASCII text."""
     return board.options.part_number.encode()

@@ -70,9 +70,9 @@ def go_on(board: State) -> None:
 
 
 def begin(board: State, number: int) -> None:
-    """Command D9h: store the following commands, up to D8h, in sequence 1 to 15.
+    """Command D9h: begin to define a sequence, which will contain the commands that follow, up to command D8h.
 
-    Only commands with the attribute SEQUENCE are stored.
+    `number`: number of the sequence, 1 to 15.  Only commands with the attribute SEQUENCE are stored.
     """
     board.sequences.defining, board.sequences.buffers[number] = number, []
 
@@ -83,14 +83,14 @@ def finish(board: State) -> None:
 
 
 def delete(board: State, number: int) -> None:
-    """Command DAh: delete sequence 1 to 15 and free its memory."""
+    """Command DAh: delete the sequence with the given number (1 to 15), and free its memory."""
     board.sequences.buffers.pop(number, None)
 
 
 def perform(board: State, number: int) -> None:
-    """Command 41h: perform sequence 1 to 15.
+    """Command 41h: perform the sequence with the given number (1 to 15).
 
-    Ignored while a sequence is performed, or if this sequence is undefined.
+    The command is ignored while a sequence is performed, or if this sequence is undefined.
     """
     buffer = board.sequences[number]
     if buffer and not board.sequencer.running:

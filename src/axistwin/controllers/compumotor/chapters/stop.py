@@ -46,9 +46,10 @@ def suspend_sequence(board: State) -> None:
 
 
 def discontinue_singular(board: State) -> None:
-    """Commands 73h, 77h: end the SINGULAR command of the host and the SINGULAR command of the sequence.
+    """Commands 73h, 77h: end all commands in progress that have the attribute SINGULAR.
 
-    SINGULAR commands are commands that take time, e.g. moves.  A moving motor keeps its velocity.
+    SINGULAR commands take time, e.g. moves.  At most two of them are in progress: one that the host has sent, and one
+    that the sequence has begun.  A moving motor keeps its velocity.
     """
     board.host.end()
     board.sequence.end()
@@ -62,9 +63,10 @@ def kill_motion(board: State) -> None:
 
 
 def kill_sequence(board: State) -> None:
-    """Commands 79h, 7Dh: end the sequence and the SINGULAR command of the sequence.
+    """Commands 79h, 7Dh: end the sequence in progress, and end the command that the sequence has begun.
 
-    Ignored without a sequence.
+    The command that the sequence has begun has the attribute SINGULAR, e.g. a move.  Commands 79h and 7Dh are ignored
+    if no sequence is in progress.
     """
     if board.sequencer.running:
         board.sequencer.end()
@@ -72,9 +74,10 @@ def kill_sequence(board: State) -> None:
 
 
 def kill_and_suspend(board: State) -> None:
-    """Commands 7Ah, 7Eh: end the SINGULAR command of the sequence, and suspend the sequence.
+    """Commands 7Ah, 7Eh: suspend the sequence in progress, and end the command that the sequence has begun.
 
-    CONTINUE (48h) ends the suspension.  The command is ignored if no sequence is in progress.
+    The command that the sequence has begun has the attribute SINGULAR, e.g. a move.  CONTINUE (48h) ends the
+    suspension.  Commands 7Ah and 7Eh are ignored if no sequence is in progress.
     """
     if board.sequencer.running:
         if board.sequencer.order is not Order.LEAVE:

@@ -162,7 +162,10 @@ class StreamOutput:
 
 @lru_cache(maxsize=4096)
 def _rate(setting: Setting, word: int) -> Fraction:
-    """Return the step rate of a streamed velocity or distance, in pulses/s."""
+    """Convert a streamed velocity or a streamed distance to a step rate in pulses/s.
+
+    A streamed distance is the motion in one update period.
+    """
     if setting.mode != DISTANCE_TIME:
         return setting.rate(word & FASTEST)
     distance = FULL - word if word & CCW else word

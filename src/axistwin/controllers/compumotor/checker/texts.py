@@ -40,9 +40,10 @@ class Words:
     commands: CommandSet
 
     def read(self, text: str) -> bytes:
-        """Return the bytes of a command that is written in hex or by name.  Raise ProgramError if the text is wrong.
+        """Convert the text of a command to bytes.  Raise ProgramError if the text is wrong.
 
-        The error has the column, counted from 1.
+        The text contains the bytes in hex, or the name of the command and its values.  The error contains the column,
+        counted from 1.
         """
         return bytes(placed.byte for placed in self.placed(text))
 
@@ -64,7 +65,10 @@ class Words:
         return found
 
     def message(self, text: str) -> bytes:
-        """Return the bytes of a message that is written in hex, padded with zeros to 16 bytes."""
+        """Convert the text of a message, in hex, to 16 bytes.  Zeros are added at the end of a shorter message.
+
+        The result is empty if the text contains no bytes.
+        """
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         data = bytes(placed.byte for placed in _hex(words))
         if len(data) > language.LONGEST:

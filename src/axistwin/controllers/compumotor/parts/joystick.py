@@ -8,7 +8,7 @@ from axistwin.sim.pins import Pin
 
 
 class Joystick:
-    """The connector of an 852 joystick, whose pulses drive the motor while the joystick is enabled.
+    """The connector for an 852 joystick.  While the joystick is enabled, the joystick's pulses drive the motor.
 
     The board counts these pulses.
     """

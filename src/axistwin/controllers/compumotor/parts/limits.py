@@ -32,7 +32,7 @@ class Limits:
         return sign if self._pulses.cw_is_plus else -sign
 
     def blocks(self, sign: int) -> bool:
-        """True if the limit in the + or - direction is active."""
+        """True if the limit in the direction `sign` (+1 or -1) is active."""
         return self._pins[self._side(sign)].level
 
     def _changed(self, side: int, pin: Pin) -> None:

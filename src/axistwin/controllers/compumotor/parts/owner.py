@@ -1,6 +1,7 @@
-"""SINGULAR commands, which take time (chapter Command attributes): each owner performs one of them at a time.
+"""SINGULAR commands, which take time (chapter Command attributes), and the sources from which these commands come.
 
-The two owners are the host and the sequence.  79h and 7Ah end the SINGULAR command of the sequence only; 73h ends both.
+The two sources are the host and the sequence.  Commands 79h and 7Ah end only the SINGULAR command that the sequence has
+begun.  Command 73h also ends the SINGULAR command that the host has sent.
 """
 
 from collections.abc import Callable
@@ -9,7 +10,7 @@ from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, 
 
 
 class Owner:
-    """Source of commands: the host or a sequence.  A source performs one SINGULAR command at a time.
+    """Source of commands: the host or a sequence.  At most one SINGULAR command from a source is in progress.
 
     SINGULAR is an attribute of commands that take time, e.g. moves.
     """
@@ -24,7 +25,7 @@ class Owner:
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Begin a SINGULAR command, i.e. a command that takes time, e.g. a move.
+        """Begin a command that has the attribute SINGULAR, e.g. a move.
 
         The function `ended` is called after the end of the command.
         """

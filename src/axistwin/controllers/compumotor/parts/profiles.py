@@ -44,9 +44,9 @@ def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tu
 
 @lru_cache(maxsize=64)
 def _way_up(speed: Speed) -> QuantisedRamp:
-    """Return the acceleration ramp from rest to the velocity.
+    """Return the acceleration ramp from rest to the velocity of the move.
 
-    The ramp is empty at or below the start/stop velocity.
+    The ramp is empty if this velocity does not exceed the start/stop velocity.
     """
     base = speed.base
     if speed.rate <= base:

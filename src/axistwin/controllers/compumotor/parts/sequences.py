@@ -54,7 +54,7 @@ class Order(Enum):
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # KILL ends the present SINGULAR command, and then suspends the sequence
+    KILL = auto()  # KILL ends the command in progress (a SINGULAR command), then suspends the sequence
     LEAVE = auto()
 
 

@@ -71,9 +71,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """The command of a marker, with the values of its parameters.
+    """A marker for the stream: the command that the marker starts, and the values of the command's parameters.
 
-    The board executes the command when the stream contains the value that defines the marker.
+    The board executes the command when the stream reaches the value that defines the marker.
     """
 
     command: Opcode
@@ -144,7 +144,7 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the next entries that the board can output without raising the buffer empty alarm.
+        """Return the next entries that the board can output before the alarm "buffer empty" is due.
 
         The result has at most `most` entries.  Each entry is one word.
         """
@@ -163,10 +163,9 @@ class Stream:
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Send the buffer empty alarm to the host if the streaming buffer is nearly empty.
+        """Send the alarm "buffer empty" to the host if only few bytes remain in the streaming buffer.
 
-        `left`: number of bytes in the buffer.  The alarm is sent only if the alarm is on and `left` does not exceed the
-        threshold of the alarm.
+        `left`: number of bytes in the buffer.  The alarm is sent when `left` falls to the threshold of the alarm.
         """
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:
@@ -187,13 +186,13 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # do not kill the process that has called this method: that process ends, as `performing` is False
+            # the calling process must not be killed: this process ends by itself when `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream at once.  Also end the command of a marker, if such a command is in progress.
+        """End the stream at once, and end the command that a marker in the stream has started.
 
         Called at power-off and before the test function.
         """

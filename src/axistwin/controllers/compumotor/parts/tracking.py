@@ -226,7 +226,7 @@ class Tracking:
 
     @property
     def correcting(self) -> bool:
-        """True while the motor corrects an error."""
+        """True while the motor corrects a position error."""
         return self._pulses.moving and self.owns_motion
 
     def give_way(self) -> None:

@@ -12,15 +12,15 @@ LOW_BEFORE_NS = 2 * MS
 
 
 class Triggers:
-    """The functions of triggers 1 and 6."""
+    """Trigger inputs 1 and 6, and the actions that the host has assigned to them."""
 
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
         """Observe the trigger inputs `pins`.
 
-        `response_ns`: time in ns for which an input must stay high before its function runs.
+        `response_ns`: time in ns for which an input must stay high before its action is performed.
         """
         self.clock, self._response_ns = clock, response_ns
-        # function of each trigger, with the opcode of the command that assigned the function
+        # action of each trigger, with the opcode of the command that assigned the action
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
@@ -33,15 +33,15 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Remove the functions of all triggers, and stop waiting for triggers."""
+        """Remove the actions that are assigned to the triggers, and stop waiting for triggers."""
         self._functions.clear()
         self._edges.clear()
 
     def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> None:
-        """Let the trigger input call the function `action`, or remove this function if `on` is False.
+        """Assign `action` to a trigger input, or remove the assigned action if `on` is False.
 
-        `opcode`: opcode of the command that assigns the function.  The call has no effect while the trigger has a
-        function of another opcode.
+        `opcode`: opcode of the command that assigns the action.  The call has no effect while the trigger has an action
+        that a command with a different opcode has assigned.
         """
         if self._functions.get(trigger, (opcode,))[0] != opcode:
             return
@@ -51,7 +51,7 @@ class Triggers:
             self._functions.pop(trigger, None)
 
     def drop(self, opcode: int) -> None:
-        """Remove the functions that the command with this opcode has assigned to triggers."""
+        """Remove the actions that the command with this opcode has assigned to triggers."""
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:

@@ -51,7 +51,7 @@ class Retained:
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             reason = excerpt(error)
             raise UsageError(
-                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to erase the memory"
+                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to get a new memory"
             ) from None
         return retained
 
@@ -59,7 +59,7 @@ class Retained:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(f"invalid value of {parameter_name}: expected a value that axistwin has saved")
+                raise ValueError(f"the value of {parameter_name} in the file is invalid: do not edit memory files")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """Yield the name of each stored value, and True if the value is valid."""

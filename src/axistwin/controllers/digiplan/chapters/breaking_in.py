@@ -17,14 +17,16 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None  # Default format, if the present character may be `(` in this format.
-        self._detected: UartFormat | None = None  # Data bits, parity and stop bits of the last character `(`.
+        self._offered: UartFormat | None = None
+        """The default format, if the present character can be `(` in the default format; otherwise None."""
+        self._detected: UartFormat | None = None
+        """Format of the last character `(`: baud rate, data bits, parity and stop bits."""
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Start or stop the detection of the character `(` in the default format.
+        """Switch the detection of the character `(` on or off.  The detection uses the default data format.
 
-        During the detection, character errors set no fault bits.
+        While the detection is on, character errors set no fault bits.
         """
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
@@ -40,7 +42,7 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Decode the present character in the default format.  Return this format if the character may be `(`.
+        """Return the default format if the present character, decoded in the default format, can be `(`.
 
         Otherwise return None.  `low_ns`, the duration of the low level at the beginning of the character, gives the
         baud rate.

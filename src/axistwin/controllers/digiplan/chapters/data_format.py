@@ -54,21 +54,21 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return the byte; bit 8 is cleared if the data format has seven data bits or sets bit 8 to 0.
+        """Set bit 8 of a byte to 0 if the data format has no bit 8 or fixes bit 8 at 0.  Return the byte.
 
-        Bit 8 is data, always 0, always 1, or (7 data bits) absent.  The quick status needs all eight bits, so the byte
-        is unchanged if the format fixes bit 8 at 1.
+        A data format with seven data bits has no bit 8.  The byte does not change if bit 8 is data, or if the data
+        format fixes bit 8 at 1, because the quick status needs all eight bits.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Return a character of an answer to the host, with the value of bit 8 that the data format requires."""
+        """Give bit 8 of a character the value that the data format requires.  Return the character."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format in which a message was received: baud rate, number of data bits, parity, and values of bit 8.
+    """Format in which a message was received: baud rate, number of data bits, parity, and bit 8 of two characters.
 
     `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 bits and no parity reads the parity
     bit of a 7-bit sender as bit 8.

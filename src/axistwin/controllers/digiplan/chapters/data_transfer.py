@@ -103,7 +103,7 @@ class InputBuffer:
         return self._arrived
 
     def drop_before_cancel(self) -> None:
-        """Drop all characters in the buffer before the command `#`."""
+        """Drop the characters that precede the command `#` in the buffer."""
         while self.characters[0] & 0x7F != ord("#"):
             self.take()
 

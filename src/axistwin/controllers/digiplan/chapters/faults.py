@@ -66,7 +66,7 @@ class Faults:
                 self.motion |= FAULTS[name]
 
     def inputs(self) -> int:
-        """Return the input status as one byte, which command I reports."""
+        """Return the byte that the command `I` reports, with one bit for each input."""
         return sum(bit for pin, bit in self._inputs if not pin.level)
 
     def status(self) -> MotionFault:
@@ -129,7 +129,10 @@ class StopInputs:
             unsubscribe()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
-        """True if no fault and no open limit switch inhibits motion in these directions."""
+        """True if motion in the given directions is allowed: no fault is set, and the limit switches ahead are closed.
+
+        A move towards an open limit switch raises the limit fault.
+        """
         self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
         return not self._faults.blocked(directions)
 
@@ -139,7 +142,7 @@ class StopInputs:
             return
         self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
-            self._motion.drop(DRIVES[pin.name])  # an open drive fault input stops its axis without deceleration
+            self._motion.drop(DRIVES[pin.name])  # the drive reports a fault: stop the axis without deceleration
         if pin.name not in LIMITS or self._limit_stops(pin.name):
             self._cancel()
 

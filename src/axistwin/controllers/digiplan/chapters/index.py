@@ -38,7 +38,7 @@ def backlash(step: Step, distance: int | None) -> str | None:
 
 
 def index(state: State, step: Step) -> Procedure:
-    """Move all axes of the step by the stored distance.  Return when the axes are at rest.
+    """Move the selected axes by the stored distance, and wait until these axes are at rest.
 
     With correction, a move against the backlash direction overshoots by the backlash distance and returns at the
     start/stop speed, so that every index ends in the same direction.  No return is made towards an open limit switch.

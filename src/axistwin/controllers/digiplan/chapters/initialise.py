@@ -131,10 +131,10 @@ class FormatReader:
 
 
 def only_at_initialisation(_: Step) -> str:
-    """Commands ( * U V: valid during initialisation only.
+    """Commands `(`, `*`, `U`, `V`: report that the command is valid only during initialisation.
 
-    They detect the baud rate, erase the memory, and set the data format.  After initialisation these commands are a
-    data fault.  While the interface is locked, `(` begins the initialisation again if DSR is active and nothing moves.
-    Chapters Initialisation, Breaking into a locked state.
+    The commands detect the baud rate, erase the memory, and set the data format.  After initialisation these commands
+    are a data fault.  While the interface is locked, `(` begins the initialisation again if DSR is active and no axis
+    moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

@@ -4,7 +4,7 @@ from axistwin.controllers.digiplan.state import State
 
 
 def lock(state: State) -> None:
-    """Command [: lock the communication, so that only status requests and `]` are obeyed.
+    """Command `[`: lock the communication, so that the interface obeys only status requests and the command `]`.
 
     While locked, communication errors are not flagged.  From then on an IF2 keeps parameters, sequence, baud rate and
     data format without power.  Chapters Communication lockout commands, Storing a sequence in the IF2.
@@ -13,7 +13,7 @@ def lock(state: State) -> None:
 
 
 def unlock(state: State) -> None:
-    """Command ]: unlock the communication, so that all commands are obeyed again.
+    """Command `]`: unlock the communication, so that the interface obeys all commands again.
 
     Valid only with the baud rate, number of bits and parity of the lock command.  Chapter Communication lockout
     commands.

@@ -27,11 +27,14 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if the program has switched this output on, even without supply voltage.  Output 0 is never on."""
+        """True if the program has switched this output on.  Output 0 is never on.
+
+        The result does not depend on the supply voltage of the outputs.
+        """
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
-        """Turn an output on or off; output 0 and the fault output do not change."""
+        """Turn an output on or off.  The call has no effect for output 0 and for the fault output."""
         if number in self._on and not (number == 5 and self._follow_led):
             self._set(number, on)
 

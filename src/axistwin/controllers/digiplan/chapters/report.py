@@ -108,7 +108,7 @@ def position(state: State) -> bytes:
 
 
 def steps(state: State) -> int:
-    """Return the position in steps that command N reports."""
+    """Return the position that command N reports, in steps."""
     motion = state.motion
     made, levels = motion.steps, motion.levels
     if motion.running and levels and motion.rate > levels[0]:

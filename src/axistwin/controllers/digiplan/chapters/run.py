@@ -9,7 +9,7 @@ from axistwin.sim.clock import Procedure
 
 
 def go(step: Step) -> str | None:
-    """Command G: run the axes of this step until they are stopped.  The stored distance is set to zero."""
+    """Command G: begin a run (continuous motion) of the selected axes, and set the stored distance to zero."""
     if step.run:
         return "G is repeated"
     if not step.major:
@@ -19,7 +19,7 @@ def go(step: Step) -> str | None:
 
 
 def abort(step: Step) -> None:
-    """Command A: in a sequence, stop the run that `G` has begun in an earlier step.
+    """Command A: stop the run (continuous motion) that command G has begun in an earlier step of the sequence.
 
     Chapter Aborting a run-mode move in a sequence.
     """
@@ -27,9 +27,9 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin a run, i.e. motion that continues during the next steps of a sequence.
+    """Begin a run (continuous motion), which continues during the next steps of a sequence.
 
-    The index length is set to 0.
+    The distance of an index (preset move) is set to 0.
     """
     parameters = state.in_force
     table = ramp(parameters)
@@ -41,7 +41,7 @@ def run(state: State, step: Step) -> None:
 
 
 def stop_run(state: State) -> Procedure:
-    """Stop a run with deceleration, and wait until all axes are at rest."""
+    """Decelerate the axes that are in a run (continuous motion), and wait until all axes are at rest."""
     state.motion.decelerate()
     while state.motion.running:
         yield state.motion.ended

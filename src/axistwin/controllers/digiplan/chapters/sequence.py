@@ -90,7 +90,8 @@ def perform(state: State, step: Step) -> Procedure:
 
 
 def _move(state: State, step: Step) -> Procedure:
-    while state.motion.running:  # a move waits for the end of a run, because there is only one ramp generator
+    # there is only one ramp generator, so a move waits until a run (continuous motion) has ended
+    while state.motion.running:
         yield state.motion.ended
     if interpolation.out_of_range(state.in_force, step):
         state.faults.raise_line(LineFault.RANGE)

@@ -30,7 +30,7 @@ def start(text: Sequence[Sent]) -> Fix | None:
 
 
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
-    """Return a fix that removes the distance of an axis, because a run ignores distances."""
+    """Return a fix that removes the distance of an axis, because a run (continuous motion) has no distance."""
     found = _DISTANCE.match(message.text, at)
     if found is None:
         return None
@@ -47,7 +47,7 @@ def _upper_case(text: Sequence[Sent], message: Message, problem: Problem) -> Fix
 
 
 def _sequence_end(text: Sequence[Sent], message: Message) -> Fix | None:
-    """Return a fix that completes the characters `:$` at the end of a sequence."""
+    """Return a fix that adds `:`, `$` or both, so that a sequence ends in `:$`."""
     bare = message.text.rstrip(" ")
     last = text[len(bare) - 1]
     missing = ":" if bare.endswith("$") else "$" if bare.endswith(":") else ":$"

@@ -9,17 +9,17 @@ SIGNALS = {"C": PIN_C, "G": PIN_G}
 
 
 def servo(motor: Processor) -> None:
-    """BRKSRV: let the servo control the brake.  The brake is released while the servo is on (flag Bo = 0).
+    """BRKSRV: release the brake while the servo is on, and engage the brake while the servo is off.
 
-    BRKSRV is the default (manual, section 5.2).
+    The flag Bo is 0 while the servo is on.  BRKSRV is the default (manual, section 5.2).
     """
     motor.brake_control = Control.SERVO
 
 
 def trajectory_brake(motor: Processor) -> None:
-    """BRKTRJ: release the brake only while a trajectory is in progress, Bt = 1 (manual, section 5.2).
+    """BRKTRJ: release the brake only while a trajectory is in progress (manual, section 5.2).
 
-    Otherwise mode torque brake is active.
+    The flag Bt is 1 while a trajectory is in progress.  While Bt is 0, mode torque brake is active.
     """
     motor.brake_control = Control.TRAJECTORY
 

@@ -17,9 +17,9 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """A range of variables or array elements that ends at the end of their group, e.g. the range c to z.
+    """Consecutive variables or array elements, up to the last one of the group or array, e.g. c to z.
 
-    The fields are kind, first index, and number of elements to the end of the group.
+    The fields are kind, first index, and number of elements to the end of the group or array.
     """
 
     kind: int
@@ -76,9 +76,9 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Check that `count` values of a range fit into the EEPROM; otherwise set the flag Bs.
+    """Return the range of variables if `count` values fit both into the range and into the EEPROM.
 
-    Returns the range, or None.
+    Otherwise set the flag Bs and return None.
     """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run

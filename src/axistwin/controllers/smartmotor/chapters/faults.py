@@ -21,7 +21,7 @@ FAULT_1 = 1
 
 
 def happen(motor: Processor, why: int) -> None:
-    """Handle the faults that the kernel has found in this sample (manual, section 4.1)."""
+    """Handle the faults that the kernel has found in the last computed servo sample (manual, section 4.1)."""
     for reason, flag, _, acknowledged, sign in LIMITS:
         if why & reason:
             _limit(motor, flag, acknowledged, sign)

@@ -20,7 +20,7 @@ def clear(motor: Processor) -> None:
 
 
 def position(motor: Processor, value: int) -> None:
-    """Record 0xFA: receive a position in counts for the trajectory of host mode.
+    """Binary record 0xFA: receive a position in counts for the trajectory of host mode.
 
     A preceding position without a clock value gets the last clock difference.
     """
@@ -29,7 +29,7 @@ def position(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """Record 0xFB: receive the clock value that belongs to the last received position.
+    """Binary record 0xFB: receive the clock value that belongs to the last received position.
 
     The clock value is the time, in samples, at which the motor reaches the position.  The same clock value a second
     time ends host mode.

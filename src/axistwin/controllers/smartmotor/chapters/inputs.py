@@ -75,10 +75,10 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # Discard the predicted encoder edges, because they do not include this edge.
+        i[s.PREDICTED] = 0  # The counted edge or step makes the predicted encoder edges invalid.
 
     def _wiring(self) -> None:
-        """Store which of the pins A and B the external encoder drives."""
+        """Store whether the external encoder sets the level of pin A, of pin B, or of both pins."""
         self.catch_up()
         i = self.motor.i
         i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
@@ -153,7 +153,7 @@ class Inputs:
         self.motor.catch_up()
 
     def position(self) -> int:
-        """Return the shaft's position in encoder counts, independent of the commands O= and F=2."""
+        """Return the shaft's position in encoder counts, without the shift by O= and the reversal by F=2."""
         return self.motor.core.position_now()
 
     def commanded(self) -> int:
@@ -169,7 +169,7 @@ class Inputs:
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
-        """Return the commanded position in encoder counts, independent of the commands O= and F=2."""
+        """Return the commanded position in encoder counts, without the shift by O= and the reversal by F=2."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:

@@ -85,7 +85,7 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """Stop the output of the brake signal at a pin (manual, section 5.1).
+    """End the use of a pin as the output of the brake signal (manual, section 5.1).
 
     The command BRKC selects pin C for the brake signal again, and BRKG selects pin G.
     """

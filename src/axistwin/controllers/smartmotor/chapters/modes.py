@@ -16,9 +16,10 @@ FULL = 4
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
-    """Set a buffered parameter; a value outside the range sets Bs and changes nothing.
+    """Set a buffered parameter, or set the flag Bs if the value is outside the range.
 
-    BASE= and SIZE= invalidate an earlier CI (manual, section 9.5).
+    A value outside the range does not change the parameter.  BASE= and SIZE= invalidate an earlier CI (manual,
+    section 9.5).
     """
     if not low <= value <= high:
         motor.syntax_error()
@@ -29,7 +30,7 @@ def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -
 
 
 def position(motor: Processor, value: int) -> None:
-    """P=exp, or record FEh: set the absolute target position of mode MP, in counts.
+    """P=exp, or binary record FEh: set the absolute target position of mode MP, in counts.
 
     The next G is then an absolute move.
     """
@@ -38,9 +39,9 @@ def position(motor: Processor, value: int) -> None:
 
 
 def distance(motor: Processor, value: int) -> None:
-    """D=exp: set the distance of a relative move of mode MP, or the dwell of mode cam, in counts (manual, section 9.3).
+    """D=exp: set the distance of a relative move (mode MP) and the dwell of a cam (cam mode), in counts.
 
-    In mode cam, the dwell takes effect after CI.
+    In cam mode, the dwell takes effect after CI (manual, section 9.3).
     """
     motor.i[s.D] = value
     motor.i[s.RELATIVE] = 1
@@ -94,7 +95,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # MD empties the buffer of points, except while host mode is in progress.
             host_mode.clear(motor)
-        # BUFFERED_MODE does not change: this mode starts when host mode ends (manual, section 10.2).
+        # BUFFERED_MODE keeps its value: the mode in BUFFERED_MODE starts when host mode ends (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
@@ -106,9 +107,9 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
 
 
 def cam(motor: Processor, factor: int) -> None:
-    """MC, MC2, MC4, MC8: select mode cam for the next command G or CI (manual, chapter 9).
+    """MC, MC2, MC4, MC8: select cam mode, which the next command G starts (manual, chapter 9).
 
-    CI takes effect at the next zero point of the cam.
+    If cam mode is in progress, CI makes the new cam effective at the next zero point of the cam.
 
     MCn uses the present BASE and SIZE.  SIZE is the highest index of the table, up to 101.  BASE counts are divided
     among SIZE intervals, so BASE is at least SIZE.  Otherwise Bs is set and nothing changes.
@@ -133,7 +134,10 @@ def initialize_cam(motor: Processor) -> None:
 
 
 def go(motor: Processor) -> None:
-    """G: start or continue the buffered mode with the buffered parameters.  A fault that is not cleared inhibits G."""
+    """G: start or change a motion, with the mode and the parameters that are in the buffers.
+
+    A fault that is not cleared inhibits G.
+    """
     i = motor.i
     mode = s.M_HOST if i[s.HOST_ARMED] else i[s.BUFFERED_MODE]
     if not may_move(motor, way(motor, mode)):
@@ -146,7 +150,7 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return a number whose sign is the direction of motion if the given mode starts now.
+    """Return the direction of motion if the given mode starts now: a positive or negative number, or 0.
 
     The result 0 means that the direction is unknown.
     """
@@ -248,7 +252,7 @@ def _buffer_position(motor: Processor) -> None:
 
 
 def torque(motor: Processor) -> None:
-    """MT: enter mode torque at once.
+    """MT: enter torque mode at once.
 
     T sets the PWM value, -1023 to 1023.  A fault that is not cleared inhibits MT.
     """
@@ -302,9 +306,12 @@ def _count(motor: Processor, resolution: int, *, steps: bool) -> None:
 
 
 def internal_encoder(_motor: Processor) -> None:
-    """ENC0: the servo loop uses the encoder on the shaft.  No other encoder is possible, so nothing changes."""
+    """ENC0: select the encoder on the shaft for the servo loop.
+
+    The servo loop always uses this encoder, so the command has no effect.
+    """
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1 (servo loop with an external encoder): set Bs, because this motor always uses its own encoder."""
+    """ENC1: set the flag Bs, because the servo loop of this motor cannot use an external encoder."""
     motor.syntax_error()

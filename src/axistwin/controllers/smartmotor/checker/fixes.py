@@ -27,9 +27,9 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Return a fix that translates a Class 5 command for firmware 4.76.
+    """Return a fix that replaces a Class 5 command by the equivalent command of firmware 4.76.
 
-    Returns None if the translation is not a valid statement.
+    Returns None if the replacement is not a valid statement.
     """
     if any(read(word).problem is not None for word in later.here.split()):
         return None

@@ -16,7 +16,7 @@ BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 
 def check(findings: Findings) -> None:
-    """Report parts of a program that work differently since firmware 4.76."""
+    """Report the parts of a program that firmware 4.76 executes differently from firmware 4.15 or 4.40."""
     _limits(findings, Flow(findings))
     _direction(findings)
     _faults_end_programs(findings)
@@ -57,9 +57,10 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each IF, ELSEIF or WHILE that tests the flag Be or Bh, because the program ends before the test.
+    """Report each test of the flag Be or Bh, because the fault that sets the flag ends the program before the test.
 
-    A position error sets Be, and an overheat sets Bh.  Without F=32, both end the program (manual, section 4.1).
+    Tests are IF, ELSEIF and WHILE.  A position error sets Be, and overheating sets Bh.  Without F=32, both faults end
+    the program (manual, section 4.1).
     """
     if findings.sets_function(CALL_C1):
         return

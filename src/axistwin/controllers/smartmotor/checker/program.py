@@ -101,7 +101,7 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
 
 
 class _Host:
-    """Checks the characters of a host: commands, and a program between LOAD and the bytes FF FF."""
+    """Checks the commands that a host sends, and the program that a host sends between LOAD and the bytes FF FF."""
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.found: list[Diagnostic] = []

@@ -1,4 +1,4 @@
-"""Mode cam (chapter 9): the position follows a table, aw[0] to aw[SIZE], over the counts of the external encoder.
+"""Cam mode (chapter 9): the position follows a table, aw[0] to aw[SIZE], over the counts of the external encoder.
 
 aw[1]  ╱╲          BASE counts are one cycle; then, with F=16 or F=128, D counts of dwell at the last position.
       ╱  ╲____     Passing the end of base plus dwell, or aw[0] backwards, is crossing the zero point: there, a cycle
@@ -28,7 +28,7 @@ def entry(i: Ints, v: Ints, n: int) -> int:
 
 @sampled
 def take_over(i: Ints) -> None:
-    """Put the buffered cam parameters in force, because of the command G or CI."""
+    """Make the buffered cam parameters effective, as the command G or CI requires."""
     i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_FACTOR] = i[s.MC_BASE], i[s.MC_SIZE], i[s.MC_FACTOR]
     i[s.CAM_F] = i[s.F] & DWELLING
     i[s.CAM_DWELL] = max(i[s.D], 0) if i[s.CAM_F] else 0
@@ -50,12 +50,14 @@ def cross(i: Ints, v: Ints, way: int) -> None:
     end = entry(i, v, i[s.CAM_SIZE])
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
     word = i[s.CAM_F]
-    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle  # number of encoder counts after the zero point
+    # `left` is the position of the external encoder relative to the zero point of the cam, in counts.
+    left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle
     if way > 0 and i[s.CI_PENDING]:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # CI may have selected another cam table: read the last entry of that table.
+        # The command CI may have selected a new cam table: read the last entry of the new table.
+        end = entry(i, v, i[s.CAM_SIZE])
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
     if word & MODULO_CAM:  # With F=128, the position and the counter CTR restart at each zero point of the cam.
         shift = i[s.CAM_ORIGIN] + end * way
@@ -106,7 +108,7 @@ def cam_position(i: Ints, v: Ints) -> int:
 
 @sampled
 def cam(i: Ints, v: Ints, moved: int) -> None:
-    """Compute one sample of mode cam."""
+    """Compute one sample of cam mode."""
     before = i[s.COMMANDED]
     origin = i[s.ORIGIN]
     if moved != 0:

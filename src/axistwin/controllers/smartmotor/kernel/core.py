@@ -38,11 +38,11 @@ PID_MOST = 8
 """Longest period of the trajectory in samples, set by PID8."""
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Function that is called with changes of followed numbers: times in ns, indexes and new values."""
+"""Function that is called with the changes of traced values: times in ns, indexes and new values."""
 
 
 class Phase(Enum):
-    """States of the computation of samples, e.g. the next block of samples is planned, or is already computed."""
+    """Phase of the computation of samples: for example, a block of samples is planned or already computed."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -157,13 +157,13 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # If the first requested sample is the last committed sample, `here` is also the position of that sample.
+        # If the first requested sample is already committed, the position of this sample is `here`.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Compute the samples again, because the predicted edges of the external encoder are outdated.
+        """Compute the samples again after the predicted edges of the external encoder have become outdated.
 
         The edges of the next sample are kept, because these edges were read before now.
         """
@@ -265,8 +265,8 @@ class Core:
         The values are those of the motor's processor.
 
         A value is given by its kind (an operation of the interpreter) and its index.  No change of a value that was
-        followed before is lost.  `restless`: some of the values change while the motor rests, so that the samples must
-        be computed.
+        traced before is lost.  `restless`: some of the values change while the motor rests, so that the samples must be
+        computed.
         """
         self.catch_up()
         self.log = log.following(numbers, self.i, self.v, log.last_values(self.log))
@@ -279,14 +279,14 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report to the follower (a trace) each followed value that Python, and not the kernel, has changed."""
+        """Report the traced values that Python code, and not the kernel, has changed."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report to the follower (a trace) all changes of followed values in a finished block of samples.
+        """Report all changes of traced values in a finished block of samples.
 
         `done`: the log in which the kernel has stored the changes.
         """
@@ -294,7 +294,7 @@ class Core:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
             if samples:
-                import numpy as np  # lazy import: needed only while a trace follows the motor
+                import numpy as np  # lazy import: needed only while values are traced
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
@@ -428,7 +428,7 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST  # Number of samples after the last block of LONGEST samples.
-        # Make the next block a quarter longer, because a host often sends commands at equal intervals.
+        # A host often sends commands at equal intervals: the next block should be a quarter longer than one interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -514,7 +514,7 @@ class Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Enlarge the arrays if they are too small for the next samples and the followed values."""
+        """Enlarge the arrays that are too small for the next samples or for the traced values."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -537,9 +537,9 @@ class Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Prepare the compiled kernel if plain Python is too slow.
+    """Load the compiled kernel if plain Python would be too slow for the given speed and number of motors.
 
-    The kernel is compiled, or its cached machine code is loaded.  The number of motors decides.
+    If no machine code is cached, the kernel is compiled first.
 
     Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
     """

@@ -88,7 +88,7 @@ def taken(i: Ints, bit: int) -> int:
 
 @sampled
 def system_value(i: Ints, operation: int, place: int) -> int:
-    """Return the level of a pin, or a system variable that is computed only when a statement reads it."""
+    """Return the level of a pin, or the calculated value of a system variable that has no stored value."""
     if operation == PIN:
         return (i[s.PINS] >> place) & 1
     return taken(i, place) if operation == TAKEN_PIN else computed(i, place)

@@ -107,7 +107,7 @@ def view(numbers: "array[int] | array[float]") -> Any:
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return a compiled copy of a function for calls from Python.
+    """Return a compiled copy of a function.  Python code can call the copy.
 
     The machine code of the copy is cached.
     """
@@ -129,7 +129,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if all machine code is in the user's cache, or if this system does not cache machine code."""
+    """True if no machine code must be compiled: all of it is in the user's cache, or a browser executes axistwin."""
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))
@@ -137,9 +137,9 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """Wrapper of a compiled function, which stores checksums of the cached machine code.
+    """Wrapper that calls a compiled function, and stores checksums of the function's cached machine code.
 
-    The checksums are stored after the first call of the function.
+    The wrapper stores the checksums after the first call of the function.
     """
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
@@ -204,9 +204,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Compile the given functions, and return a copy of the global variables of each module.
+    """Compile the given functions.  Return the global variables of each module, with the compiled functions inserted.
 
-    The copies are listed by the name of the module.
+    The global variables are copies, listed by the name of the module.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}

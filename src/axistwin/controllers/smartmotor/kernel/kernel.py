@@ -27,21 +27,21 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Events at which the kernel stops; each event is one bit.
-# Events in the bit mask BEFORE_SAMPLE stop the kernel before the next sample is computed.
-# All other events stop the kernel after a sample has been computed.
+# Each event that interrupts the computation of samples is one bit.
+# Events in the bit mask BEFORE_SAMPLE interrupt the computation before the next sample.
+# Events that are not in BEFORE_SAMPLE interrupt the computation after a sample.
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # The kernel stops at a statement that Python must execute.
-VALUE_WAITS = 2  # The kernel stops before a statement that needs a value from Python, e.g. GETCHR.
-CALL_WAITS = 4  # The kernel stops because Python must call the routine C1 or C2 of the program.
-TRAJECTORY = 8  # The kernel stops because the flag Bt (trajectory in progress) has changed.
-PLUS, MINUS = 16, 32  # The kernel stops at an asserted limit.
-ERROR, HEAT = 64, 128  # The kernel stops after a position error or an overheat.
-GO_EDGE = 256  # The kernel stops at a falling edge of pin G.
-SWITCH = 512  # The kernel stops because the shaft has reached a switch.
-INDEX_MARK = 1024  # The kernel stops because the flag Bx (index mark) has changed.
+STATEMENT_WAITS = 1  # Event: Python must execute the next statement of the program.
+VALUE_WAITS = 2  # Event: the next statement needs a value from Python, e.g. GETCHR.
+CALL_WAITS = 4  # Event: Python must call the routine C1 or C2 of the program.
+TRAJECTORY = 8  # Event: the flag Bt (trajectory in progress) has changed.
+PLUS, MINUS = 16, 32  # Events: the limit in the positive (or negative) direction is active.
+ERROR, HEAT = 64, 128  # Events: the position error is too large; the motor is too hot.
+GO_EDGE = 256  # Event: a falling edge has occurred at pin G.
+SWITCH = 512  # Event: the shaft has reached a switch.
+INDEX_MARK = 1024  # Event: the flag Bx (index mark) has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # The kernel stops after an assignment that has read the brake pin, e.g. a=UG.
+PIN_TAKEN = 16384  # Event: an assignment has read the brake pin, e.g. a=UG.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -232,7 +232,7 @@ def advance(
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
     `shaft` and `commanded` receive the actual and the commanded position of each sample, in counts of the machine.
-    `log` receives the changes of the numbers that traces follow (`log.py`).
+    `log` receives the changes of the traced values (`log.py`).
     """
     first = i[s.SAMPLE]
     why = ALL_DONE
@@ -241,7 +241,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # Before the first sample, Python may have changed any value that a trace follows.
+            # In the first sample, compare all traced values, because Python code may have changed any of these values.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

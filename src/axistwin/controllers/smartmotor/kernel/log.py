@@ -1,16 +1,16 @@
-"""A log of changes for traces.  A follower is a trace that follows some numbers of the motor's processor.
+"""A log of changes for traces.  A trace records some values of the motor's processor: the traced values.
 
-After every sample the kernel compares each followed number with its last value.  Only statements change variables and
+After every sample the kernel compares each traced value with its last value.  Only statements change variables and
 buffered parameters, so these are compared only after statements.  The kernel computes a block of samples ahead, and
 writes the changes into an array of integers; when virtual time reaches the block, the core reads the array:
 
-    FOLLOWED  number of followed numbers; 0: no follower
+    FOLLOWED  number of traced values; 0: no trace
     USED      number of changes written
     ROOM      number of changes that fit
-    MOVING    number of followed numbers that change without a statement; they come first
-    HEAD …    for each number: its kind (SLOT, VARIABLE or COMPUTED), its index among the numbers of this kind,
-              its last value, its index for the follower
-    then      for each change: the sample, the index for the follower, the value
+    MOVING    number of traced values that change without a statement; they come first
+    HEAD …    for each value: its kind (SLOT, VARIABLE or COMPUTED), its index among the values of this kind,
+              its last value, its index for the trace
+    then      for each change: the sample, the index for the trace, the value
 """
 
 from array import array
@@ -31,7 +31,7 @@ CHANGES = 1 << 14
 
 @sampled
 def value(i: Ints, v: Ints, operation: int, place: int) -> int:
-    """Return the present value of a processor variable that a trace follows.
+    """Return the present value of a traced variable of the processor.
 
     The variable is given by its kind and its index; the state does not change.
     """
@@ -44,7 +44,7 @@ def value(i: Ints, v: Ints, operation: int, place: int) -> int:
 
 @sampled
 def room(log: Ints) -> bool:
-    """True if the log can store one more change of each value that a trace follows."""
+    """True if the log can store one more change of each traced value."""
     return log[USED] + log[FOLLOWED] <= log[ROOM]
 
 
@@ -52,7 +52,7 @@ def room(log: Ints) -> bool:
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
     """Append the changed values to the log.
 
-    Only the first `numbers` followed values are compared with their values at the last call.
+    Only the first `numbers` traced values are compared with their values at the last call.
     """
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
@@ -70,7 +70,7 @@ def empty() -> "array[int]":
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a processor value can change while no statement is executed, e.g. the position of the shaft."""
+    """True if a value, e.g. the position of the shaft, can change while the processor executes no statement."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
@@ -91,13 +91,13 @@ def following(
 
 
 def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
-    """Return the last known value of each followed variable, by kind and index."""
+    """Return the last known value of each traced variable, by kind and index."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Snapshot:
-    """Finds the followed values that have changed since the last call.
+    """Finds the traced values that have changed since the last call.
 
     In plain Python, a Snapshot is faster than the function `note`.
     """
@@ -126,7 +126,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the slice of a log that contains the header and the list of followed values."""
+    """Return the slice of a log that contains the header and the list of traced values."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

@@ -35,10 +35,10 @@ COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
 JAM = next(_slots)  # Additional deceleration by a jammed shaft: 0 or infinite.
 VISCOUS = next(_slots)  # Fraction (0 to 1) by which viscous friction reduces the speed in each sample.
 # In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
-# OPEN_GAIN includes viscous friction only: the windings are open, or the current is at its limit.
-# CLOSED_GAIN includes viscous friction and back-EMF.
+# OPEN_GAIN: only viscous friction acts, because the windings are open or the current is at its limit.
+# CLOSED_GAIN: viscous friction and back-EMF act.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
-PER_AMP = next(_slots)  # Acceleration of the shaft for each A of motor current, in counts/sample².
+PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the current at standstill for a PWM value of 1, in A.
 # AMPS_PER_SPEED is the decrease of the current by the back-EMF at a speed of 1 count/sample, in A.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
@@ -54,7 +54,8 @@ WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures
 # At a steady current of 1 A, the housing becomes HOUSING_RISE (in K) warmer than the air.
 # Both temperature differences are proportional to the square of the current.
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# In each block of 256 samples, a temperature difference decreases by one of these fractions (0 to 1).
+# WINDING_STEP, HOUSING_STEP and AIR_STEP are fractions (0 to 1) of temperature differences.
+# After each block of 256 samples, the temperatures change by these fractions of the differences.
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².
@@ -62,7 +63,7 @@ MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)
 # LOSS_NJ is the heat that a current of 1 A produces in one sample, in nJ.
 # WORK_NJ is the mechanical work of a current of 1 A during a movement of 1 count, in nJ.
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)
-PER_NM = next(_slots)  # Acceleration of the shaft for each N·m of torque, in counts/sample².
+PER_NM = next(_slots)  # Acceleration of the shaft by a torque of 1 N·m, in counts/sample².
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
 

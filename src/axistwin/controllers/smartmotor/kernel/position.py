@@ -19,7 +19,7 @@ def position(i: Ints) -> int:
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Return the commanded position of the shaft, independent of the commands O= and F=2."""
+    """Return the commanded position of the shaft, without the shift by O= and the reversal by F=2."""
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 

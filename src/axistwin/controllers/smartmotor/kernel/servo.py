@@ -193,7 +193,7 @@ def ideal(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal_turn(i: Ints) -> int:
-    """Return the counts by which an ideal motor turns in one sample of torque mode."""
+    """Return the motion of an ideal motor in one sample in torque mode, in counts."""
     torque = clipped(i[s.T], i[s.AMPS])
     return torque >> IDEAL_BITS if torque > 0 else -(-torque >> IDEAL_BITS)
 

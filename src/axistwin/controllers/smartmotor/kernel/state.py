@@ -24,7 +24,7 @@ CLK_ZERO = next(_slots)  # Number of the sample at which the counter CLK was 0: 
     DEPTH,  # Number of return addresses on the stack.
 ) = islice(_slots, 7)
 RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
-SWITCHES, *_ = islice(_slots, 11)  # Value that SWITCH compares, for the main program and for each subroutine.
+SWITCHES, *_ = islice(_slots, 11)  # Values that SWITCH compares: one of the main program, one of each subroutine.
 (
     TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0.
     PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives.
@@ -45,7 +45,7 @@ EPTR, ADDR = next(_slots), next(_slots)
 (
     RELATIVE,  # 1 if D was assigned after P: the next position move is a relative move by D.
     BUFFERED_MODE,  # The mode that the next command G starts.
-    BUFFERED_FACTOR,  # Factor of the mode that the next command G starts, e.g. 4 for MF4 or MC4.
+    BUFFERED_FACTOR,  # Number n if the next command G starts a mode MFn or MCn, e.g. 4 for MF4 and MC4.
 ) = islice(_slots, 3)
 
 # The command F copies the buffered gains to TUNING.
@@ -66,7 +66,7 @@ TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
 SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Values for the modes that follow the external encoder, such as mode cam
+# Values for the modes that follow the external encoder, such as cam mode
 (
     CTR,  # External counter, which the program can read as CTR.
     MASTER,  # Number of edges received from the external encoder.
@@ -78,14 +78,14 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose levels the external encoder sets: 1 for A, 2 for B, 3 for both.
-    PIN_EDGES,  # Number of counted edges on pins A and B, without the edges of the external encoder.
+    PIN_EDGES,  # Number of counted edges on pins A and B that the external encoder has not caused.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Number of counts in CTR for four encoder edges or steps: 1 in MF1, 2 in MF2, otherwise 4.
+    RESOLUTION,  # Change of CTR by four encoder edges (or four steps): 1 in MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs.
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
-CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that mode cam uses.
+CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that are in use.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command CI activates.
 # CI_PENDING is 1 while the command CI waits for the zero point of the cam.
 # CI_SPOILT is 1 while the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
@@ -109,7 +109,7 @@ BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 
 BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # Captured index position, the variable `I`.
-    INDEX_ARMED,  # 1 if the next index mark will be captured; 0 until the captured position has been read.
+    INDEX_ARMED,  # 1 until the motor captures an index mark; then 0 until the captured position has been read.
     INDEX_FORCED,  # 1 while an external source forces the index line high.
 ) = islice(_slots, 3)
 
@@ -121,10 +121,10 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
     STOPPING,  # 1 while the motor decelerates after a fault, because F=1 was set.
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
-    FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1: C1 is called again when C1 returns.
+    FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1; C1 is then called a second time.
     OBSERVE_INDEX,  # 1 if the kernel must stop at each change of the flag Bx (index mark).
 ) = islice(_slots, 5)
-# positions of the nearest index marks below and above the shaft
+# INDEX_LOW and INDEX_HIGH are the positions of the nearest index marks below and above the shaft position.
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 
 # Levels of the user pins, from bit 0 (pin A) to bit 6 (pin G)
@@ -160,10 +160,10 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 # HEAT is the sum of the squared currents of HEAT_SAMPLES samples, in units of (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder counts COUNTS_OF counts while the shaft turns by COUNTS_OUT_OF counts.
+# A defective encoder reports a motion of COUNTS_OUT_OF counts as a motion of COUNTS_OF counts.
 # While the encoder has no defect, COUNTS_OF and COUNTS_OUT_OF are both 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of the division by COUNTS_OUT_OF; the next sample adds this remainder.
+UNCOUNTED = next(_slots)  # Remainder of motion * COUNTS_OF / COUNTS_OUT_OF; added in the next sample.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 

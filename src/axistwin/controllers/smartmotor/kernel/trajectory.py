@@ -182,7 +182,7 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Wrap a commanded position beyond 32 bits to the other end of the range, and set the flag Bw.
+    """Move a commanded position that exceeds 32 bits to the other end of the range, and set the flag Bw.
 
     The target is shifted by the same amount, so that the move keeps its length.
     """

@@ -16,7 +16,7 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A Class 5 command, with the command of firmware 4.76 that replaces it.
+    """A Class 5 command, and the command of firmware 4.76 with the same effect.
 
     `form`: pattern that finds the Class 5 command.  `here`: the command of firmware 4.76.  `sure`: True if both
     commands take values in the same unit.
@@ -29,7 +29,7 @@ class Later(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A Class 5 word in a text, with its translation for firmware 4.76."""
+    """A Class 5 word in a text, and its replacement for firmware 4.76."""
 
     word: str
     here: str

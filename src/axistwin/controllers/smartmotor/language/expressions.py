@@ -144,7 +144,10 @@ class Reader:
 
     def _read(self) -> Expression:
         if self._highest > STACK:
-            raise Malformed("the expression is too long: split the assignment, e.g. into a=b+c a=a+d", self.at)
+            raise Malformed(
+                "the expression is too long: split the assignment in two, e.g. write a=b+c and a=a+d for a=b+c+d",
+                self.at,
+            )
         code = tuple(number for word in self._code for number in word)
         return Expression(
             (*code, ops.RESULT),
@@ -155,7 +158,7 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """Parse the array index in brackets that begins at the present position in the text.
+        """Parse an array index in brackets, e.g. [5], at the present position in the text.
 
         Raises Malformed.
         """

@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """Sources that may give a command: a host or a stored program."""
 
-    HOST = auto()  # A host may send the command over a serial channel.
-    PROGRAM = auto()  # A stored program may contain the command.
-    BLOCK = auto()  # A stored program may contain the command; a host must not send it, e.g. a label or LOOP.
-    REMOVED = auto()  # The command is never accepted, because firmware 4.76 has removed it (manual, section 1.3).
+    HOST = auto()  # The command is valid on a serial channel.
+    PROGRAM = auto()  # The command is valid in a stored program.
+    BLOCK = auto()  # The command is valid only in a stored program, e.g. a label or LOOP.
+    REMOVED = auto()  # The command is invalid, because firmware 4.76 has removed the command (manual, section 1.3).
 
 
 class Form(Enum):

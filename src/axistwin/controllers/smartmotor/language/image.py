@@ -115,11 +115,9 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """Return the decoded text, and True if the text agrees with its header.
+        """Return two values: the decoded text, and True or False.  True means that the text agrees with its header.
 
-        The header contains a checksum and a length.
-
-        A text without a header is always right.
+        The header contains a checksum and a length.  For a text without a header, the second value is always True.
         """
         self._begin(whole=True)
         self._decode(len(self._rest))

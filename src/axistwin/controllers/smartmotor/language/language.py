@@ -109,9 +109,9 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement, and return the text of a report without CR.
+        """Execute the statement.  If the statement is a report, return the text of the report without the final CR.
 
-        Invalid text only sets Bs.
+        Otherwise return None.  An invalid statement only sets the flag Bs.
         """
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
@@ -385,7 +385,7 @@ def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, 
     variable = text[1:]
     if find(variable) is None:
         raise Malformed(
-            f"the variable {variable[:20]} does not exist: expected a report such as Ra or RAINA1",
+            f"the report names the variable {variable[:20]}, which does not exist: expected e.g. Ra or RAINA1",
             1,
             found.chapter,
             rules.ARGUMENTS,

@@ -80,10 +80,10 @@ class Program:
     heads: tuple[int, ...] = ()
     """Indices in `code` of the operations that take a sample, in ascending order.
 
-    If a call of Python precedes an operation, the index is that of the call.
+    If the code reports the beginning of a statement, the index is that of the report.
     """
     announces: frozenset[int] = frozenset()
-    """Numbers of the statements before which the code calls Python; the call is a FETCH without values."""
+    """Numbers of the statements whose beginning the code reports.  The report is a FETCH operation without values."""
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
@@ -94,7 +94,7 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return an equivalent program that calls Python before each of the given statements.
+        """Return a copy of the program that reports when one of the given statements begins.
 
         `numbers`: numbers of these statements.
         """
@@ -110,10 +110,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the code that calls Python before a statement.
+        """Return the length of the code that reports the beginning of a statement.
 
-        `head`: index in `code` at which the code of the statement begins.  The length is 0 if the statement has no such
-        call.
+        `head`: index in `code` at which the code of the statement begins.  The length is 0 if the code does not report
+        the beginning of this statement.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -321,7 +321,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the generated code already contains a call of Python for the statement `number`."""
+        """True if the generated code already reports the beginning of the statement `number`."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
@@ -432,9 +432,9 @@ class _Writer:
                 yield
 
     def _case(self, case: int) -> int:
-        """Generate the comparison of a CASE with its constant.
+        """Generate the code that compares the value of a SWITCH with the number of a CASE.
 
-        A CASE without a constant sets Bs.
+        A CASE without a number sets the flag Bs.
         """
         if self.statements[case].problem is not None:
             target = self._head(ops.S_IF, case)

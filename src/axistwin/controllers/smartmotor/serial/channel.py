@@ -47,9 +47,9 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 
 
 class Transfer(Protocol):
-    """A download or upload in progress, which receives all characters of its channel.
+    """A download or upload in progress.  The transfer receives all characters that arrive on its channel.
 
-    The command parser then receives no characters.
+    During the transfer, the command parser receives no characters.
     """
 
     def take(self, byte: int) -> None:
@@ -77,7 +77,7 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a point of host mode, or a value for A, V or P."""
+        """Execute a binary record: a position or a clock value for host mode, or a value for A, V or P."""
 
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode."""
@@ -97,7 +97,7 @@ class Channel:
         self.errors = ChannelError(0)
         self.fifo: deque[int] = deque()
         self.transfer: Transfer | None = None
-        """The download or upload in progress, which receives all characters; otherwise None."""
+        """The download or upload in progress, or None.  The transfer receives all characters of the channel."""
         self.direction: UserPin | None = None
         """The direction line of an RS-485 converter, pin G."""
         self._data_mode = False
@@ -246,7 +246,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # The flag was cleared after earlier errors of this kind, so remove these errors from all channels.
+            # The flag is 0, so earlier errors of this kind have been cleared: remove these errors from all channels.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

@@ -66,7 +66,7 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """Receive a byte with a line error, which makes the program invalid."""
+        """Receive a byte with a line error.  The received program becomes invalid."""
         self._sound = False
         self.take(0)
 

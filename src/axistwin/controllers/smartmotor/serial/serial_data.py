@@ -27,7 +27,7 @@ def echo(motor: Processor, channel: int = 0) -> None:
 
 
 def echo_off(motor: Processor, channel: int = 0) -> None:
-    """ECHO_OFF, ECHO_OFF1: stop sending received characters back, as at power-up."""
+    """ECHO_OFF, ECHO_OFF1: switch the echo of received characters off.  After power-up, the echo is off."""
     motor.channels[channel].echoing = False
 
 
@@ -37,7 +37,7 @@ def sleep(motor: Processor, channel: int = 0) -> None:
 
 
 def wake(motor: Processor, channel: int = 0) -> None:
-    """WAKE, WAKE1: execute all commands on this channel again, after SLEEP or SLEEP1."""
+    """WAKE, WAKE1: end SLEEP or SLEEP1; the motor then executes the commands that arrive on this channel."""
     motor.channels[channel].asleep = False
 
 
@@ -55,7 +55,7 @@ def talk(motor: Processor, channel: int = 0) -> None:
 
 
 def address(motor: Processor, number: int) -> None:
-    """SADDRn: set the motor's address, 0 to 120; other values set Bs.
+    """SADDRn: set the motor's address, 0 to 120.  Any other value sets the flag Bs and does not change the address.
 
     The motor stays addressed.
     """
@@ -66,10 +66,10 @@ def address(motor: Processor, number: int) -> None:
 
 
 def baud(motor: Processor, rate: int) -> None:
-    """BAUDn: set channel 0 to 2400, 4800, 9600, 19200 or 38400 bit/s; other values set Bs.
+    """BAUDn: set the baud rate of channel 0 to 2400, 4800, 9600, 19200 or 38400 bit/s.
 
-    The change takes effect at once: a character on the wire ends at the old rate, the next character is sent at the new
-    rate.
+    Any other value sets the flag Bs and does not change the baud rate.  The new baud rate takes effect at once: a
+    character on the wire ends at the old rate, and the next character is sent at the new rate.
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:

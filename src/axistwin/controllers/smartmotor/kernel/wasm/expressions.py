@@ -126,7 +126,7 @@ class Expressions:
     # Instructions
 
     def _value(self, node: ast.expr, kind: int) -> None:
-        """Compile an expression that pushes a number of the type `kind`."""
+        """Generate the instructions that push the value of an expression as a number of the type `kind`."""
         own = self._kind(node)
         match node:
             case ast.Name(id=name) if name in self._places:
