@@ -144,7 +144,7 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
         (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
         (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
         ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
-        (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: invalid position in the event when='X passes 999"),
+        (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: invalid axis position in the event when='X"),
         (f"! fault jam X at={'9' * 5000}\n", "a.talk:1: invalid value at='999"),
         (f"= X.position {'9' * 5000}\n", "a.talk:1: '999"),
         (f"= X.position 0.{'0' * 80}\n> (\n", ""),
