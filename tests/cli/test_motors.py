@@ -221,7 +221,7 @@ def test_a_program_that_does_not_fit(tmp_path):
     program.write_text("a=1\n" * 100)
     code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
     assert code == 1
-    assert "too many for the motor: increase the option program_bytes" in told
+    assert "too many for the program memory of the motor: shorten the program, or increase the option" in told
 
 
 def test_a_program_for_nobody(tmp_path):
@@ -310,7 +310,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
     assert code == 1
-    assert "the motor does not answer LOAD with the byte 06: expected a motor with the line format 1200 7E1" in told
+    assert "the motor does not answer LOAD with the byte 06: check that the motor has the line format 1200 7E1" in told
 
 
 @pytest.mark.parametrize(

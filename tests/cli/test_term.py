@@ -174,7 +174,10 @@ def test_a_controller_at_a_port(urls):
         "> E",
         "< C<CR>",
         "> :pins",
-        "this command needs a virtual controller: a port transfers characters only",
+        (
+            "this command needs a virtual controller, but the terminal is connected to a port: "
+            "start axistwin term with a model, e.g. if1"
+        ),
     ]
     for url in (urls["tcp"].replace("tcp", "socket"), urls["rfc2217"], urls["pty"], urls["pty"][4:]):
         assert term(url, typed="N\n").out.splitlines() == ["> N", "< 100<CR>"], url

@@ -127,7 +127,7 @@ def test_a_scene_with_units(directory):
         (
             "45 °",
             "45 mm",
-            "invalid position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis: expected",
+            "invalid axis position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis",
         ),
         ('"-90 °"', '"-90"', None),
         (

@@ -143,7 +143,7 @@ def test_hal_refuses_root_and_the_position_stays_known(scene, capsys, tmp_path):
     (tmp_path / "table.journal").write_text("end table.X=3\n")
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE))
     assert code == 1
-    assert re.search(r"(does not run as root: start axistwin as another user|halcmd is missing: install LinuxCNC)", err)
+    assert re.search(r"(cannot run as root: start axistwin as another user|halcmd is missing: install LinuxCNC)", err)
     assert last_positions(tmp_path / "table.journal") == {"table.X": 3}
 
 

@@ -60,7 +60,7 @@ class Conversation:
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """Dictionary of the headers: each key with its comment and its value."""
+        """Dictionary from the key of each header to a pair: the comment with the header, and the header's value."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -102,7 +102,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Context manager that adds the line number of a header to all errors of the `with` block.
+        """Context manager that adds the line number of a header to all errors that occur in the `with` block.
 
         If the conversation does not have this header, errors do not change.
         """
@@ -114,7 +114,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Context manager that adds the file name and line number of an action to all errors of the `with` block."""
+        """Context manager that adds a place to all errors: the file name and the line number of an action."""
         try:
             yield
         except (PlacedError, UsageError) as error:

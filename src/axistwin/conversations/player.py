@@ -151,7 +151,7 @@ class Player:
         raise ProgramError(f"the line does not begin with a controller name: expected one of {controllers}")
 
     def _endpoint(self, act: Act) -> str:
-        """Return the name of the port or bus at which the host sends or receives this line."""
+        """Return the name of the port or bus that the host uses for `act`, an action of the conversation."""
         if act.controller:
             if act.controller not in self.received:
                 names = ", ".join(self.received)

@@ -190,7 +190,10 @@ class Recorder:
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record the pending reply of the controller, then the pause up to `time_ns`, then the line of `act`."""
+        """Record the action `act` at the time `time_ns`.
+
+        The pending reply of the controller and the pause before `time_ns` are recorded first.
+        """
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)
@@ -278,7 +281,7 @@ class TalkFile:
 
 @contextmanager
 def recording(bench: Bench) -> Iterator[Recorder]:
-    """Record the events of a simulation within a `with` block."""
+    """Context manager that records the events of a simulation."""
     recorder = Recorder(bench, _headers(bench))
     with observing(bench, recorder.record):
         yield recorder

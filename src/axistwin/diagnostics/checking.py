@@ -180,7 +180,7 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
 
 
 def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Callable[[str, int, str], Act | None]:
-    """Return the function that parses one line of a program file, by the suffix of the file."""
+    """Return the function that parses one line of a program file; `suffix` is the suffix of the file."""
     match suffix:
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
@@ -194,7 +194,7 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the sessions of each controller in a program.
+    """Return the sessions in a program file: one sequence of sessions for each controller.
 
     A session contains the characters that the controller receives between two power-offs.
     """

@@ -121,7 +121,7 @@ def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> No
 
 
 def is_pressed(pin: Pin) -> bool:
-    """True if the user has changed the level of the terminal."""
+    """True if the user has changed the level of the controller's pin."""
     return pin.driven and pin.level is not pin.undriven
 
 

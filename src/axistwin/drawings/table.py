@@ -72,9 +72,9 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points of one SVG element of the path, each as the text `X,Y`.
+        """Yield the points of one piece of the trail, each as the text `X,Y`.
 
-        The last point is also the first point of the next element.
+        Each piece is one SVG polyline.  The last point is also the first point of the next piece.
         """
         oldest = trail.begun - len(trail.points)
         first = max(piece * PIECE - oldest, 0)

@@ -116,14 +116,17 @@ def _straight(first: Point, middle: Point, last: Point) -> bool:
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest move of an axis that is still drawn; 0 if all moves are drawn."""
+    """Return the start time of the oldest drawn move of an axis.
+
+    If all moves of the axis are drawn, return 0.
+    """
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """Yield the start and end times of an axis's moves between two times."""
+    """Yield each time between `since_ns` and `now_ns` at which a move of the axis starts or ends."""
     if not isinstance(axis, StepperAxis):
         return
     for move in reversed(axis.train.moves):
@@ -152,7 +155,7 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """The trails of all X-Y tables of a session, which all browser pages share."""
+    """The trails of all X-Y tables of a session.  All browser pages show these trails."""
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}

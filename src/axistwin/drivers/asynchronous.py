@@ -30,7 +30,7 @@ async def connect_async(url: str, model: str, *, baud: int | None = None, **opti
 
 
 class Port(Protocol):
-    """Interface of a port that programs with asyncio use."""
+    """Interface of a port for programs that use asyncio."""
 
     async def write(self, data: bytes) -> None:
         """Send bytes to the port."""
@@ -84,7 +84,7 @@ class TcpPort(WallClock):
         except OSError as error:
             raise self._lost(why=error) from None
         if not data:
-            raise self._lost("the server has closed the connection")
+            raise self._lost("the server at this address has closed the connection")
         return data
 
     def _lost(self, why: object) -> PortError:

@@ -84,7 +84,7 @@ class Scale:
 
 
 class Axis(Protocol):
-    """Interface of an axis, which is the same for all controllers."""
+    """Common interface of the axes of all controllers."""
 
     name: str
     scale: Scale

@@ -29,7 +29,7 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """Raised if the board reports a failure of the board."""
+    """Raised if the board reports that it has failed."""
 
 
 def signed(value: bytes) -> int:
@@ -283,7 +283,7 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the stream has failed if the board's buffer is empty, or if the board does not read its full buffer
+            # the stream has failed if the board's buffer has become empty, or if the buffer stays full
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
@@ -317,7 +317,7 @@ class Motor(AxisCore):
         self._home_from = 0
 
     def forget(self) -> None:
-        """Discard the driver's data about the motion, which a reset of the board has ended."""
+        """Discard the driver's data about the motion, because a reset of the board has ended the motion."""
         self._profile, self._target, self._homing = None, None, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
@@ -390,7 +390,7 @@ class Motor(AxisCore):
         self._homing = False
 
     def abort(self) -> Procedure[None]:
-        """Stop the pulses at once, without deceleration."""
+        """Stop the pulses immediately, without deceleration."""
         yield from self._board.command(0x78)
         self._homing = False
 

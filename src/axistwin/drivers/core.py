@@ -57,7 +57,7 @@ class Core(ABC):
         return result
 
     def close(self) -> None:
-        """Discard all received bytes after the port has been closed."""
+        """Discard all received bytes, because the port has been closed."""
         self._received.clear()
         self._in_step = False
 
@@ -100,11 +100,16 @@ class Core(ABC):
         if len(self._received) > MOST_BYTES:
             begin = shown(self._received)
             raise WrongAnswerError(
-                f"the answer to {request} is too long ({begin}): check that the controller is at this port"
+                f"the answer to {request} is too long (it begins with {begin}): "
+                "check that the controller is connected to this port"
             )
 
     def _discard(self, first: float) -> Procedure[bytes]:
-        """Receive bytes until no byte arrives for 0.1 s, and return all bytes."""
+        """Empty the receive buffer, and return the bytes.
+
+        The buffer is empty when no byte arrives for 0.1 s.  `first`: longest time to wait for the first byte, in
+        seconds.
+        """
         found = bytes(self._received)
         self._received.clear()
         wait = first

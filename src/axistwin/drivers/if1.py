@@ -107,7 +107,7 @@ class IF1(Core):
     # The following functions synchronise the driver with the controller.
 
     def synchronise(self) -> Procedure[None]:
-        """Find the controller, and initialise a controller whose power has been switched on."""
+        """Find the IF1.  If the IF1 has been switched on and is not initialised yet, initialise the IF1."""
         yield from self._discard(0.0)
         if (yield from self._probe()):
             yield from self._adopt()
@@ -120,7 +120,7 @@ class IF1(Core):
                 return
             if answer:
                 raise WrongAnswerError(f"the answer to '(' is {shown(answer)}: expected U from an IF1")
-        raise SilentError(f"no IF1 at this port answered the requests '(' and I: {self.remedy}")
+        raise SilentError(f"no IF1 at this port answered the request '(' or the request 'I': {self.remedy}")
 
     def _probe(self) -> Procedure[bool]:
         """Return True if the controller is initialised, and detect its echo and terminator."""
@@ -310,7 +310,7 @@ class IF1(Core):
             raise RefusedError(f"the IF1 does not move because of a fault ({fault.name}): {fault.remedy}")
 
     def stop(self) -> Procedure[None]:
-        """Decelerate all axes to a standstill, and end a sequence."""
+        """Decelerate all axes to a standstill, and end the running sequence, if any."""
         yield from self.message("#")
         if self._move is not None:
             self._move.stopped = True
@@ -320,7 +320,7 @@ class IF1(Core):
         return self._status(axis, (yield from self._poll()))
 
     def statuses(self) -> Procedure[dict[str, Status]]:
-        """Read the controller once, and return the state of each axis in steps."""
+        """Read the controller once, and return the state of each axis; positions are in steps."""
         moving = yield from self._poll()
         return {name: self._status(axis, moving) for name, axis in self.axes.items()}
 
@@ -375,7 +375,10 @@ class IF1(Core):
     # The following functions exist only for an IF1 or IF2.
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
-        """Begin a move of two or three axes to target positions; each axis moves the same number of steps."""
+        """Begin a move of two or three axes to target positions.  All axes must have equal distances to their targets.
+
+        Raises RefusedError if the distances in steps are not equal.
+        """
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
         distances = {name: target - self.position_of(name) for name, target in targets.items()}
@@ -455,7 +458,7 @@ class IF1Axis(AxisCore):
             )
         distance, speed = target - core.position_of(self.name), core.speed(self.velocity)
         if abs(distance) > MAX_DISTANCE:
-            raise RefusedError(f"distance of {distance} steps: expected at most 999999999 steps")
+            raise RefusedError(f"the distance of {distance} steps is too long: expected at most 999999999 steps")
         if distance:
             yield from core._set_ramp(self.acceleration)
             sign = 1 if distance > 0 else -1

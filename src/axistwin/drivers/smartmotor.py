@@ -234,7 +234,7 @@ class Shaft(AxisCore):
         """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 
     def prepare(self) -> Procedure[None]:
-        """Send again the settings that the motor has lost in a power cut."""
+        """Restore the settings that the motor has lost in a power cut."""
         _, _, acceleration = yield from self._read()
         if self._setting:
             if acceleration not in (self._set_acceleration, self._setting):
@@ -293,7 +293,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # otherwise the difference is the old acceleration, which the motor would use after a power cut (A=0)
+            # a difference equal to `before` would give the motor the old acceleration after a power cut (A=0)
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
@@ -330,11 +330,11 @@ class Shaft(AxisCore):
         yield from self._end("X")
 
     def abort(self) -> Procedure[None]:
-        """Stop the trajectory at once."""
+        """Stop the trajectory immediately."""
         yield from self._end("S")
 
     def _end(self, text: str) -> Procedure[None]:
-        """Send a stop command, and check by a report that the motor has received the command."""
+        """Send a stop command.  Then request a report, to check that the motor has received the stop command."""
         self._homing = 0
         yield from self._line.send(self.prefix, text)
         yield from self._read()
@@ -396,7 +396,7 @@ class Shaft(AxisCore):
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause no longer exists, including limit faults."""
+        """Clear each fault whose cause no longer exists.  A limit fault is cleared, too."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 

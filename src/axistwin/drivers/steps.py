@@ -34,7 +34,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class Clock:
-    """A request for the present time of a clock in seconds.
+    """A request to read a clock.  The result is the present time in seconds.
 
     The clock starts at an arbitrary moment.
     """

@@ -105,9 +105,9 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter of a command to which one word in the text belongs.
+        """Return the command's parameter that contains one given word of the text.
 
-        `here`: index of the word; the command is word 0.  None for a word that belongs to no parameter.
+        `here`: index of the word; the command is word 0.  Return None if the word belongs to no parameter.
         """
         given = text.split()
         if given[0] in self.names:
@@ -121,7 +121,7 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the characters of the modal commands in the previous lines.
+        """Return a session that contains only the modal commands of the given lines.
 
         Modal commands decide which commands are valid next.
         """

@@ -67,7 +67,7 @@ class Text:
         """Convert a line and a column, both counted from 1, to a position in the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # in an ASCII line, a column is the same in every encoding
+            return here  # in a line of ASCII characters, the column number is equal in all encodings
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

@@ -98,7 +98,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the name of the table that contains a line of a scene, e.g. ["controller", "axes"]."""
+    """Return the name of the TOML table that contains the given line of a scene, e.g. ["controller", "axes"]."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -106,7 +106,10 @@ def _table(lines: list[str], line: int) -> list[str]:
 
 
 def _model(lines: list[str], line: int) -> str:
-    """Return the controller model from the [[controller]] table that contains a line."""
+    """Find the [[controller]] table that contains the given line, and return the controller model in this table.
+
+    Return "" if no model is found.
+    """
     begin = next((n for n in range(line, 0, -1) if re.match(r"\s*\[\[\s*controller\s*\]\]", lines[n - 1])), None)
     if begin is None:
         return ""
@@ -224,9 +227,10 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Find a value by a regular expression in the table that contains a line.
+    """Find a value in the TOML table that contains the given line.
 
-    Return the text of the expression's first group; "" without a match.
+    `pattern`: regular expression for a line with the value.  Return the text of the expression's first group, or "" if
+    no line matches.
     """
     begin = next((n for n in range(line, 0, -1) if lines[n - 1].lstrip().startswith("[")), 0)
     for each in lines[begin:]:

@@ -260,7 +260,7 @@ def _is_allowed(command: Instruction, blocks: list[str] | None) -> bool:
 
 
 def _written(command: Instruction) -> str:
-    """Return the text that a completion inserts for a command, without operands."""
+    """Return the text that a completion inserts for a command; the text contains no operands."""
     match command.form:
         case Form.CALL | Form.ITEMS:
             return str(command.code).removesuffix(")")

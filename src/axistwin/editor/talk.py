@@ -113,9 +113,9 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the modal commands that the host sends to one controller, as a session of characters.
+    """Return a session that contains only the modal commands that the host sends to one controller.
 
-    A modal command changes which commands are valid afterwards.
+    Modal commands decide which commands are valid next.
     """
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
@@ -142,7 +142,9 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that a conversation can use for a controller model, in three groups.
+    """Return the names that the lines of a conversation can contain, in three groups.
+
+    The names depend on the controller model.
 
     The groups are "!" for the targets of actions, "=" for the values that can be checked, and "pins".
     """

@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the start of the fault is not complete: end the fault in the next event
+            if self._mend is None:  # the fault is still beginning: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -113,7 +113,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return kind and parameters of all other active faults on the same part of the bench."""
+        """Return the kind and the parameters of each other fault that is active on this fault's part of the bench."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -278,7 +278,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a host that waits until no event is scheduled does not wait for this event
+            clock.background += 1  # this event does not delay a host that waits until the bench is idle
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

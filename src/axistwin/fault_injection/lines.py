@@ -96,7 +96,7 @@ def check_handshake(spot: Spot) -> None:
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Apply `effect` to some of the characters: a given number, all, or a random selection."""
+    """Apply `effect` to a given number of characters, to a random selection of characters, or to all characters."""
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1

@@ -25,8 +25,8 @@ def stuck(case: Case) -> Mend:
 class Bounce:
     """Fault: a contact opens and closes again a few times after every change.
 
-    While the contact bounces, the terminal ignores its source.  If the source has changed by the end, the contact
-    bounces again.
+    While the contact bounces, the pin ignores the level of its signal source.  If this level has changed by the end of
+    the bouncing, the contact bounces again.
     """
 
     def __init__(self, case: Case) -> None:
@@ -36,7 +36,7 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """Stop the bouncing, so that the terminal follows its source again."""
+        """Stop the bouncing, so that the pin has the level of its signal source again."""
         self._unsubscribe()
         self._bouncing = False
         self._release()
@@ -92,16 +92,19 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError if the fault `open_wire` is not possible at a terminal.
+    """Raise UsageError if the fault `open_wire` is not possible at a pin.
 
-    The fault is possible at an input for which the manual states the level with an open wire.
+    The fault is possible if the pin is an input, and if the manual states the level of the input without a wire.
     """
     assert spot.pin is not None, "the fault is one of a pin"
     terminal = spot.name
     if not spot.pin.drivable:
         raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
-        raise UsageError(f"the manual does not state the level of {terminal} with an open wire: use the fault `stuck`")
+        raise UsageError(
+            f"the fault `open_wire` is not possible at {terminal}, because the manual does not state the level of this "
+            "input without a wire: use the fault `stuck`"
+        )
 
 
 def open_limit(case: Case) -> Mend:
@@ -128,7 +131,10 @@ def encoder_slips(case: Case) -> Mend:
 
 
 def encoder_loses(case: Case) -> Mend:
-    """Fault: of each `every` counts, the encoder loses one count."""
+    """Fault: the encoder loses one count at regular intervals.
+
+    The parameter `every` is the interval in counts.
+    """
     return _miscount(case, "encoder_loses")
 
 
@@ -151,9 +157,9 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Set the ratio of reported counts to true counts of an encoder.
+    """Make an encoder report a wrong number of counts.
 
-    The ratio is the product of the ratios of all active faults of the encoder.
+    The ratio of reported counts to correct counts is the product of the ratios of all active faults of the encoder.
     """
     encoder = _axis(case).encoder
 
@@ -175,12 +181,12 @@ def check_encoder(spot: Spot) -> None:
 
 
 def check_data_sheet(spot: Spot) -> None:
-    """Raise UsageError for an ideal servo motor, on which this fault has no effect."""
+    """Raise UsageError if the servo motor is ideal, because a fault of a real motor cannot affect an ideal motor."""
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
         name = spot.name
         raise UsageError(
-            f'the ideal motor of {name} cannot have this fault: expected a real motor, e.g. motor="frame23"'
+            f'the ideal motor of {name} cannot have this fault: select a motor with a data sheet, e.g. motor="frame23"'
         )
 
 
@@ -224,7 +230,7 @@ def drive_fault(case: Case) -> Mend:
 
 
 def check_drive(spot: Spot) -> None:
-    """Raise UsageError if the controller has no fault input for the drive."""
+    """Raise UsageError if the controller has no input for the fault signal of the drive."""
     _fault_pin(spot)
 
 
@@ -232,10 +238,12 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(f"{controller} has no fault input for a drive: use the fault `jam` or `stall`")
+        raise UsageError(f"{controller} has no input for the fault signal of a drive: use the fault `jam` or `stall`")
     if name not in pins:
         axes = ", ".join(pins)
-        raise UsageError(f"{controller} has no fault input for the drive of axis {name}: expected one of {axes}")
+        raise UsageError(
+            f"{controller} has no input for a fault signal from the drive of axis {name}: expected one of {axes}"
+        )
     return pins[name]
 
 

@@ -36,7 +36,7 @@ class Machine(Protocol):
 
     @property
     def bus(self) -> RegisterPort:
-        """Register port of a controller on a bus."""
+        """The port for the registers of the controller, if the controller is connected to a bus."""
 
     @property
     def alarms(self) -> Alarms | None:
@@ -67,7 +67,7 @@ class World(Protocol):
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """The serial lines that several motors share, by name."""
+        """Dictionary from name to serial line, for the lines that several motors share."""
 
     @property
     def faults(self) -> Any:
@@ -101,7 +101,7 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield the serial lines of a bench by name, e.g. `if1.serial` or `chain`.
+    """Yield the name of each serial line, e.g. `if1.serial` or `chain`, and a function that returns the line.
 
     An RS-485 channel such as `motor.rs485` is included if the channel is in use.
     """
@@ -114,30 +114,30 @@ def lines(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def pins(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield the terminals of a bench by name, e.g. `if1.input1`."""
+    """Yield the name of each pin, e.g. `if1.input1`, and a function that returns the pin."""
     for name, controller in world.controllers.items():
         for pin in controller.pins:
             yield f"{name}.{pin}", partial(Spot, f"{name}.{pin}", controller, pin=controller.pins[pin])
 
 
 def axes(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield the axes of a bench by name, e.g. `if1.X`."""
+    """Yield the name of each axis, e.g. `if1.X`, and a function that returns the axis."""
     for name, controller in world.controllers.items():
         for axis in controller.axes:
             yield f"{name}.{axis}", partial(Spot, f"{name}.{axis}", controller, axis=controller.axes[axis])
 
 
 def controllers(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield the controllers of a bench by name, e.g. `if1`."""
+    """Yield the name of each controller, e.g. `if1`, and a function that returns the controller."""
     for name, controller in world.controllers.items():
         yield name, partial(Spot, name, controller)
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return parts of a bench, e.g. its pins, by full name and by short name.
+    """Add short names to a list of full names, and return a dictionary from all names to parts of a bench.
 
-    Short names are included: pins and axes of the controller `here` without its name.  A controller's name is a short
-    name of its serial port, or of its only pin or axis.
+    The name of a pin or an axis of the controller `here` is short without the controller's name.  The name of a
+    controller is a short name of its serial port, or of its only pin or axis.
     """
     full = dict(found)
     every = dict(full)

@@ -103,7 +103,7 @@ def _value(name: str, text: str) -> Any:
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
-    """Assign the values without a parameter name, in order, to the parameters that have no value yet."""
+    """Assign each unnamed value to the next parameter that has no value yet."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         extra = bare[len(free)]

@@ -86,7 +86,7 @@ def _passes(wish: _Wish) -> Arm:
     try:
         position = machine_units.position(found["position"], axis.units)
     except UsageError as what_was_expected:
-        raise UsageError(f"invalid position in the event when={wish.text!r}: {what_was_expected}") from None
+        raise UsageError(f"invalid axis position in the event when={wish.text!r}: {what_was_expected}") from None
     return lambda happens: _Passing(axis, position, ways, happens).end
 
 
@@ -118,9 +118,10 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return the trigger for received data, e.g. "table hears X1000".
+    """Return a trigger that starts when a controller or its host receives the given data.
 
-    With the verb "hears" the device receives the data, with "says" the host.
+    With the verb "hears" the controller receives the data, e.g. "table hears X1000".  With "says" the host receives
+    the data.
     """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
@@ -226,15 +227,15 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"program line {line} of {machine.name}, {text}, takes no time and cannot start a fault: "
+            f"a fault cannot start at program line {line} of {machine.name} ({text}), which takes no time: "
             f"expected {valid_line}"
         )
 
 
 def _timed_line(listing: Listing, after: int) -> str:
-    """Return the number and the text of the next program line that takes virtual time, e.g. "line 4, a=a+1"."""
+    """Return the number and the text of the next program line that takes virtual time, e.g. "line 4 (a=a+1)"."""
     number = next((n for n in range(after, len(listing.lines)) if n not in listing.silent), None)
-    return "another line" if number is None else f"line {number + 1}, {listing.lines[number]}"
+    return "another line" if number is None else f"line {number + 1} ({listing.lines[number]})"
 
 
 def _other_fault(wish: _Wish) -> Arm:

@@ -107,7 +107,7 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """Return True if the scene has no wire to the terminal, and the simulation tool can set the terminal's level."""
+    """True if the simulation tool can set the level of the pin, because no wire of the scene ends at the pin."""
     return not pin.wired and (isinstance(pin, UserPin) or pin.drivable)
 
 

@@ -78,7 +78,7 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the text that replaces an instruction for the program Sphinx.
+    """Return the text that a page shows in place of a Sphinx directive.
 
     The text is usually empty.
     """

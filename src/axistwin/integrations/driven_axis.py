@@ -210,7 +210,7 @@ class DrivenAxis:
     # Polls
 
     async def update(self, status: Status) -> None:
-        """Process the status of the axis that the last poll has read."""
+        """Process the status that the last poll has read from the axis."""
         before, self.status, self.error = self.status, status, ""
         if status.moving:
             await self._moving(slower=abs(status.velocity) < abs(before.velocity))

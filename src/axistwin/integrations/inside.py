@@ -53,7 +53,10 @@ class InnerPort:
         self._pacer.work()
 
     async def read(self, timeout: float) -> bytes:
-        """Receive at least one byte, or b"" after `timeout` seconds of virtual time."""
+        """Wait for at least one byte, and return the received bytes.
+
+        Return b"" if no byte arrives within `timeout` seconds of virtual time.
+        """
         clock = self._pacer.clock
         end_ns = clock.later(to_ns(timeout))
         while not self._received and clock.now < end_ns:
@@ -126,7 +129,7 @@ class _InnerClient:
 
 
 class _InnerMaster(Master):
-    """A client of a board on a bus; it stores the received messages."""
+    """A client on the bus of a board.  The client stores the messages that it receives."""
 
     def __init__(self, slot: Slot, received: bytearray) -> None:
         super().__init__(slot)

@@ -101,9 +101,9 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the task that updates a page, after the page has been shown to the user.
+        """Store the task that updates a page.
 
-        If the page has already been removed, cancel the task.
+        The page has just been shown to the user.  If the page has already been removed, cancel the task.
         """
         if client in self._frames:
             self._frames[client] = frames

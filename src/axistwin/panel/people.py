@@ -92,7 +92,7 @@ class People:
         return self.driver.name if self.driver else "nobody"
 
     def take_over(self, person: Person) -> None:
-        """Make a user the driver, who controls the session, and notify all users."""
+        """Give a user the control of the session, and notify all users."""
         if self.driver is not person:
             self.driver = person
             self.notify(f"{person.name} drives now")

@@ -79,7 +79,8 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        sock = listening_socket(self.address)  # open the socket first, because the port may be in use
+        # open the socket before the server starts, so that a port in use causes a LinkError
+        sock = listening_socket(self.address)
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),

@@ -183,7 +183,7 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield each fault that the chart shows, with the row for the name of the fault.
+        """Yield each fault that the chart shows, and the row in which the name of the fault is drawn.
 
         The rows are above the plot.  The row is None if there is no space for the name.
 
@@ -219,7 +219,7 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        if len(values) == 1:  # set the limits of the axis: for a constant value, Matplotlib would choose 1e-17
+        if len(values) == 1:  # all values are equal: set the limits, because Matplotlib's range would be only 1e-17
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
@@ -292,7 +292,10 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield each message for which the chart has space: time, row in the chart, and text."""
+        """Yield each message for which the chart has space.
+
+        The elements are the time, the row in the chart, and the text.
+        """
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

@@ -26,9 +26,9 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """Return a chart of all signals in a trace whose names match a pattern.
+    """Return a chart of a trace.  The chart shows all signals that match one of the patterns.
 
-    If a limit is None, the chart begins or ends with the events.  Raises UsageError for a pattern without a match.
+    If a time limit is None, the chart begins or ends with the events.  Raises UsageError if a pattern has no match.
     """
     return _Drawn(trace, trace.choose(tuple(patterns)), from_ns, to_ns, title, tuple(patterns) == (EVERYTHING,)).chart
 
@@ -49,7 +49,7 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """Return the times at which each signal changes first and last.
+        """Return the times of the first change and of the last change of each signal.
 
         Signals that contain messages or other texts are left out.
         """
@@ -158,9 +158,9 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the texts that a recorded signal has between two times.
+    """Return the text values of a recorded signal between two times.
 
-    The text that is already valid at `from_ns` is included.
+    The value that is already valid at `from_ns` is included.
     """
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
@@ -168,9 +168,9 @@ def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Convert the recorded list of active faults to faults with start and end times.
+    """Yield each recorded fault with its start time and its end time.
 
-    A value is e.g. `jam, lose`.
+    The values of `track` are lists of the active faults, e.g. `jam, lose`.
     """
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):

@@ -11,7 +11,10 @@ from axistwin.probing.ends import End
 
 @dataclass(frozen=True)
 class Case:
-    """A test case of a probe: requests for a controller and its twin, whose answers are compared."""
+    """A test case of a probe: requests for a controller and its twin.
+
+    The probe compares the answers of the controller with the answers of the twin.
+    """
 
     name: str
     section: str

@@ -192,7 +192,10 @@ class Twin:
 
 
 def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
-    """Return the permitted difference of answer times in seconds, or None if the port delays answers too much."""
+    """Return the permitted difference in seconds between the answer times of the controller and the twin.
+
+    Return None if the port delays answers too much for a comparison.
+    """
     worst = 0.0
     for _ in range(EXCHANGES):
         answer = end.ask(family.first, len(twin.first.data))
@@ -206,7 +209,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # a test case with motion or a program is executed only once: one answer time is not enough for a comparison
+        # do not compare answer times, because a test case with motion or a program is executed only once
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
@@ -215,7 +218,7 @@ def _compare(
             end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
-        if _only_late(expected, received):  # a busy computer can delay answers, so the probe uses the shortest time
+        if _only_late(expected, received):  # a busy computer can delay answers: keep the shortest time of all attempts
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
             received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
@@ -225,7 +228,7 @@ def _compare(
 
 
 def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
-    """True if all answers have the expected bytes, so that at most their times can be different."""
+    """True if all answers have the expected bytes; only the answer times may differ."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
 
@@ -300,7 +303,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return option values to try with the twin: the suggested values, then values other than the defaults.
+    """Return option values to try with the twin: first the suggested values, then values that are not defaults.
 
     Each element is a pair of option name and value.
     """

@@ -186,7 +186,7 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
 
 
 def _sequences(case: Callable[..., Case]) -> list[Case]:
-    """Return test cases for sequences that do not move the motor."""
+    """Return test cases for stored command sequences that do not move the motor."""
 
     def sequence(code: int, *texts: str, then: tuple[str, ...] = (), name: str = "", wait_s: float = 0.4) -> Case:
         return case(code, "D9 0F", *texts, "01 07", "D8", "41 0F", *then, "79", "DA 0F", name=name, wait_s=wait_s)
@@ -372,7 +372,7 @@ def answer_form(answer: bytes) -> bytes:
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
-    """Return the part number of the board as a value for the twin's option `part_number`."""
+    """Suggest a value for the twin's option `part_number`: the part number that the board reports."""
     for name, answer in answers.items():
         if name.startswith("FDh") and name.endswith("number") and answer:
             return {"part_number": [answer[1:].rstrip(b"\0").decode("latin-1")]}

@@ -68,7 +68,7 @@ def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         back = b"%s%d%s" % (code.encode(), LEGAL[code], end)
         values: dict[str, object] = {"legal": LEGAL[code], **around(parameter.low, parameter.high)}
         if code == "D":
-            del values["highest"]  # D255 would delay each character by 2.55 s
+            del values["highest"]  # do not test D255, because D255 delays each character by 2.55 s
         for words, value in values.items():
             sent = f"{code}{value}".encode() + end
             found.append(_setting(f"{code}{value}: {command.name}, {words}", command.chapter, sent, back, end))
@@ -176,7 +176,7 @@ def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]
 
 
 def _ramp(commands: dict[str | int, Instruction], end: bytes) -> Case:
-    """Return a test case for the time that the interface needs to calculate a ramp."""
+    """Return a test case that measures how long the interface calculates a ramp."""
     says = (b"^7" + end, b"F" + end, b"^4" + end, b"F" + end)
     waits = ((0, RAMP_S), (2, RAMP_S))
     return Case("the time of a calculation", commands["^"].chapter, says, writes=True, waits=waits, bare=True)
@@ -223,8 +223,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 has no data format yet: send e.g. U61, then run axistwin probe again "
-            "(caution: U61 starts the stored sequence of a locked IF2)"
+            "the IF2 has no data format yet: send a data format, e.g. U61, then run axistwin probe again "
+            "(caution: if the IF2 is locked, U61 starts the stored sequence)"
         )
     if answer == b"U\r":
         return _initialised(end)
@@ -238,7 +238,8 @@ def _initialised(end: End) -> Condition:
     end.ask(FORMAT, wait_s=1.5)
     if not end.ask(b"E\r", 2).data:
         raise LinkError(
-            "the interface does not answer after the data format U61: give the line format, e.g. --line '9600 8N2'"
+            "the interface does not answer after the command U61, which sets the data format: "
+            "give the line format, e.g. --line '9600 8N2'"
         )
     condition = _condition(end, "\r")
     condition.facts["initialised"] = "by this program, with U61"
@@ -246,7 +247,7 @@ def _initialised(end: End) -> Condition:
 
 
 def initialise(end: End) -> None:
-    """Send the data format U61 to a twin that has just been switched on."""
+    """Set the data format of a twin that has just been switched on, by the command U61."""
     end.ask(b"(", 2)
     end.ask(FORMAT, wait_s=1.5)
 
@@ -258,7 +259,7 @@ def _condition(end: End, terminator: str) -> Condition:
     busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
     facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
     if not motion.isdigit():
-        raise LinkError(f"the answer to request K is {motion!r}: expected a number, check --model and --line")
+        raise LinkError(f"the answer to request K is {motion!r}, not a number: check --model and --line")
     if int(motion) & IN_MOTION:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
     reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",

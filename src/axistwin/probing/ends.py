@@ -145,7 +145,7 @@ class VirtualEnd(End):
             self.controller.serial.write(data)
 
     def receive(self) -> bytes:
-        """Advance virtual time until the controller sends data, at most 20 ms, and return the data."""
+        """Advance virtual time until the controller sends data, but by at most 20 ms.  Return the data."""
         if not self._messages:
             self.bench.run_until(lambda: self._messages, self._STEP_S)
         data = bytes(self._messages)
@@ -296,8 +296,9 @@ class BusEnd(End):
                 "check that the program with the bus socket is running, then try again"
             ) from None
         if not answer or answer.startswith("error"):
+            received = repr(answer) if answer else "no answer"
             raise LinkError(
-                f"the bus socket {self._name} refuses the request {request!r}: its answer is {answer or 'nothing'!r}"
+                f"the bus socket {self._name} has not executed the request {request!r}: received {received}"
             )
         return answer
 

@@ -116,9 +116,9 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True if a line is sent without waiting: a `!` line or a status request.
+    """True if a line is sent without waiting for earlier commands: a `!` line or a status request.
 
-    If such a line is sent at once, the next line is sent at once too.
+    If such a line is sent immediately, the next line is sent immediately, too.
     """
     return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 

@@ -29,7 +29,7 @@ def language_of(target: str) -> Language:
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
         model = made.model
-        raise ProgramError(f"{model} has no hex commands: expected an 1810 or 1811 for a .181x file")
+        raise ProgramError(f"a .181x file contains hex commands, which {model} does not have: expected an 1810 or 1811")
     return made.language
 
 
@@ -62,7 +62,7 @@ def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str
     """Send the commands to the board one by one.  Returns a note if not all commands were sent."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        # read each message of the board, because the board sends the next message only afterwards
+        # read each message of the board, because the board sends a message only after the previous one has been read
         host.subscribe_received(lambda message: None)
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False

@@ -153,7 +153,7 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     if not port.read().endswith(ACKNOWLEDGE):
         host_format = port.host.format
         raise ProgramError(
-            f"the motor does not answer LOAD with the byte 06: expected a motor with the line format {host_format}",
+            f"the motor does not answer LOAD with the byte 06: check that the motor has the line format {host_format}",
             file=file,
         )
     sent = _without_comments(source)
@@ -161,7 +161,8 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     if not port.read().endswith(b"P\r"):
         number_of_bytes = len(sent)
         raise ProgramError(
-            f"the program has {number_of_bytes} bytes, too many for the motor: increase the option program_bytes",
+            f"the program has {number_of_bytes} bytes, too many for the program memory of the motor: "
+            "shorten the program, or increase the option program_bytes",
             file=file,
         )
 

@@ -45,7 +45,7 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message is complete: CR or LF is the last byte, or all bytes arrived at the same time."""
+        """True if the message is complete: its last byte is CR or LF, or all its bytes arrived at the same time."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
@@ -113,7 +113,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # record only voltages between 0 V and full voltage: the level change records the other voltages
+            # record only voltages between 0 V and full voltage, because these two are recorded as level changes
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):
@@ -177,7 +177,7 @@ class RunRecord:
 
 @contextmanager
 def recording_run(bench: Bench) -> Iterator[RunRecord]:
-    """Record the events and the servo moves of a simulation within a `with` block."""
+    """Context manager that records the events and the servo moves of a simulation."""
     run = RunRecord(bench, bench.now)
     with ExitStack() as stack:
         run.observe_servos(stack)

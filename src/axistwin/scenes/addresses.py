@@ -59,14 +59,14 @@ def _place(url: PortUrl) -> tuple[str, ...]:
 
 
 def _check_shared(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError if a controller on a shared line has separate ports."""
+    """Raise SceneError if a controller on a shared serial line has ports of its own."""
     for line_kind, name, line, _ in shared_lines(contents):
         for number, table in enumerate(contents.controller):
             key = "ports" if line_kind == "chain" else "rs485_ports"
             motor = table.called
             if motor in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{motor} has no separate ports on the shared line {name!r}: "
+                    f"{motor} cannot have ports of its own on the shared line {name!r}: "
                     f"remove `{key}` from this table, and set `ports` in [[{line_kind}]]",
                     ("controller", number, key),
                 )

@@ -65,7 +65,7 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
 
 
 class Builder:
-    """Builds the controllers, machines, wires and lines that a scene describes.
+    """Builds the controllers, machines, wires and serial lines that a scene describes.
 
     `served`: True if hosts outside this process use the controllers that have ports.  `texts`: texts of programs that
     have been read, by path; all benches of a scene use the same texts.  `errors`: a list for the errors in masters,
@@ -198,7 +198,7 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"the pulses of {from_} are too fast for a wire of a scene: use the key `master` of a SmartMotor",
+                f"the pulses of {from_} are too fast for a wire: set the key `master` of a SmartMotor instead",
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -368,7 +368,7 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield each simulated host of the scene: the path of its key in the scene file, its endpoint and its file."""
+        """Yield the path of the key in the scene file, the endpoint and the program file of each simulated host."""
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):

@@ -59,7 +59,10 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a simulated host of the endpoint `name` to the copied scene."""
+        """Add a simulated host to the copied scene.
+
+        `name`: the endpoint to which the host is connected.  `file`, `text`: name and text of the host's program.
+        """
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
     # Methods that copy a scene file
@@ -122,12 +125,12 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # the original text of a changed conversation is not needed
+                del self.files.texts[name]  # the copied scene needs only the changed text
             text = moved
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return a script action for the copied scene, with the new name of a loaded program.
+        """Copy an action of the script.  If the action loads a program, the copy contains the program's new name.
 
         The program is copied if its name must change.
         """
@@ -135,14 +138,14 @@ class Copy:
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the name that the program file of an action `load` has in the copied scene.
+        """Return the name of a program file in the copied scene.
 
-        The file is copied if its name must change.
+        `file`: the name of the file in an action `load`.  The file is copied if its name must change.
         """
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the initial state file of a controller, and return the directory of the copy."""
+        """Copy the file with the initial state of a controller, and return the directory of the copy."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:

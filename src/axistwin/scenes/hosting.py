@@ -82,7 +82,7 @@ def rank_of(host: str) -> int:
 
 
 def _kind(bench: Bench, name: str, file: str) -> str:
-    """Return the suffix of a file that a simulated host sends, e.g. `.talk`.
+    """Return the suffix of the file whose lines a simulated host sends, e.g. `.talk`.
 
     Raises UsageError if a host cannot send this file to the endpoint.
     """
@@ -111,7 +111,7 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             stored_programs.check(source, file, controller)
             return partial(stored_programs.run, source, file, controller)
         if suffix not in KINDS:
-            raise UsageError(f"{file} cannot be loaded: expected a file .sms, .if1 or .181x")
+            raise UsageError(f"{file} cannot be loaded: expected a file whose name ends in .sms, .if1 or .181x")
         return partial(_send, controller, prepare_host(bench, name, file, read), bench.senders)
 
     return load
@@ -169,7 +169,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    # prepare the action only at its time, because the named fault may not exist before
+                    # prepare the action only when it is due, because the fault in the action may not exist earlier
                     if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)

@@ -117,7 +117,7 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds the line and column of a key in the scene file to errors of the `with` block.
+        """Context manager that adds a place to errors: the line and the column of a key in the scene file.
 
         `path`: the path of the key.  Converts a UsageError to a SceneError.
         """
@@ -198,7 +198,7 @@ class Scene:
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a copy of the scene that has the same file name and the contents `data`.
+        """Return a copy of the scene with the contents `data`.  The copy keeps the file name of the scene.
 
         `texts` replaces the texts of programs, by path.  Raises SceneError with the place of an invalid value in the
         file.
@@ -238,6 +238,6 @@ class Scene:
             if is_in_loop(table.called, sits_on):
                 motor, axis = table.called, table.master
                 raise self._source.error(
-                    f"{motor} follows its own shaft through the keys `master`: expected another axis than {axis}",
+                    f"{motor} follows its own shaft in a loop of keys `master`: select another axis than {axis}",
                     ("controller", number, "master"),
                 )

@@ -321,7 +321,7 @@ def _rate(given: Any) -> Any:
 
 
 class BoardTable(Table):
-    """A motion board with Klipper's micro-controller firmware, or LinuxCNC HAL on this computer."""
+    """Driver of real motors: a board with Klipper's micro-controller firmware, or LinuxCNC HAL on this computer."""
 
     name: Name
     """Name of the board."""

@@ -125,7 +125,7 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Return the path of a table with list indexes, e.g. ("controller", 1, "axes").
+        """Return the path of a table, including the indexes of lists, e.g. ("controller", 1, "axes").
 
         The example is the path of `controller.axes` after the second [[controller]].
         """

@@ -24,7 +24,7 @@ def toml(table: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Format a value as TOML on one line, without keys whose value is None.
+    """Format a value as one line of TOML.  Keys whose value is None are left out.
 
     Raises UsageError for a type that TOML does not have.
     """

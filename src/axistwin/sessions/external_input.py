@@ -41,7 +41,7 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Connect the ports of the session to the new controllers.
+        """Connect the ports of the session to the controllers of a new bench.
 
         Clients stay connected.  The settings of the bench's ports are not changed.
 
@@ -71,7 +71,7 @@ class ExternalInput:
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return a port to the registers of a board.
+        """Return the port through which a host accesses the registers of a board.
 
         The port records each action of the host.
 
@@ -83,7 +83,10 @@ class ExternalInput:
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Add a server that connects clients to real ports; during a replay, the server accepts no clients or data."""
+        """Add the server that connects hosts outside this process to the ports of the session.
+
+        During a replay, the server accepts neither clients nor data.
+        """
         self._server = server
         server.bench = self.bench
         if self._muted:
@@ -96,7 +99,7 @@ class ExternalInput:
         self._mute(True)
 
     def unmute(self) -> None:
-        """Unblock all hosts, and report the line changes that the hosts have missed."""
+        """Unblock all hosts.  Report the changes of control lines, e.g. DTR, that the hosts have missed."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:

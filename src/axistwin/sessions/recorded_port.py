@@ -40,7 +40,7 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect the recorded control line to `pin`, the same control line of a new controller."""
+        """Connect the recorded control line to the control line `pin` of a new controller."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -137,13 +137,13 @@ class RecordedPort:
     def mute(self, on: bool) -> None:
         """Suppress all reports to the host if `on` is True; otherwise resume the reports.
 
-        At the end, repeat the settings that the host has made later than the present virtual time.
+        At the end, repeat the settings that the host makes later than the present virtual time in the recording.
         """
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the host has made this setting after the present virtual time
+                if set_ns > now_ns:  # in the recording, the host makes this setting after the present time
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)

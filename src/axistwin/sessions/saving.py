@@ -37,12 +37,12 @@ def files(
         found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # hosts act in the order of their ranks at equal times, so new conversations get a higher rank than old hosts
+    # at equal times, a host with a higher rank acts later: new conversations act after the hosts of the scene
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # at equal times, a script would act before the hosts of an earlier saved session, instead of after the hosts
+        # after an earlier saved session, use no script: at equal times, a script would act before the saved hosts
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -66,9 +66,9 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can perform all actions of a moment.
+    """True if a script can perform all actions in `moment`, which happened at the same virtual time.
 
-    The actions of a moment have the same time.  A script can perform manual actions on one controller.
+    A script can perform manual actions on one controller.
     """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
@@ -120,7 +120,7 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return a copy of an action for the conversation of the endpoint `name`.
+        """Copy an action, so that the conversation of the endpoint `name` can contain the copy.
 
         If the action is for this endpoint, the copy names no controller.
         """

@@ -148,9 +148,9 @@ class Session:
         attach(self.bench)
 
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False) -> Server:
-        """Create the server for hosts at real ports.
+        """Create the server that connects hosts outside this process to the ports of the session.
 
-        Its clients stay connected when the bench is replaced.
+        The clients of the server stay connected when the bench is replaced.
         """
         self.pacer.sync()
         resets = self._power_cycle if reset else False
@@ -320,7 +320,9 @@ class Session:
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Continue the command `step` until the step is complete or `over()` is True.
+        """Advance virtual time until the step is complete or `over()` is True.
+
+        `observer` detects the end of the step.
 
         Return False if no event is left.
         """
@@ -459,7 +461,9 @@ class Session:
         self._check_free()
         found, self._forgotten = self._forgotten, None
         if found is None:
-            raise UsageError(f"no deleted recording to restore: restore within {UNDO_S:g} s after a deletion")
+            raise UsageError(
+                f"no deleted recording to restore: restore a recording within {UNDO_S:g} s after its deletion"
+            )
         self.pause()
         self.journal.restore(found.tail)
         with self._moving():
@@ -531,7 +535,7 @@ class Session:
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """Interrupt the present advance of virtual time; the pacer then calls `_after_advance`."""
+        """Interrupt the pacer, which advances virtual time.  The pacer then calls `_after_advance`."""
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
@@ -544,14 +548,14 @@ class Session:
                     port.read()  # discard the characters sent to a port that has no client
 
     def _end_replay(self) -> None:
-        """End the replay, and unblock the hosts at real ports."""
+        """End the replay, and unblock the hosts outside this process."""
         self._replay, self._recorded_ns = None, self.bench.now
         self.input.unmute()
 
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return a scene that repeats the recorded session: the text of each file, by file name.
+        """Return the files of a scene that repeats the recorded session: a dictionary from file name to text.
 
         The command `axistwin run` runs the scene.
         """

@@ -218,7 +218,7 @@ class Board:
         """Raise LinkError if an emergency-stop input is open."""
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                raise LinkError(f"the emergency stop {given.to} is open: close the emergency stop, then try again")
+                raise LinkError(f"the emergency stop {given.to} is open: release the emergency stop, then try again")
 
     # Inputs of the board
 
@@ -384,7 +384,7 @@ class Board:
             connection.send("queue_digital_out", oid=oid, clock=clock & 0xFFFF_FFFF, on_ticks=on)
 
     def _feed(self) -> None:
-        """Send the enable command that keeps the board's watchdog from switching the drives off."""
+        """Send the enable command regularly, so that the board's watchdog does not switch off the drives."""
         if self.connection.now_s >= self._next_feed_s:
             self._next_feed_s = self.connection.now_s + self.wiring.watchdog_s / 5
             for pin, oid in self._objects.enables.items():

@@ -77,9 +77,7 @@ class Dictionary:
     def encode(self, name: str, **values: Value) -> bytes:
         """Encode a command as bytes.  Raises LinkError if the firmware does not have the command."""
         if name not in self.commands:
-            raise LinkError(
-                f"the board's firmware has no command {name!r}: expected Klipper firmware that has the command"
-            )
+            raise LinkError(f"the board's firmware has no command {name!r}: install Klipper firmware with this command")
         command = self.commands[name]
         missing = {parameter for parameter, _ in command.parameters} ^ values.keys()
         if missing:

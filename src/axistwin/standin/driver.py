@@ -58,7 +58,7 @@ class Output(Protocol):
         """
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers at once.
+        """Stop the axes of the given controllers immediately.
 
         `groups`: names of the controllers; empty for all controllers.
         """
@@ -116,7 +116,7 @@ class Driver:
 
     @property
     def commanded(self) -> dict[str, int]:
-        """Commanded position of each axis in pulses, positive minus negative.
+        """Commanded position of each axis: the number of positive pulses minus the number of negative pulses.
 
         The motors reach these positions one horizon later.
         """
@@ -161,7 +161,7 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the shafts of each controller when the controller has ended its interrupted motion.
+        """Release the emulated shafts of each controller whose interrupted motion has ended.
 
         The shafts have been held since the real motors were stopped.
         """
@@ -234,7 +234,7 @@ class Driver:
                 self._at_rest_ns.pop(whole.rpartition(".")[0], None)
 
     def stop(self, reason: str) -> None:
-        """Stop all motors on all boards at once."""
+        """Stop all motors on all boards immediately."""
         for board in self.boards:
             board.stop(reason)
 

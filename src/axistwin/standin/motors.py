@@ -28,7 +28,7 @@ class Motor(Protocol):
 
     @property
     def pulses(self) -> int:
-        """Number of pulses that the axis has made: positive pulses minus negative pulses."""
+        """Number of positive pulses that the axis has made, minus the number of negative pulses."""
 
     @property
     def moving(self) -> bool:
@@ -38,7 +38,10 @@ class Motor(Protocol):
         """Yield the pulses that the axis has made since the last call, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
-        """Return the largest permitted time error of pulses at the given times, in seconds."""
+        """Return the largest permitted time error of the given pulses, in seconds.
+
+        `times`: the times of the pulses in ns.
+        """
 
     def hold(self, made: int) -> None:
         """Hold the axis at the position where the real motor has stopped, until `let_go` is called."""
@@ -62,7 +65,7 @@ class Steps:
 
     @property
     def pulses(self) -> int:
-        """Number of pulses that the axis has made: positive pulses minus negative pulses."""
+        """Number of positive pulses that the axis has made, minus the number of negative pulses."""
         return self._axis.pulses
 
     @property
@@ -91,7 +94,7 @@ class Counts:
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
         self.pulses = axis.position
-        """Number of pulses that the axis has made: positive pulses minus negative pulses."""
+        """Number of positive pulses that the axis has made, minus the number of negative pulses."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
         self._smooth = float(self.pulses)
         """Smooth position at the latest mark."""
@@ -158,7 +161,7 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the pulses from the last call up to the time `mark`.
+        """Return the direction and the times of the pulses after the previous call, up to the time `mark`.
 
         `smooth` is the smoothed position at the time `mark`.  All times are in nanoseconds.
         """
@@ -175,7 +178,10 @@ class Counts:
         return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
-        """Hold the emulated shaft at `made`, the position of the stopped real motor, until `let_go` is called."""
+        """Hold the emulated shaft at the position `made`, until `let_go` is called.
+
+        The real motor has stopped at this position.
+        """
         axis = self._axis
         axis.catch_up()
         if axis.position != made:

@@ -109,7 +109,7 @@ class Sender(Thread):
             self._board.set_output(source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers at once.
+        """Stop the axes of the given controllers immediately.
 
         `groups`: names of the controllers; empty for all controllers.
         """

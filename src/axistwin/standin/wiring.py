@@ -65,7 +65,7 @@ class DrivenAxis:
 
 @dataclass(frozen=True)
 class AxisPins(DrivenAxis):
-    """An axis with the pins of the board that control the drive of the motor."""
+    """An axis, and the pins of the board that control the axis's motor drive."""
 
     step: BoardPin
     direction: BoardPin
@@ -99,7 +99,7 @@ class InputPin(Sensed):
 
 @dataclass(frozen=True)
 class Switched:
-    """A controller's output that is switched by a motion board.
+    """An output of an emulated controller.  A motion board switches the real output.
 
     The output has the level `safe` after all motors have been stopped.
     """
@@ -138,8 +138,8 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"the input {given.to} cannot stop axes of this board, "
-                f"because the board drives no axis of {given.controller}: expected an input of {' or '.join(names)}"
+                f"the input {given.to} belongs to {given.controller}, but this board drives no axis of "
+                f"{given.controller}: expected an input of {' or '.join(names)}"
             )
 
 
@@ -213,7 +213,9 @@ class Wiring:
                 raise UsageError(f"the board has no pin {pin.name} for {use}: expected one of {examples}, …")
             if pin.name in reserved:
                 purpose = reserved[pin.name]
-                raise UsageError(f"pin {pin.name} for {use} is reserved for {purpose}: choose another pin")
+                raise UsageError(
+                    f"pin {pin.name} cannot be used for {use}, because it is reserved for {purpose}: choose another pin"
+                )
 
 
 @dataclass(frozen=True)

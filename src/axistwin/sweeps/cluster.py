@@ -162,7 +162,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        # a Dask scheduler sends a message as soon as a client connects
+        # a Dask scheduler sends a message to each new client: without a message, another program listens here
         if found.scheme == "tcp" and not connection.recv(1):
             raise OSError("another program listens at this address, not a Dask scheduler")
 

@@ -23,7 +23,9 @@ _SEEDS_APART = 0x9E37_79B9
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
-    """Return, for each run, the value of each varied path, e.g. of `table.X.load.torque`.
+    """Return the values of all runs: for each run, one value for each varied setting.
+
+    The path of a setting is e.g. `table.X.load.torque`.
 
     Raises UsageError if the design is not possible with the given values.
     """
@@ -81,9 +83,9 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add a random value to each combination for each path that has a distribution instead of a list of values.
+    """Add random values to each combination: one value for each setting that has a distribution.
 
-    Each path has its own random sequence.
+    The other settings have lists of values.  The path of each setting has its own random sequence.
     """
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
@@ -117,9 +119,9 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert fractions from 0 (lowest value) to 1 (highest value) to values of the varied paths.
+    """Convert fractions to values of the varied settings: 0 to the lowest value, 1 to the highest value.
 
-    Each row contains one fraction for each path, and becomes the values of one run.
+    Each row contains one fraction for each setting, and becomes the values of one run.
     """
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 

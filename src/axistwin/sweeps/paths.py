@@ -47,7 +47,7 @@ class Place:
 
 
 class Variation:
-    """A scene and the paths whose values a sweep varies."""
+    """A scene, and the paths of the settings that a sweep varies."""
 
     def __init__(self, base: Scene, paths: Iterable[str]) -> None:
         self.base = base.varied(_without_state(base.data))
@@ -56,7 +56,7 @@ class Variation:
         self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
 
     def scene(self, values: Sequence[Value]) -> Scene:
-        """Return the scene with one new value for each path.  Raises UsageError for an invalid value."""
+        """Return the scene with a new value for each varied setting.  Raises UsageError for an invalid value."""
         data: Any = self.base.data
         texts = dict(self._texts)
         for place, value in zip(self.places, values, strict=True):
@@ -67,9 +67,9 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if the scene is invalid after one path has been set to the new value.
+        """Raise UsageError if the scene is invalid with the new value of one setting.
 
-        `number`: index of the path that gets the value.
+        `number`: index of the setting's path.
         """
         place = self.places[number]
         alone = Variation.__new__(Variation)
@@ -109,7 +109,10 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
     if first not in bench.controllers or not rest:
         known_names = (*bench.controllers, "fault", "script", "wire", "seed")
         did_you_mean_or_expected = instead(first, known_names)
-        raise UsageError(f"{path} is not in the scene (a path is e.g. table.X.load.torque): {did_you_mean_or_expected}")
+        raise UsageError(
+            f"the setting {path} is not in the scene: {did_you_mean_or_expected} "
+            "(a setting is e.g. table.X.load.torque)"
+        )
     return _in_controller(scene, bench[first], path, rest)
 
 
@@ -156,7 +159,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
             return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
         if not (controller.has_variables and len(rest) == 2):
             option, did_you_mean_or_expected = rest[1], instead(rest[1], known)
-            raise UsageError(f"the axis has no option {option!r} for the path {path}: {did_you_mean_or_expected}")
+            raise UsageError(f"the axis has no option {option!r} (in {path}): {did_you_mean_or_expected}")
         rest = rest[1:]
     if rest[0] in OWN:
         return Place(path, _checked(scene, path, (*at, *map(_key, rest))))
@@ -167,7 +170,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
     known_names = (controller.name, *controller.axes, *options, *OWN)
     known_names += ("program",) if controller.has_variables else ()
     did_you_mean_or_expected = instead(rest[0], known_names)
-    raise UsageError(f"{path} is not in the scene: {did_you_mean_or_expected}")
+    raise UsageError(f"the setting {path} is not in the scene: {did_you_mean_or_expected}")
 
 
 def _assignable(controller: Controller, name: str) -> bool:
@@ -191,7 +194,9 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(f"invalid path {path}: the key before the index {key} is not a list, leave out {key}")
+                raise UsageError(
+                    f"invalid path {path}: leave out the index {key}, because the value before it is not a list"
+                )
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None

@@ -104,7 +104,10 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
 
 
 def _bars(axes: "Axes", shares: Mapping[str, Mapping[str, float]] | None) -> None:
-    """Draw the first-order and the total Sobol index of each path as two bars with 95 % intervals."""
+    """Draw two bars for each varied setting: its first-order Sobol index and its total Sobol index.
+
+    Each bar has a 95 % confidence interval.
+    """
     if shares is None:
         axes.set_axis_off()
         return

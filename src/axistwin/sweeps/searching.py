@@ -48,9 +48,10 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest robustness of the claims in a run; a smaller number means a worse run.
+    """Return the smallest robustness of the claims in a run.
 
-    The search minimises this number.  The number is limited to ±`FAR`; it is `FAR` if no claim has a robustness.
+    A smaller number means a worse run, so the search minimises the number.  The number is limited to ±`FAR`; it is
+    `FAR` if no claim has a robustness.
     """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]

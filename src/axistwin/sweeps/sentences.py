@@ -81,11 +81,11 @@ def _read(text: str, forms: tuple[Form, ...], measure_or_claim: str) -> Sentence
     raise UsageError(f"invalid {measure_or_claim} {shortened(text)}: expected e.g. {examples}")
 
 
-# Functions that parse measures
+# Functions that parse the sentences of measures, e.g. "final table.X.position"
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
-    """Parse a signal, given by its name `X` or as its magnitude `|X|`.
+    """Parse a signal: a name, e.g. `table.X.velocity`, or a magnitude, e.g. `|motor.RPE|`.
 
     Returns the name of the signal, and a function that returns its values.
     """
@@ -355,7 +355,7 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the truth value or the margin of the claim "FIRST until SECOND".
+    """Return the result of the claim "FIRST until SECOND": a truth value or a margin.
 
     If the two signals are truth values, the result is 1 or 0.  If the two signals are margins, the result is the margin
     by which the claim holds: the maximum over time of min(`second`, earlier `first`).

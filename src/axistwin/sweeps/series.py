@@ -35,7 +35,7 @@ class Series:
 
     @property
     def seconds(self) -> Numbers:
-        """Durations in seconds, as an array: how long the signal has each of its values."""
+        """Array of durations in seconds: how long the signal keeps each value."""
         found: Numbers = np.diff(self.times, append=self.end_ns) / S
         return found
 

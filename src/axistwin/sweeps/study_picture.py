@@ -49,7 +49,10 @@ def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Seq
 
 
 def _results(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, found: Trial | None) -> None:
-    """Draw the results of the runs with the original values and with the best values, the worst result first."""
+    """Draw the results of two trials: the trial with the original values, and the trial with the best values.
+
+    The results of each trial are sorted; the worst result is the first.
+    """
     from matplotlib.ticker import MaxNLocator
 
     worst_first = not plan["goal"].startswith("maximise")

@@ -80,7 +80,7 @@ class Sweep:
         try:
             self.varied[path] = read_values(values)
         except UsageError as error_of_values:
-            raise UsageError(f"invalid values of the path {path}: {error_of_values}") from None
+            raise UsageError(f"invalid values for the setting {path}: {error_of_values}") from None
         return self
 
     def measure(self, name: str, sentence: str) -> Self:
@@ -221,7 +221,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return a few values of a path, e.g. the smallest and the largest, for a check before the sweep."""
+    """Return a few values of a setting, e.g. the smallest and the largest; they are checked before the sweep."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

@@ -63,7 +63,10 @@ class SweepFile(BaseModel):
     claim: Annotated[dict[str, str], Field(description=f"Claims by name.  {_told(CLAIMS)}")] = {}
 
     def sweep(self, file: Path) -> Sweep:
-        """Return the sweep that the sweep file describes.  Raises SceneError with file, line and column."""
+        """Return the sweep that the sweep file describes.
+
+        Raises SceneError with the file, line and column of an invalid value.
+        """
         text = read_text(file)
         program = None if self.program is None else file.parent / self.program
         made: Sweep = _placing(file, text, ("scene",), lambda: Sweep(file.parent / self.scene, program, self.host))
@@ -119,14 +122,17 @@ def check(file: Path) -> None:
 
 
 def _names(message: str, name: str) -> bool:
-    """True if the message contains the name of a path, measure or claim, and not only as a part of a longer name."""
+    """True if the message contains `name` as a complete word.
+
+    `name`: the name of a path, measure or claim.
+    """
     return re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", message) is not None
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call a function; if the function fails, add a line and a column in the sweep file to the error.
+    """Call a function.  If the function raises an error, add a place to the error.
 
-    The line and the column are those of `keys`.
+    The place is the line and the column of `keys` in the sweep file.
     """
     try:
         return do()

@@ -73,7 +73,7 @@ class Tuning:
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary a value in the runs of each trial, e.g. `.vary("seed", "0..9")`.
+        """Vary a setting between the runs of each trial, e.g. `.vary("seed", "0..9")`.
 
         The worst run determines the score of the trial.
         """
@@ -83,7 +83,7 @@ class Tuning:
         return self
 
     def subject_to(self, name: str, sentence: str) -> Self:
-        """Add a claim that must hold in every run of the best trial."""
+        """Add a claim.  A trial can be the best trial only if the claim holds in all runs of the trial."""
         self._scatter.claim(name, sentence)
         return self
 

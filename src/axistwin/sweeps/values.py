@@ -28,7 +28,7 @@ _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Values:
-    """The values that a sweep gives to one path.
+    """The values that a sweep gives to one setting of the scene.
 
     `listed`: the values for a grid; empty if the values are random.
     """
@@ -44,7 +44,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """Some of the values, e.g. the first and the last, which the sweep checks before the first run."""
+        """A few of the values, e.g. the first and the last.  The sweep checks these values before the first run."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -54,7 +54,10 @@ _ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
 
 
 def read_values(given: Value) -> Values:
-    """Parse the values of a path, given as a text, a list or a single value.  Raises UsageError."""
+    """Parse the values for one setting of the scene.  Raises UsageError for invalid values.
+
+    `given`: a text, a list or a single value.
+    """
     if isinstance(given, list):
         return _listed(str(given), given)
     if not isinstance(given, str):

@@ -110,7 +110,7 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the reason why the interface still inhibits motion after the end of a fault."""
+        """Yield the reason why the interface inhibits motion, although the cause of the fault has ended."""
         if locked and MotionFault.EMERGENCY_STOP in faults:
             yield Reason(
                 "after an emergency stop a locked interface is reset only by its power, not by K",
@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Instruction to set the inputs for which the first step of the stored sequence waits.
+        """Instruction for the user to set the inputs that the first step of the stored sequence waits for.
 
         "" if the first step does not wait.
         """

@@ -72,7 +72,7 @@ class Guide(ABC):
         """
 
     def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # subclasses use it
-        """Yield notes about a valid line that may surprise a new user."""
+        """Yield notes about a line that is valid but may surprise a new user."""
         yield from ()
 
     suggestions: tuple[tuple[str, str], ...] = ()
@@ -81,7 +81,7 @@ class Guide(ABC):
     """True if each command is one character, and commands follow each other without blanks."""
 
     def words(self) -> list[Term]:
-        """Return all commands that the terminal can complete."""
+        """Return all commands that the terminal offers for completion."""
         return [
             Term(str(command.code), command.name, show_controls(command.syntax))
             for command in self.controller.product.commands
@@ -116,7 +116,7 @@ class Guide(ABC):
         return [lamp for lamp in lamps if lamp.source == source and lamp.bit is not None]
 
     def bits(self, source: str, value: int, none: str = "no bit is set") -> str:
-        """Return the meanings of all bits of a register that are 1."""
+        """Return the meaning of each bit that is 1 in a register."""
         lit = [lamp for lamp in self.lamps(source) if lamp.bit is not None and value >> lamp.bit & 1]
         return "; ".join(self._lamp(lamp, one=len(lit) == 1) for lamp in lit) or none
 
@@ -125,7 +125,7 @@ class Guide(ABC):
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
 
     def shown(self, source: str, text: str) -> str:
-        """Convert a reply to the text on the front panel, e.g. with a unit."""
+        """Return the text that the front panel shows for a reply, e.g. a value with its unit."""
         for group in self.controller.product.front:
             for item in group.items:
                 if isinstance(item, Word) and item.source == source:

@@ -100,7 +100,7 @@ def both(first: Check, second: Check) -> Check:
 
 
 def register(name: str, value: int | str) -> Check:
-    """Return a condition that is true if the register has this value."""
+    """Return a condition that is true if the register `name` has the given value."""
     return lambda it: it.controller.registers[name].read() == value
 
 

@@ -71,7 +71,10 @@ class Pupil:
         return done
 
     def remark(self) -> str:
-        """Return a sentence about a finished move that did not solve the task; "" without such a move."""
+        """Return a sentence about finished moves that have not solved the task.
+
+        If no move has finished, return "".
+        """
         if self.finished or any(axis.moving for axis in self._controller.axes.values()):
             return ""
         before, self._rest = self._rest, self._positions()

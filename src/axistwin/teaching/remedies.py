@@ -14,22 +14,25 @@ class Remedies:
     """
 
     def drive(self, pin: str, level: str) -> str:
-        """Return an instruction to set the level of an unconnected input."""
+        """Return the instruction that tells the user how to set the level of an unconnected input."""
         return f"type  :drive {pin} {level}"
 
     def release(self, pin: str) -> str:
-        """Return an instruction to remove the forced level of an input."""
+        """Return the instruction that tells the user how to remove the forced level of an input."""
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:
-        """Return an instruction to end an injected fault.
+        """Return the instruction that tells the user how to end an injected fault.
 
-        `pin`: the terminal at which the fault is injected.
+        `pin`: the pin at which the fault is injected.
         """
         return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
 
     def power(self, *words: str) -> str:
-        """Return an instruction to switch the power; `words` are the states in order, e.g. "off" and "on"."""
+        """Return the instruction that tells the user how to switch the power.
+
+        `words`: "off", "on", or both; the user switches the power in this sequence.
+        """
         return "type  " + "  and  ".join(f":drive power {word}" for word in words)
 
 

@@ -104,7 +104,7 @@ class Tutor:
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:
-        """Return the commands that the terminal can complete."""
+        """Return the commands that the terminal offers for completion."""
         return self.guide.words()
 
     # Parts
@@ -170,7 +170,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # a power-off ends the effect of all lines that the user has typed
+        if act == ManualAct.POWER:  # after a power-off, lines typed before have no more effect
             self._lines.clear()
 
 

@@ -48,7 +48,7 @@ MEANINGS = {
 
 
 class End(Protocol):
-    """Interface of the terminal's connection to a virtual controller or to a port."""
+    """Connection from the terminal to a virtual controller or to a port."""
 
     def send(self, data: bytes) -> None:
         """Send data to the controller."""
@@ -151,7 +151,10 @@ class LocalCommands:
 
     def _virtual_end(self) -> VirtualEnd:
         if self._virtual is None:
-            raise UsageError("this command needs a virtual controller: a port transfers characters only")
+            raise UsageError(
+                "this command needs a virtual controller, but the terminal is connected to a port: "
+                "start axistwin term with a model, e.g. if1"
+            )
         return self._virtual
 
     def _inspect(self, read: Callable[[VirtualEnd], Iterable[T]]) -> list[T]:

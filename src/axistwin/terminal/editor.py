@@ -31,9 +31,9 @@ Lines = Queue[bytes | LinkError | None]
 
 
 def history(model: str) -> History:
-    """Return the lines that the user has typed for a model.
+    """Return the lines that the user has typed for a controller model, also in earlier sessions.
 
-    Without a writable file, the history lasts for one session only.
+    If the file of the history cannot be written, the history lasts for one session only.
     """
     file = state_file(f"history-{model}")
     try:
@@ -45,7 +45,7 @@ def history(model: str) -> History:
 
 
 class Words(Completer):
-    """Completes typed commands of the terminal and of the controller."""
+    """Completes what the user types: commands of the terminal, or commands of the controller."""
 
     def __init__(self, tutor: Tutor | None) -> None:
         self._words = [] if tutor is None else tutor.words()

@@ -27,9 +27,9 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Difference:
-    """The first difference between two traces in one signal, with the signal's value in each trace.
+    """The first difference of one signal between two traces: the time, and the signal's value in each trace.
 
-    None: the trace does not contain the signal.
+    A value is None if the trace does not contain the signal.
     """
 
     time_ns: int
@@ -52,10 +52,10 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare two traces in the signals that match a pattern, up to the end of the shorter trace.
+    """Compare those signals of two traces whose names match a pattern.
 
-    Step pulses are not compared, because `pulses` contains the same information.  Raises UsageError for a pattern
-    without a match.
+    The comparison ends at the end of the shorter trace.  Step pulses are not compared, because the signal `pulses`
+    contains the same information.  Raises UsageError if a pattern has no match.
     """
     tolerance = tolerance or Tolerance()
     until_ns = min(first.end_ns, second.end_ns)
@@ -104,10 +104,11 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the earliest time at which the track `that` does not contain the value of the track `this`.
+    """Return the earliest time at which the value of a signal in one trace does not occur in the other trace.
 
-    The track `that` may contain the value earlier or later, within the time tolerance.  It is sufficient to check the
-    times at which `this` changes, and the times at which `that` changes, shifted by the tolerance.
+    `this`, `that`: the signal in the two traces.  `that` may have the value of `this` earlier or later, within the time
+    tolerance.  It is sufficient to check the times at which `this` changes, and the times at which `that` changes,
+    shifted by the tolerance.
     """
     import numpy as np
 
@@ -141,7 +142,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # an index for NumPy's `reduceat` can be directly after the last value
+    ended = np.append(others, others[-1])  # `last` can be the index after the last value
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

@@ -95,7 +95,7 @@ class VcdSink(TextSink):
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write each time at which signals change, followed by the changes at this time."""
+        """Write a batch of changes: for each time, first the time itself, then all changes at this time."""
         import numpy as np
 
         lines = self._changes(batch)
@@ -248,7 +248,7 @@ def ending(path: Path) -> str:
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the class that writes trace files in the format of `path`.
+    """Return the class that writes the trace file `path`.  The ending of the file name selects the file format.
 
     Raises UsageError for an unknown ending, and MissingExtraError if pyarrow is missing.
     """
@@ -265,6 +265,6 @@ def sink_for(path: Path) -> MakeSink:
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Return those of the given signals that the file format of `path` can contain."""
+    """Select the signals that the file format of `path` can store."""
     left_out = {WAVES: (), SIGROK: (TEXT,)}.get(ending(path), (STEP,))
     return [signal for signal in signals if signal.kind not in left_out]

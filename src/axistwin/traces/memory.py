@@ -26,7 +26,7 @@ POINTS = 1 << 17
 
 @contextmanager
 def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
-    """Record the signals of the controllers in memory within a `with` block."""
+    """Context manager that records the signals of the controllers in memory."""
     memory = MemoryTrace(bench)
     with memory.tracer as tracer:
         yield memory
@@ -60,7 +60,7 @@ class MemoryTrace:
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Append changes to their signals, and reduce each signal that has too many changes."""
+        """Append each change to its signal.  If a signal has too many changes, reduce the number of its changes."""
         for part in parts:
             self._changes[part.signal].add(part, texts)
         for servo in self._servos:
@@ -72,7 +72,7 @@ class MemoryTrace:
 
 
 class _Changes:
-    """The changes of one signal, stored as a list of pairs: an array of times and an array of values."""
+    """The changes of one signal, stored in blocks.  A block is an array of times and an array of values."""
 
     def __init__(self, signal: Signal, now_ns: int, first: Value) -> None:
         self.signal, self.count = signal, 1

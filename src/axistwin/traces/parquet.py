@@ -68,7 +68,7 @@ class ParquetSink:
         self._new = False
         self._contents: Any = None
         # `_place` is the number of bytes in the file before the current row group
-        # `_rewritable` is the number of bytes at the end of the file that the next flush replaces
+        # the next flush replaces the last `_rewritable` bytes of the file
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
@@ -200,7 +200,7 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """Convert the contents of a footer to the bytes at the end of a Parquet file."""
+    """Return the footer of a Parquet file as bytes; the footer is the end of the file."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()

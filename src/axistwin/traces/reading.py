@@ -274,7 +274,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Decode a text from a VCD file, in which escape sequences replace spaces."""
+    """Decode a text from a VCD file: replace each escape sequence by its character, e.g. by a space."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as syntax_error:

@@ -67,7 +67,7 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Set the signal of this sender to an empty text, because the other sender begins to send.
+        """Clear the text of the signal, because the device at the other end of the line begins to send.
 
         `answered`: True if the stored message is deleted, too.
         """

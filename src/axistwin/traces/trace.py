@@ -43,7 +43,7 @@ _log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
-    """Record the signals of the controllers in the trace file `path` within a `with` block.
+    """Context manager that records the signals of the controllers in the trace file `path`.
 
     `patterns` select the signals; `report` receives a message if the trace ends early.  `limit` is the largest size of
     the file in bytes: a trace that would become larger ends.
@@ -158,7 +158,7 @@ class Tracer:
         self._most_moves = min((stepper.train.moves.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
 
     def first(self) -> list[Value]:
-        """Return the present value of each signal, in the order of the signals."""
+        """Return the value of each signal at the start of the trace, in the order of the signals."""
         return [self._first.get(signal.full, b"" if signal.kind == TEXT else 0) for signal in self.signals]
 
     def __enter__(self) -> Self:
@@ -174,7 +174,7 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write all changes before the present time.
+        """Write all changes that happened before the present virtual time.
 
         `for_others`: also flush the file, so that other programs can read the changes.
         """
@@ -337,7 +337,7 @@ class Tracer:
     def _write(self, before_ns: int) -> None:
         """Write all changes before the time `before_ns`, in pieces of limited size."""
         for axis in self._computing_ahead:
-            axis.catch_up()  # `catch_up` reports the samples of the axis up to now
+            axis.catch_up()  # `catch_up` passes the axis's samples up to the present time to this trace
         self._moves = 0
         self._write_span(before_ns)
 

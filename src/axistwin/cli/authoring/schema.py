@@ -10,7 +10,7 @@ from axistwin.scenes.scene import Scene
 @click.command()
 @click.option("--sweep", is_flag=True, help="The schema of a sweep file.")
 def schema(sweep: bool) -> None:
-    """Print the JSON Schema of a scene file, with which an editor completes keys and reports errors.
+    """Print the JSON Schema of scene files.  An editor uses the schema to complete keys and to report errors.
 
     Write the schema next to the scene, and name it in the scene's first line:
 

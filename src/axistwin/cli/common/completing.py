@@ -35,21 +35,21 @@ complete_talk = _of((), (".talk",))
 
 
 def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Return the names of the examples that begin with the typed text."""
+    """Complete the name of an example: return all names that begin with the typed text."""
     from axistwin.guide.shipped import examples
 
     return [name for name in examples() if name.startswith(incomplete)]
 
 
 def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Return the names of the documentation pages that begin with the typed text."""
+    """Complete the name of a documentation page: return all names that begin with the typed text."""
     from axistwin.guide.pages import names
 
     return [name for name in names() if name.startswith(incomplete)]
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> Iterator[str]:
-    """Yield the paths of files that begin with the typed text, including files in subfolders."""
+    """Yield all file paths that begin with the typed text, including paths in subfolders."""
     folder, _, begin = incomplete.rpartition("/" if "/" in incomplete else os.sep)
     above = incomplete[: len(incomplete) - len(begin)]
     seen = 0

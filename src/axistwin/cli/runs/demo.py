@@ -75,7 +75,7 @@ def demo(plot: Path) -> None:
 
 
 def three_motors(if1: "_Session") -> None:
-    """Initialise an IF1, and move three motors with most of its commands."""
+    """Initialise an IF1, and move three motors.  The demo uses most commands of the IF1."""
     _chapter("An IF1 is switched on, and detects the baud rate of its host")
     if1.wait(1.5)
     if1.say("(", "its first bits tell the baud rate", end="")
@@ -117,7 +117,7 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Store and lock a sequence in an IF2, switch the IF2 off, and run the sequence without a host."""
+    """Show that an IF2 keeps a locked sequence during a power cut, and then runs the sequence without a host."""
     bench = Bench()
     if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
     _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")

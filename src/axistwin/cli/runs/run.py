@@ -166,7 +166,10 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
 
 @contextmanager
 def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[MemoryTrace | None]":
-    """Trace a run in memory within a `with` block, if the user has requested a picture or a report."""
+    """Context manager that keeps a trace of the run in memory, if the user has requested a picture or a report.
+
+    Yields the trace, or None if the user has requested neither.
+    """
     if not any(files):
         yield None
         return
@@ -187,7 +190,7 @@ def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
 
 @contextmanager
 def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> Iterator[None]:
-    """Write the traces of a run to files within a `with` block."""
+    """Context manager that writes the traces of the run to files."""
     with ExitStack() as stack:
         for file in files:
             from axistwin.traces.signals import split  # this import is lazy because only --trace needs it

@@ -34,7 +34,7 @@ def ending() -> asyncio.Future[int]:
 
 
 def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], None]) -> None:
-    """Call `callback` in the event loop when the process receives the signal with this number."""
+    """Call `callback` in the event loop when this process receives the operating system's signal `number`."""
     try:
         loop.add_signal_handler(number, callback)
     except NotImplementedError:  # the event loop has no signal handlers on Windows
@@ -63,7 +63,7 @@ def _handle_exception(ended: asyncio.Future[int], context: dict[str, Any]) -> No
 
 
 def _is_own(error: BaseException) -> bool:
-    """True if a module of axistwin has caused the error, except a module of the panel."""
+    """True if the error comes from a module of axistwin that does not belong to the panel."""
     began_in = next((name for name in _modules(error) if not name.startswith("asyncio")), "")
     return began_in.startswith(OWN_MODULES) and not began_in.startswith(DISPLAY_MODULES)
 

@@ -12,7 +12,7 @@ ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    """Yield lines of code with which host programs can connect to a controller at the port `url`.
+    """Yield lines of code that show how host programs connect to a controller at the port `url`.
 
     `line`: line format of the host.
     """
@@ -32,7 +32,10 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
 
 def bus(url: PortUrl) -> Iterator[str]:
-    """Yield the shell commands with which a user or a C program can access the bus of a board at `url`."""
+    """Yield lines that show how to access the bus of a board: by hand in a shell, or from a C program.
+
+    `url`: the address of the bus.
+    """
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     yield f"by hand   nc {url.host} {url.port}     then: r 1"

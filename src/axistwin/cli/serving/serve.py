@@ -237,7 +237,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace and the recording if its argument is another bench than `bench`.
+        """Return a function that receives a bench, and closes the trace and the recording if the bench is not `bench`.
 
         The session calls the function with each new bench, e.g. after the user has gone back in time.
         """
@@ -255,7 +255,7 @@ class _Files:
 def _tracing(
     bench: Bench, path: str | None, signals: str | None, limit: int | None
 ) -> Iterator[Callable[[], None] | None]:
-    """Write a trace within a `with` block.
+    """Context manager that writes a trace.
 
     Yields a function that writes pending data, or None if the user has not requested a trace.
     """
@@ -271,7 +271,7 @@ def _tracing(
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Record conversations within a `with` block.
+    """Context manager that records conversations.
 
     Yields a function that writes pending data, or None if the user has not requested a recording.
     """
@@ -311,7 +311,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # the function `fail` ends the program after an internal error
+    server.pacer.on_defect = partial(fail, ended)  # after an internal error, `fail` ends the program
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -351,8 +351,8 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 
 def _freeze_objects() -> None:
-    """Exclude all present objects from garbage collection, so that its pauses are short."""
-    gc.freeze()  # a full garbage collection before `freeze` would delay the start
+    """Exclude all present objects from garbage collection, so that each later collection is short."""
+    gc.freeze()  # do not call `gc.collect` first: a full garbage collection would delay the start
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:

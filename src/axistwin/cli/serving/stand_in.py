@@ -144,7 +144,7 @@ class _Run:
 
     @contextmanager
     def _real_time(self) -> Iterator[None]:
-        """Give this process real-time priority within a `with` block, unless LinuxCNC drives the motors.
+        """Context manager that gives this process real-time priority, unless LinuxCNC drives the motors.
 
         LinuxCNC's HAL has its own priority, and its processes must not inherit the priority of this process.
         """
@@ -168,7 +168,7 @@ class _Run:
             return 1
         import_module("numpy")  # this slow import must end before the motors start
         gc.collect()
-        gc.freeze()  # exclude the existing objects from garbage collections, which then cause shorter pauses
+        gc.freeze()  # exclude the existing objects from garbage collection, so that each later collection is short
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
@@ -214,7 +214,10 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until a board reports an event, or until `other` (a pause or the end of the program) is done."""
+        """Wait until a board reports an event, or until `other` ends.
+
+        `other`: a pause, or the future that is done at the end of the program.
+        """
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)

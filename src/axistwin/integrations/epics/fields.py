@@ -81,7 +81,7 @@ OWN = ("FAULT", "CLEAR")
 
 
 def called(record: str, field: str) -> str:
-    """Return the name of the channel of a field, e.g. `LAB:if1:X.VAL`."""
+    """Return the EPICS channel name of a field, e.g. `LAB:if1:X.VAL`."""
     return f"{record}:{field}" if field in OWN else f"{record}.{field}"
 
 

@@ -248,7 +248,7 @@ class MotorRecord:
         await self._offset(self.values["OFF"])
 
     async def _resolution(self, value: float) -> None:
-        """Change the resolution MRES, and convert velocities and limits so that they stay equal in counts."""
+        """Change the resolution MRES.  Convert velocities and limits, so that their values in counts do not change."""
         self._at_rest("MRES")
         found = Fraction(value).limit_denominator(FINEST)
         if not found:

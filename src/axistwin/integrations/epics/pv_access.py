@@ -76,9 +76,9 @@ class _Motor:
         return _Channel(field, self._record.values[name], put if self._record.writable(name) else None)
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish the field `name` of the record.
+        """Publish the value of one field of the record.
 
-        If the name is empty, publish the alarm and the metadata.
+        `name`: the name of the field.  If the name is empty, publish the alarm and the metadata.
         """
         record = self._record
         if name:

@@ -52,7 +52,10 @@ class AddressSpace:
         self.server.subscribe_server_callback(CallbackType.PreWrite, self._process_writes)
 
     async def _process_writes(self, event: ServerItemCallback, _: object) -> None:
-        """Write each value from a client to the axis, pin or register of the node.  Raises UaStatusCodeError."""
+        """Write each value from an OPC UA client to the axis, pin or register that the node represents.
+
+        Raises UaStatusCodeError if the value cannot be written.
+        """
         if not event.is_external:
             return
         for each in event.request_params.NodesToWrite:

@@ -108,7 +108,10 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Extend the minimum and the maximum of each pixel column by the values of the merged intervals in the column."""
+    """Extend the minimum and the maximum of each pixel column, so that they include all merged intervals.
+
+    A merged interval contains several changes of the signal.
+    """
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return

@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Describes how to show a signal: with the unit of the values, or with the codec of the messages."""
+    """Information for the display of a signal: the unit of numbers, or the codec of messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -25,7 +25,7 @@ class Meaning:
         return f"{self.units.shown(value)} {self.units.of}{'/s' if self.unit.endswith('/s') else ''}"
 
     def words(self, text: str) -> str:
-        """Return the meaning of a bus message in words; "" for other messages."""
+        """Return the meaning of a bus message in words, or "" if the text is not a complete bus message."""
         if self.codec is None:
             return ""
         try:

@@ -71,12 +71,12 @@ class Recorder:
         """
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
-            raise UsageError(f"too many signals: expected at most {MOST_SIGNALS} on the screens of all users")
+            raise UsageError(f"too many signals: expected at most {MOST_SIGNALS} on the screens of all users together")
         self._wanted[who] = tuple(names)
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Stop recording for a closed oscilloscope screen.
+        """Stop the recording for an oscilloscope screen that has been closed.
 
         If no other screen is open, the recording continues.
         """
@@ -115,9 +115,9 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """Delete the oldest recordings of signals that no screen shows.
+        """Delete old recordings of signals that are no longer on any screen.
 
-        Nothing is deleted while at most `MOST_SIGNALS` signals are stored.
+        The oldest recordings are deleted first.  Nothing is deleted while at most `MOST_SIGNALS` signals are stored.
         """
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]

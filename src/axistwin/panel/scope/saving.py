@@ -82,7 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time since which each change of the signals `names` is stored separately."""
+    """Return the start of the time span in which each change of the signals `names` is stored separately."""
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 

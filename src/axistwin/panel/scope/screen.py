@@ -191,7 +191,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Time since which all signals on the screen are recorded."""
+        """Start of the time span in which all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -262,9 +262,10 @@ class Screen:
     # Cursors
 
     def put_cursor(self, which: str, place: float, lane: str | None = None) -> None:
-        """Set a cursor at a horizontal position from 0 to 1, or at an edge near this position.
+        """Set a cursor at a horizontal position of the screen, or at a signal edge near this position.
 
-        `lane`: the only signal whose edges count; None: all shown signals.
+        `place`: horizontal position, from 0 (left) to 1 (right).  `lane`: the only signal whose edges count; None: all
+        shown signals.
         """
         time_ns = self.time_at(place)
         near = self.span_ns * SNAP // self.pixels

@@ -65,7 +65,7 @@ class Rows(NamedTuple):
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Convert the changes of a signal to a table with one interval for each change."""
+    """Convert the changes of a signal to a table with one row for each change."""
     return Rows(times, times, values, values, values, values, ZEROS[: len(values)])
 
 
@@ -75,13 +75,13 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Divide time into periods of `2 ** shift` ns, and merge all intervals that begin in one period."""
+    """Divide time into periods of `2 ** shift` ns, and merge the intervals that begin in the same period."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # single changes have no duration, so only merged intervals have an integral
+    if rows.begin is not rows.end:  # add the integrals of merged intervals; a single change has no integral
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -119,7 +119,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time since which each change of the signal is stored separately.
+        """Start of the time span in which each change of the signal is stored separately.
 
         Earlier changes are merged into intervals.
         """
@@ -145,7 +145,10 @@ class Track:
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return all intervals from `from_ns` to `to_ns`, and the interval before, which has the value at `from_ns`."""
+        """Return all intervals from `from_ns` to `to_ns`, and the last interval before `from_ns`.
+
+        The interval before `from_ns` determines the value at `from_ns`.
+        """
         times, values = self._times[: self._size], self._values[: self._size]
         if len(times) and times[0] <= from_ns:
             part = _part(times, from_ns, to_ns)
@@ -250,7 +253,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time since which all texts of the signal are stored; earlier texts may have been deleted."""
+        """Start of the time span in which all texts of the signal are stored; earlier texts may have been deleted."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

@@ -47,7 +47,7 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Queue comments of the tutor for the terminal.
+        """Store comments of the tutor until the terminal shows them.
 
         The terminal shows the comments after the present messages.
         """
@@ -154,7 +154,7 @@ class PanelRemedies(Remedies):
         self._context, self._name = context, name
 
     def drive(self, pin: str, level: str) -> str:
-        """Return an instruction to set an input to a level, e.g. `press START`."""
+        """Return the instruction that tells the user how to set an input to a level, e.g. `press START`."""
         button = self._button(pin)
         if button is not None:
             return f"press {button.name}" if button.pressed == level else f"release {button.name}"
@@ -165,18 +165,21 @@ class PanelRemedies(Remedies):
         return f"click the switch {pin}"
 
     def release(self, pin: str) -> str:
-        """Return an instruction to release an input, e.g. `release START`."""
+        """Return the instruction that tells the user how to release an input, e.g. `release START`."""
         button = self._button(pin)
         if button is None:
             return f"click the switch {pin} again"
         return f"press {button.name} again" if button.latching else f"release {button.name}"
 
     def mend(self, pin: str) -> str:
-        """Return the tutor's instruction to end the fault at a terminal."""
+        """Return the instruction that tells the user how to end the fault at the pin `pin`."""
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return an instruction to switch the power; `words` are the states in order, e.g. "off" and "on"."""
+        """Return the instruction that tells the user how to switch the power.
+
+        `words`: "off", "on", or both; the user switches the power in this sequence.
+        """
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:

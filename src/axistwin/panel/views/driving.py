@@ -258,7 +258,7 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons: discard the recording after the present time, and restore the discarded recording."""
+    """Build two buttons: one deletes the part of the recording after the present time, one restores this part."""
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
@@ -277,7 +277,7 @@ def _deleted(context: Context) -> Refresh:
 
 
 def _figures(seconds: float) -> str:
-    """Format a time with at most three decimals, e.g. 36,000 or 11.4."""
+    """Format a time with commas between thousands and at most three decimals, e.g. 36,000 or 11.4."""
     return f"{seconds:,.3f}".rstrip("0").rstrip(".")
 
 

@@ -59,7 +59,7 @@ class _View:
         return self.context.bench[self.name]
 
     def refresh(self) -> None:
-        """Update the program's listing, present line and breakpoints."""
+        """Update the shown program: the listing, the number of the present line, and the breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)

@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # the screens of all users would show too many signals: show no signals here
+        except AxistwinError:  # all users together would show too many signals: show no signals
             screen.show(())
         return screen
 

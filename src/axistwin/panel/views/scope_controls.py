@@ -274,9 +274,10 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an input element in an attribute of the object `owner`, then call `then`.
+    """Store each new value of an input element in an attribute of the object `owner`.
 
-    `name`: the name of the attribute.  Returns a function that updates the element if the attribute has changed.
+    `name`: the name of the attribute.  `then`: a function that is called after each new value.  Returns a function that
+    updates the element if the attribute has changed.
     """
 
     def set_() -> None:

@@ -65,6 +65,6 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    """Return the functions that save and restore the programs and data of this model."""
+    """Return the functions that save and restore the programs and data of a controller model."""
     found: Reader = import_module(f"{__package__}.{FAMILIES[product(model).model]}").READER
     return found

@@ -66,7 +66,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # the characters E and N have different parity bits: with a wrong parity, one of the two requests fails
+        # E and N have opposite parity bits: if the parity setting is wrong, at least one of the two requests fails
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None
@@ -93,7 +93,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
 
 
 def start(bench: Bench, contents: Contents) -> None:
-    """Initialise a new interface with the saved data format message of the old interface."""
+    """Initialise a new interface: send the data format message that was saved from the old interface."""
     (controller,) = bench.controllers.values()
     port = controller.serial
     wanted = port.host.format

@@ -33,7 +33,7 @@ Attempt = tuple[UartFormat, str, Test]
 
 @dataclass(frozen=True)
 class Found:
-    """Model and line format of a controller that answers."""
+    """Model and serial line format (baud rate, data bits, parity, stop bits) of a controller that answers."""
 
     model: str
     line: UartFormat | None = None
@@ -43,9 +43,10 @@ class Found:
 def find(
     end: End, model: str | None = None, line: UartFormat | None = None, report: Report = lambda line: None
 ) -> Found:
-    """Find the model and the line format of the controller at `end`.  Raises LinkError if no controller answers.
+    """Find the model and the serial line format of the controller that is connected to `end`.
 
-    `model`, `line`: given by the user; then only these are tried.  `report` is called with each line format.
+    `model`, `line`: given by the user; then only these are tried.  `report` is called with each line format.  Raises
+    LinkError if no controller answers.
     """
     if end.messages:
         return Found(model or BOARD)
@@ -109,8 +110,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send e.g. U61, then run axistwin rescue again "
-            "(caution: U61 starts the stored sequence of a locked IF2)"
+            "the interface has no data format yet: send a data format, e.g. U61, then run axistwin rescue again "
+            "(caution: if the interface is a locked IF2, U61 starts the stored sequence)"
         )
     return False
 

@@ -135,7 +135,7 @@ def new(model: str) -> Contents:
 
 
 def _twin(directory: Path, found: Found, contents: Contents) -> Contents:
-    """Start a twin from the scene, and return the contents that the twin reports."""
+    """Start a twin from the scene, and return the programs and data that the twin reports."""
     bench = Scene.load(directory / SCENE).build()
     (controller,) = bench.controllers.values()
     end = VirtualEnd(bench, controller)

@@ -64,7 +64,10 @@ def read(exchange: Exchange) -> Contents:
 
 
 def reported(said: bytes, answer: bytes) -> bool:
-    """True if the answer, without an echo of the request, contains only numbers that end in CR."""
+    """True if the answer contains only numbers, each followed by CR.
+
+    The answer may begin with an echo of the request.
+    """
     lines = answer.removeprefix(said).split(b"\r")
     return len(lines) > 1 and not lines.pop() and all(line.removeprefix(b"-").isdigit() for line in lines)
 
@@ -92,8 +95,8 @@ def _upload(exchange: Exchange, found: Contents) -> str:
             return ""
         if len(block) < BLOCK:
             raise LinkError(
-                f"the upload of the program stopped after {len(text)} characters: check the line, "
-                "then run axistwin rescue again"
+                f"the upload of the program stopped after {len(text)} characters: "
+                "check the serial cable, then run axistwin rescue again"
             )
     raise AssertionError
 

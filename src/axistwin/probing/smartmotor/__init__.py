@@ -91,7 +91,10 @@ def answer_form(answer: bytes) -> bytes:
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
-    """Return values for the options `index_at` and `statements_per_sample`, calculated from the motor's answers."""
+    """Suggest values for the twin's options `index_at` and `statements_per_sample`.
+
+    The values are calculated from the motor's answers.
+    """
     found: dict[str, list[object]] = {}
     index = re.findall(rb"-?\d+", answers.get("the index", b""))
     if len(index) > RI_AFTER and int(index[RI_AFTER]) > 0:

@@ -299,7 +299,7 @@ def _number(end: End, request: bytes) -> int:
     answer = end.ask(request, expected=2).data
     if not re.fullmatch(rb"-?\d+\r", answer):
         raise LinkError(
-            f"the motor's answer to {request!r} is {answer!r}: expected a number, run axistwin probe without --memory"
+            f"the motor's answer to {request!r} is {answer!r}, not a number: run axistwin probe without --memory"
         )
     return int(answer)
 

@@ -74,7 +74,7 @@ class HalBoard:
         self._levels = dict(inputs)
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                self.fail(f"the emergency stop {given.to} is open: close the emergency stop, then try again")
+                self.fail(f"the emergency stop {given.to} is open: release the emergency stop, then try again")
                 return
         self._tracks = {axis: Track(position) for axis, position in self.positions.items()}
         self.ready = True
@@ -119,7 +119,7 @@ class HalBoard:
     # Methods that stop and resume the axes of controllers
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers at once.
+        """Stop the axes of the given controllers immediately.
 
         `groups`: names of the controllers; empty for all controllers.
         """

@@ -183,7 +183,10 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report that a stop is complete when all motors of the group are at rest, or after `MOST_STILL_S`."""
+        """Report that a stop is complete as soon as all motors of the group are at rest.
+
+        The report is sent at the latest `MOST_STILL_S` seconds after the stop.
+        """
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
             group.feedback, group.changed_s = feedback, now_s

@@ -66,7 +66,7 @@ class HalSender:
     def _start_component(self) -> "subprocess.Popen[bytes]":
         """Start the process of the HAL component.  Raises LinkError if the process cannot be started."""
         if os.geteuid() == 0 and not self._prefix:
-            raise LinkError("LinuxCNC's rtapi_app does not run as root: start axistwin as another user")
+            raise LinkError("LinuxCNC's rtapi_app cannot run as root: start axistwin as another user")
         code = resources.files(__package__).joinpath("component.py").read_text(encoding="utf-8")
         try:
             process = subprocess.Popen(
@@ -168,7 +168,7 @@ class HalSender:
         self._act(self._board.set_output, source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers at once.
+        """Stop the axes of the given controllers immediately.
 
         `groups`: names of the controllers; empty for all controllers.
         """
