@@ -1,8 +1,7 @@
 """A relay between a host and a real controller, for recording their conversation.
 
 To the host, the relay appears as a controller on a bench whose virtual time is real time.  All kinds of ports work, and
-a
-recorder can observe the bench.  On the simulated line between host and relay, characters take no time; on the real wire
+a recorder can observe the bench.  On the simulated line between host and relay, characters take no time; on the real wire
 they take their real time.
 
 The real device is any URL of pyserial: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  One thread reads from the device

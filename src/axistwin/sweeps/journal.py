@@ -1,8 +1,7 @@
 """The results of a sweep: numbered part files during the sweep, joined to one Parquet file at the end.
 
 A part file has a temporary name until it is complete.  The plan of the sweep is stored with the parts and in the
-Parquet
-file.  An interrupted sweep is resumed only if its plan has not changed.
+Parquet file.  An interrupted sweep is resumed only if its plan has not changed.
 """
 
 import json

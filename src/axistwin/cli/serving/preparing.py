@@ -2,8 +2,7 @@
 
 A thread loads compiled code from the user's cache.  A child process first compiles missing code, because a compiler in
 this process would block the interpreter for up to a tenth of a second.  The controllers run in plain Python until then;
-the results
-are the same.
+the results are the same.
 """
 
 import gc
