@@ -247,7 +247,7 @@ def test_a_controller_keeps_its_memory_in_ram_until_it_is_switched_off(tmp_path,
     if2.power(False)
     assert len(warnings(caplog)) == 2
     # written: the lock (nothing was locked before); not written: unlock, lock, unlock
-    assert warnings(caplog)[1] == f"{file}: 3 of 4 writes failed: the file holds the last whole image"
+    assert warnings(caplog)[1] == f"{file}: 3 of 4 writes failed: the file has the contents of the last complete write"
     if2.power(True)
     assert "X10" in "".join(if2.programs["sequence"].lines)
     assert {path.name for path in tmp_path.iterdir()} == {LOCK, HOLDER, "if2.json"}
@@ -387,7 +387,7 @@ def test_a_run_tells_and_counts_what_it_could_not_keep(tmp_path, monkeypatch, ca
     first, last = warnings(caplog)
     assert "smartmotor.json cannot be written: no space left on device" in first
     # loading the program takes two writes: when LOAD begins, and at its end
-    assert last.endswith("smartmotor.json: 1 of 3 writes failed: the file holds the last whole image")
+    assert last.endswith("smartmotor.json: 1 of 3 writes failed: the file has the contents of the last complete write")
 
 
 # Images that are none

@@ -111,7 +111,7 @@ class FileStore:
         """Return a sentence for the log about the state of the file after failed writes."""
         if self._unwritten is None:
             return "the file is up to date again"
-        return "there is no file" if self._image is None else "the file holds the last whole image"
+        return "there is no file" if self._image is None else "the file has the contents of the last complete write"
 
     def _write(self, contents: bytes) -> None:
         write_whole(self.path, contents)
