@@ -28,7 +28,7 @@ TRY = """<iframe src="playground/index.html" title="axistwin in this page" loadi
 
 <p>This is axistwin in your browser: choose a machine, and type.
 <a href="playground/index.html">Open it as a page of its own</a>.</p>"""
-NO_ENGINE = "`make engine docs` adds the [playground](playground.md) to this page."
+NO_ENGINE = "This page contains the [playground](playground.md) only if `make engine docs` has built the documentation."
 
 
 def write(folder: Path, *, with_playground: bool) -> None:
