@@ -28,7 +28,7 @@ TRY = """<iframe src="playground/index.html" title="axistwin in this page" loadi
 
 <p>This is axistwin in your browser: choose a machine, and type.
 <a href="playground/index.html">Open it as a page of its own</a>.</p>"""
-NO_ENGINE = "`make engine docs` adds the [playground](playground.md) to this page."
+NO_ENGINE = "This page contains the [playground](playground.md) only if `make engine docs` has built the documentation."
 
 
 def write(folder: Path, *, with_playground: bool) -> None:
@@ -53,7 +53,8 @@ def write(folder: Path, *, with_playground: bool) -> None:
 def status_bits(model: str) -> Iterator[str]:
     """Return the bits of the status answers: value, name and meaning, as the front panel shows them."""
     yield "**Status answers.** Each bit of a status answer has a value, e.g. 1, 2 or 4. The answer is the sum of the"
-    yield "values of all bits that are 1. In `axistwin term`, `:explain NUMBER` names the bits of a number.\n"
+    yield "values of all bits that are 1. To see which bits of a status answer are 1, enter"
+    yield "`:explain NUMBER` in `axistwin term`, where `NUMBER` is the status answer.\n"
     for group in product(model).front:
         bits = [lamp for lamp in group.items if isinstance(lamp, Lamp) and lamp.bit is not None]
         if bits:
@@ -80,7 +81,8 @@ def chapters(model: str, title: str) -> Iterator[str]:
     yield "| --- | --- |"
     yield from (f"| {chapter} | {' '.join(codes)} |" for chapter, codes in found.items())
     yield "\n**Decisions.** Where the manual says nothing or contradicts itself, axistwin follows a decision about the"
-    yield "emulated behaviour. The list links to these decisions, with their evidence and their tests.\n"
+    yield "emulated behaviour. The links below lead to the decisions about this family of controllers. Each decision is"
+    yield "listed with the evidence from the manual and with its tests.\n"
     family = FIDELITY.read_text(encoding="utf-8").split(f"\n## {title}\n")[1].split("\n## ")[0]
     first, *parts = family.split("\n### ")
     for part in ([f"{title}\n{first}"] if "\n| " in first else []) + parts:

@@ -57,7 +57,7 @@ WRONG = {
     ("S1P2$",): "1:3 error: P (pulse output) cannot follow here: the order is H L, move, S R or P; H L A =",
     ("H1$",): "1:1 error: H and L need a move in the same message, e.g. H1X100$",
     ("X$Y$",): "1:2 error: $ (index, run and sequence start) is not valid here",
-    ("X100 E",): "1:6 error: E (busy) must be sent alone",
+    ("X100 E",): "1:6 error: E (busy) must be the only command in its message",
     ("B20",): "1:2 error: 20 belongs to no command: B (backlash) takes [signed distance -255…255 steps]",
     ("@",): "1:2 error: @ (speed data) needs speed 1…99999 steps/s",
     (">5",): "1:2 error: 5 is out of range: range 1…4",

@@ -103,7 +103,7 @@ def test_each_mistake_is_reported_once(line, columns):
         ("xq$", "unknown characters 'xq': commands are upper case"),
         (":X5:>2:$", "> (select speed range) is not allowed in a sequence"),
         ("=1,1$", "= (repeat) is not allowed in a direct message"),
-        ("K5", "K (motion status) must be sent alone"),
+        ("K5", "K (motion status) must be the only command in its message"),
         ("X5:$", ": (sequence divider) is not valid here"),
     ],
 )

@@ -12,13 +12,13 @@ IF1 = '[[controller]]\nmodel = "if1"\n'
 RULES = (
     UNREADABLE := Rule(
         "AX100", "a line is not allowed in this type of file", E, PAGE,
-        "The type of the file does not permit this line.  The error message says what the line can contain.",
+        "A file of this type must not contain this line of text.  The error message says what the line can contain.",
         "; model: 1811\n> ; nothing", ".talk",
     ),
     NO_ACT := Rule(
         "AX101", "a line begins with a wrong character", E, PAGE,
-        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  A line can also begin with the name "
-        "of a controller and a colon before one of these characters, e.g. `table: > K`.",
+        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  Before this first character, a line "
+        "can contain the name of a controller and a colon, for example `table: > K`.",
         "?what", ".talk",
     ),
     NO_TIME := Rule(
@@ -64,8 +64,8 @@ RULES = (
     ),
     SCENE := Rule(
         "SC110", "the scene cannot be built", E, SCENES,
-        "Each table of the scene is valid, but the tables together are not valid.  For example, a name in a table does "
-        "not exist, is used twice, or does not match the other tables.",
+        "Each table of the scene is valid, but the tables together are not valid.  For example, a table refers to a "
+        "name that is not defined, two tables define the same name, or two tables contradict each other.",
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip

@@ -49,20 +49,21 @@ RULES = (
     ),
     UNKNOWN_NAME := Rule(
         "CM110", "no command has this name", E, LANGUAGE,
-        "Write a command in hex, or by the name that `axistwin commands` lists, with `_` instead of blanks.",
+        "Write the hex code of the command or the name of the command.  `axistwin commands` lists all names.  In a "
+        "name, replace each blank by `_`, for example `go_relative`.",
         "go_relatve 25000",
     ),
     WORD := Rule(
         "CM111", "a value is malformed or out of range", E, LANGUAGE,
-        "After the name of a command, write its values.  A number is decimal, or hexadecimal after 0x.  A range is "
-        "two digits, and a switch is `on` or `off`.  If the command is written in hex, write each byte with two "
-        "digits, e.g. 05.",
+        "After the name of a command, write the values of the parameters of the command.  A number is decimal, or "
+        "hexadecimal after 0x.  A range is two digits, and a switch is `on` or `off`.  If the command is written in "
+        "hex, write each byte with two digits, e.g. 05.",
         "set_user_bit 3",
     ),
     NUMBER_OF_VALUES := Rule(
         "CM112", "the command has too few or too many values", E, LANGUAGE,
-        "After the name of a command, write one value for each parameter that has a meaning.  axistwin inserts the "
-        "parameter bytes that have no meaning.",
+        "After the name of a command, write one value for each parameter that the command uses.  Some commands have "
+        "parameter bytes that the board does not use; axistwin adds these bytes.",
         "go_relative",
     ),
     NOT_IN_SEQUENCE := Rule(
@@ -95,8 +96,8 @@ RULES = (
     ),
     LOOP_TOO_LONG := Rule(
         "CM206", "a loop repeats more commands than the sequence contains", W, SEQUENCES,
-        "The loop command states how many of the next commands the loop repeats.  The sequence ends before so many "
-        "commands.  The loop ends at the end of the sequence.",
+        "The loop command states how many of the next commands the loop repeats.  After the loop command, the sequence "
+        "contains fewer commands than this number.  The loop ends at the end of the sequence.",
         "D9 01\nrepeat 3 2\n83\nD8",
     ),
     UNENDED := Rule(
@@ -106,7 +107,8 @@ RULES = (
     ),
     NOT_DEFINING := Rule(
         "CM208", "a sequence definition ends, but none has begun", W, SEQUENCES,
-        "The command D8h ends the definition of a sequence, but no command D9h has begun a definition before.",
+        "The command D8h ends the definition of a sequence.  The command D9h, which begins a definition, was not sent "
+        "before D8h.",
         "D8",
     ),
     NO_SEQUENCE := Rule(
@@ -122,7 +124,8 @@ RULES = (
     ),
     VELOCITY := Rule(
         "CM302", "the velocity exceeds the velocity range", E, "Positions and moves",
-        "Each velocity range has a highest velocity.  The board does not perform a move with a higher velocity.",
+        "Each velocity range has a highest velocity.  The board does not perform a move whose velocity is above the "
+        "highest velocity of the range.",
         "31 00 00 00 10 00 00 00 00 00 01",
     ),
     ACCELERATION := Rule(
@@ -132,7 +135,7 @@ RULES = (
     ),
     NO_MOVE := Rule(
         "CM304", "the move is not defined", E, DEFINE,
-        "The command 40h performs a move that has been defined before.",
+        "The command 40h performs a stored move.  Define the move before you send the command 40h.",
         "40 07",
     ),
     NOT_GIVEN := Rule(
@@ -143,7 +146,8 @@ RULES = (
     ),
     TRIGGER := Rule(
         "CM306", "a trigger has two functions", E, "Stop and kill",
-        "A trigger has one function at a time; disable the first function before you set the second function.",
+        "A trigger can have only one function at a time.  Disable the present function of the trigger before you set "
+        "another function.",
         "stop_on_trigger 1 on off\ninterrupt_on_trigger 1 on",
     ),
     NO_ENCODER := Rule(

@@ -280,7 +280,8 @@ class _Reader:
         return False
 
     def _must_be_alone(self, command: Command, at: int, end: int = 0) -> None:
-        self._wrong(rules.ALONE, f"{command.code} ({command.name}) must be sent alone", at, end, command.chapter)
+        message = f"{command.code} ({command.name}) must be the only command in its message"
+        self._wrong(rules.ALONE, message, at, end, command.chapter)
 
     def _check_order(self, command: Instruction, seen: Order, at: int) -> Order:
         order = command.order

@@ -20,23 +20,23 @@ RULES = (
         "This character is not a command.  The interface refuses the whole message and sets the data fault bit of the "
         "status answer F.  Write commands in upper case.  In a file of command lines, `;` begins a comment.",
         "x1000$"),
-    LOST_NUMBER := Rule("DP102", "a number is in a place where no command takes a number", E, ALL,
-        "The command before this number takes no number, or takes only a number that is written differently, e.g. "
-        "with a sign.  The interface refuses the whole message.",
+    LOST_NUMBER := Rule("DP102", "a number is in a place where no number is allowed", E, ALL,
+        "The command before this number takes no number, or takes only a number in another notation, for example with "
+        "a sign (`B+20`).  The interface refuses the whole message.",
         "B20"),
-    ALONE := Rule("DP103", "the command must be sent alone", E, ALL,
-        "Send this command as a separate message that ends with <CR>.  Status requests and the commands `#`, `[` and "
-        "`]` must be sent alone.",
+    ALONE := Rule("DP103", "the command must be the only command in its message", E, ALL,
+        "Send this command as a separate message that ends with <CR>.  A message that contains a status request or "
+        "one of the commands `#`, `[` and `]` must contain no other command.",
         "X100 E"),
     SETUP := Rule("DP104", "the command is allowed only during initialisation", E, INITIALISATION,
         "The interface obeys `(`, `*`, `U` and `V` only during initialisation.  After the initialisation, each of "
-        "these characters sets the data fault bit of the status answer F.  Leave these characters out of a file of "
-        "command lines: axistwin initialises the interface before the first line.",
+        "these four characters sets the data fault bit of the status answer F.  Do not write these four characters in "
+        "a file of command lines, because axistwin itself initialises the interface.",
         "U61"),
     MISPLACED := Rule("DP105", "`$`, `:`, `+`, `-` or `,` is in a wrong position", E, ALL,
-        "These characters are not commands, but parts of commands and messages.  `$` ends a message, and `:` "
-        "separates the steps of a sequence.  `+` and `-` are allowed only after an axis or `B`, and `,` only after "
-        "`P` or `=`.",
+        "`$`, `:`, `+`, `-` and `,` are not commands, but parts of commands and messages.  `$` ends a message, and "
+        "`:` separates the steps of a sequence.  `+` and `-` are allowed only after an axis or `B`, and `,` only "
+        "after `P` or `=`.",
         "X$Y$"),
     NOT_IN_THIS_KIND := Rule("DP106", "the command is not allowed in this kind of message", E, ALL,
         "The commands `=` and `A` are allowed only in the steps of a sequence.  The commands `>`, `<`, `^` and `D` "
@@ -54,24 +54,23 @@ RULES = (
         "The interface refuses the whole message and sets the out-of-range bit of the status answer F.",
         ">5"),
     TWICE := Rule("DP110", "an axis, `/`, `G` or `B` is not allowed in this place", E, ALL,
-        "This error has two causes: an axis, `/` or `G` occurs twice in one message, or the axis before `/`, `G` or "
-        "`B` is missing.",
+        "Either one message contains the same axis, `/` or `G` twice, or the axis before `/`, `G` or `B` is missing.",
         "X1X2$"),
     WAITS := Rule("DP111", "a message waits for an input (H or L), but contains no move", E, COMBINING,
         "H and L delay a move until an input has the given level.  This message has no move to delay.  A sequence can "
         "wait for an input and then switch an output, even if the sequence contains no move.",
         "H1$"),
     MINOR := Rule("DP112", "the minor axis is missing", E, INTERPOLATION,
-        "Before `/`, write the axis with the longer distance.  After `/`, write one or two axes with the shorter "
-        "distance.",
+        "Before `/`, write the axis with the longest distance.  After `/`, write one or two axes whose distances are "
+        "shorter.",
         "X200/$"),
     CORRECTION := Rule("DP113", "a backlash correction is not possible for this move", E, "Backlash correction",
-        "`B` without a number adds the backlash correction to an index move; write `B` after the axis.  A run-mode "
+        "To add the backlash correction to an index move, write `B` without a number after the axis.  A run-mode "
         "move and an interpolated move cannot have a backlash correction.",
         "X@500GB$"),
     CONTROL_ALONE := Rule("DP114", "% is not the only command in its step", E, INTERVENTION,
-        "The command `%` gives control to the host.  A step of a sequence with the command `%` must contain no other "
-        "command.",
+        "The command `%` gives control to the host.  If a step of a sequence contains the command `%`, the step must "
+        "contain no other command.",
         ":X100%:$"),
     SEQUENCE_END := Rule("DP201", "the end of a sequence is missing", E, SEQUENCE,
         "A message that begins with `:` is a sequence.  A sequence must end in `:$`.",
@@ -81,19 +80,20 @@ RULES = (
         "numbered from 1.",
         ":X100::Y:$"),
     TOO_MANY := Rule("DP203", "a sequence has too many steps", E, SEQUENCE,
-        "A sequence can have at most 63 steps.  The interface keeps the sequence that was stored before.",
+        "A sequence can have at most 63 steps.  The interface does not store the new sequence, and keeps the "
+        "old sequence.",
         ":" + "X:" * 64 + "$"),
     REPEAT := Rule("DP204", "a repeat command `=` names a later step", E, REPEATS,
         "`=times,first` repeats the steps from the step with the number `first` to the step that contains `=`.  The "
-        "number `first` must not be higher than the number of the step that contains `=`.",
+        "value of `first` must not be higher than the number of the step that contains `=`.",
         ":X100:=2,3:$"),
     NEVER_REACHED := Rule("DP205", "some steps of a sequence are never executed", W, REPEATS,
         "`=0,n` repeats the steps from step n until the host sends `#`.  The steps after `=0,n` are stored but never "
         "executed.",
         ":X100:=0,1:Y:$"),
     RUN_CONTINUES := Rule("DP206", "a move in a sequence must wait until a run-mode move ends", W, ABORT,
-        "A run-mode move continues during the next steps.  The move of a later step begins only after the end of the "
-        "run-mode move.  In a sequence, only the command `A` ends a run-mode move.",
+        "A run-mode move continues while the next steps of the sequence are executed.  The move of a later step begins "
+        "only after the end of the run-mode move.  In a sequence, only the command `A` ends a run-mode move.",
         ":X@500G:X5:$"),
     NO_INTERVENTION := Rule("DP207", "% is sent, but no sequence waits for the host", E, INTERVENTION,
         "A step `%` of a sequence gives control to the host.  The host then sends `%` to give control back to the "
@@ -120,8 +120,8 @@ RULES = (
         "and sets the stored distance to 0.  Later moves use the distance 0 until the host sends a new distance.",
         "X1000G$"),
     NO_START := Rule("DP305", "a message does not contain `$`", W, INDEX,
-        "If a message contains no `$`, the interface stores the parameters in the message.  The interface starts no "
-        "move and sets no output.",
+        "If a message contains no `$`, the interface stores the parameters that the message contains.  The interface "
+        "starts no move and sets no output.",
         "S2"),
     TOO_EARLY := Rule("DP401", "a command is sent before `(` has set the baud rate", W, INITIALISATION,
         "After power-on the interface obeys only `(`.  The interface detects the baud rate from the character `(`.",
@@ -139,7 +139,7 @@ RULES = (
         "or <LF> if the data format is V.",
         "> (U61\\r\n> X100$", ".talk"),
     LOCKED := Rule("DP405", "a command is sent while the interface is locked", W, LOCKOUT,
-        "`[` locks the interface, and `]` unlocks the interface.  A locked interface obeys only status requests and "
-        "`]`, and ignores all other commands.  While DSR is active, a locked interface obeys `(`, too.",
+        "`[` locks the interface, and `]` unlocks the interface.  A locked interface obeys status requests, `]`, and, "
+        "while DSR is active, `(`.  A locked interface ignores all other commands.",
         "[\nX100$\n]"),
 )  # fmt: skip

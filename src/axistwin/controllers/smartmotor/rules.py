@@ -130,9 +130,9 @@ RULES = (
     ),
     BLOCK := Rule(
         "SM201", "the beginning or the end of a block is missing", E, FLOW,
-        "Each IF needs its ENDIF, each WHILE its LOOP and each SWITCH its ENDS.  If the beginning or the end of a "
-        "block is missing, a remaining statement of the block, e.g. ELSE without IF, sets the status bit Bs (syntax "
-        "error).",
+        "Each IF needs an ENDIF, each WHILE needs a LOOP, and each SWITCH needs an ENDS.  If the beginning or the end "
+        "of a block is missing, another statement of the block sets the status bit Bs (syntax error), for example an "
+        "ELSE without an IF.",
         "IF a",
     ),
     NO_LABEL := Rule(
@@ -193,7 +193,7 @@ RULES = (
     ),
     SWITCHES := Rule(
         "SM212", "too many SWITCH blocks are nested", W, FLOW,
-        "The guide to the base language allows four nested SWITCH blocks.",
+        "The guide to the SmartMotor language allows at most four nested SWITCH blocks.",
         "SWITCH a CASE 1 " * 5 + "ENDS " * 5,
     ),
     SIZE := Rule(
@@ -235,8 +235,8 @@ RULES = (
     ),
     INVALID := Rule(
         "SM308", "a later command can cancel CI", W, ON_THE_FLY,
-        "CI takes effect at the next zero point of the cam.  If a command D=, BASE=, SIZE=, F= or MC is executed "
-        "between CI and the next zero point, this command cancels CI.",
+        "CI takes effect at the next zero point of the cam.  Before this zero point, each of the commands D=, BASE=, "
+        "SIZE=, F= and MC cancels CI.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G CI D=5",
     ),
     STALE := Rule(
@@ -259,7 +259,7 @@ RULES = (
     LIMIT_FAULTS := Rule(
         "SM402", "the program does not clear the limit faults that occur at power-up", W, HARD,
         "UCI and UDI make the limit pins ordinary inputs, but do not clear the limit faults that occur at power-up.  "
-        "The program must clear these limit faults with another command, e.g. with ZS.",
+        "To clear the limit faults, the program needs a command such as ZS.",
         "UCI UDI G",
     ),
     DIRECTION := Rule(
@@ -270,8 +270,8 @@ RULES = (
     ),
     ENDS_PROGRAM := Rule(
         "SM404", "a fault ends the program before the program can test for the fault", W, "4.3 Fault handling",
-        "Since firmware 4.76, a position error or overheating ends the program.  With F=32, these two faults do not "
-        "end the program, but call the routine C1.",
+        "Since firmware 4.76, a position error or overheating ends the program.  With F=32, a position error or "
+        "overheating does not end the program, but calls the routine C1.",
         "IF Be a=1 ENDIF",
     ),
     SOFT_LIMITS := Rule(
