@@ -1,8 +1,8 @@
 """A relay between a host and a real controller, for recording their conversation.
 
 To the host, the relay appears as a controller on a bench whose virtual time is real time.  All kinds of ports work, and
-a recorder can observe the bench.  On the simulated line between host and relay, characters take no time; on the real wire
-they take their real time.
+a recorder can observe the bench.  On the simulated line between host and relay, characters take no time; on the real
+wire they take their real time.
 
 The real device is any URL of pyserial: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  One thread reads from the device
 and polls its control lines.  A second thread executes the host's acts at the device in order, because a network device
