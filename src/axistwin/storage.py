@@ -42,7 +42,7 @@ class MemoryStore:
         self._contents = contents
 
     def end(self) -> None:
-        """Complete pending writes.  The call has no effect, because no file is written."""
+        """Complete pending writes to a file.  A memory in RAM has no pending writes."""
 
 
 class FileStore:
@@ -70,7 +70,7 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents that `save` has stored last, or the contents of the file before the first `save`."""
+        """Return the contents that `save` stored last; before the first `save`, return the contents of the file."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
@@ -108,7 +108,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Return a sentence for the log about the state of the file after failed writes."""
+        """Return a text for the log that describes the state of the file after failed writes."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file has the contents of the last complete write"

@@ -127,7 +127,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "history": 0}, "history=0: expected a number of moves, 2 or more"),
         (
             {"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}},
-            "invalid option of axis X: invalid encoder: expected counts_per_rev not 0, pulses_per_rev above 0",
+            "invalid option of axis X: invalid encoder: counts_per_rev must not be 0, pulses_per_rev must be above 0",
         ),
     ],
 )

@@ -140,7 +140,7 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
         (["run", "if1", "a.if1", "--option", "X=5"], "invalid options X=5 of an axis: expected a table"),
         (
             ["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"],
-            "invalid --option X.limits=[0,1]: an earlier --option sets X; leave out one option",
+            "--option X.limits=[0,1] conflicts with an earlier --option for X: remove one of the two",
         ),
         (["run", "if1", "-"], "-: unknown kind of program"),
     ],

@@ -74,7 +74,7 @@ def test_what_a_local_command_does_not_know():
     assert lines[1] == "unknown command :what: expected a command of the terminal, e.g. :help"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected one of high, on, low, off, release"
-    assert lines[7] == "invalid speed 'no': expected max or a number up to 1000000, e.g. 1 for real time"
+    assert lines[7] == "invalid speed 'no': expected `max` or a number up to 1000000, e.g. 1 for real time"
     assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
@@ -142,7 +142,7 @@ def test_a_controller_that_does_not_answer_is_told():
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is only for a virtual controller"),
-        (["if1", "--speed", "fast"], "invalid speed 'fast': expected max or a number"),
+        (["if1", "--speed", "fast"], "invalid speed 'fast': expected `max` or a number"),
         (["if1", "--line", "fast"], "invalid line format 'fast': expected a text such as"),
     ],
 )

@@ -73,7 +73,7 @@ def test_speed_by_slider_and_field():
         type_into(visit, "speed-box", "30")
         assert (session.speed, SPEEDS[visit.found("speed").value]) == (30.0, 20.0)
         type_into(visit, "speed-box", "-1")
-        assert visit.messages == ["invalid speed '-1': expected max or a number up to 1000000, e.g. 1 for real time"]
+        assert visit.messages == ["invalid speed '-1': expected `max` or a number up to 1000000, e.g. 1 for real time"]
         assert visit.found("speed-box").value == "30"
 
     show(bench_of("if1"), driving, play)

@@ -46,7 +46,7 @@ def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
     ("text", "units", "message"),
     [
         ("3 cm", MM, "'cm' is not the unit of the axis: expected mm"),
-        ("3 mm", None, "unknown unit 'mm': give counts, or set the axis option units, e.g. units = { per = 80, of = "),
+        ("3 mm", None, "unknown unit 'mm': use counts, or define the unit of the axis, e.g. units = { per = 80, of = "),
         ("3.5", MM, "invalid number of counts '3.5': expected e.g. 1000 or '12.5 mm'"),
         ("3 mm/s", MM, "'3 mm/s' is not a position: expected e.g. 1000 or '12.5 mm'"),
         ("1.2.3 mm", MM, "invalid number '1.2.3': expected a decimal number below 1e30"),
@@ -116,12 +116,12 @@ def test_a_scene_with_units(directory):
         (
             "per = 80",
             "per = 0",
-            'units.per: invalid unit: expected a number of pulses or counts per unit, e.g. 80, 6.4 or "6400/360"',
+            'units.per: invalid number of pulses or counts per unit: expected e.g. 80, 6.4 or "6400/360"',
         ),
         (
             '"mm" }',
             '"m m" }',
-            'units.of: invalid unit: expected the name of a unit, e.g. "mm", "deg" or "rev", not "m m"\n',
+            'units.of: invalid name of a unit: expected e.g. "mm", "deg" or "rev", not "m m"\n',
         ),
         ("per = 80", "pre = 80", "'per' is missing: add per = …"),
         (
@@ -135,7 +135,7 @@ def test_a_scene_with_units(directory):
             '"x"',
             ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: 'x' is not a position: expected e.g. 1000 or '12.5 °",
         ),
-        ('"2000/360"', "true", "invalid units of axis shaft: expected a number of pulses or counts per unit"),
+        ('"2000/360"', "true", "invalid units of axis shaft: invalid number of pulses or counts per unit"),
     ],
 )
 def test_a_wrong_scene_is_rejected(directory, old, new, message):

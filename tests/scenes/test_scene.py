@@ -294,7 +294,7 @@ WRONG = {
     ),
     "an invalid name of a link": (
         controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
-        "3:10: invalid port URL 'pty:/tmp/\\x00b': expected no NUL characters",
+        "3:10: invalid port URL 'pty:/tmp/\\x00b': expected a URL without NUL characters",
     ),
     "a delay into the past": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),

@@ -133,7 +133,7 @@ def lead_value(pin: Pin) -> str:
 
 
 def action_value(target: str, *values: float) -> str:
-    """Convert the values of a manual action to text, e.g. `4000 in 2`.
+    """Convert the values of a manual action to text, e.g. 4000 counts and 2 seconds to `4000 in 2`.
 
     The text is the value in the line `! target value` of a conversation.
     """
@@ -244,8 +244,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected `COUNTS in SECONDS` or `on AXIS times RATIO`, "
-            "e.g. `4000 in 2` or `on table.X times 3/2`"
+            f"invalid encoder move {value!r}: expected counts and seconds, e.g. `4000 in 2`, "
+            "or an axis and a gear ratio, e.g. `on table.X times 3/2`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 

@@ -69,7 +69,7 @@ class Characters:
                 at += 1
             else:
                 raise ProgramError(
-                    rf"{text[at]!r} is not a printable ASCII character: expected \xNN with two hex digits",
+                    rf"{text[at]!r} is not a printable ASCII character: write \xNN with two hex digits, e.g. \x1B",
                     column=at + 1,
                     code=rules.NO_ASCII.code,
                 )
@@ -78,7 +78,10 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Return the column (from 0) and the width of each character in `text`; `\r` is one character of width 2."""
+        r"""Return the column and the width of each character in `text`.
+
+        The first column is 0.  An escape sequence is one character, e.g. `\r` with the width 2.
+        """
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -101,13 +104,13 @@ class Hex:
         return self.language.read(text)
 
     def hear(self, text: str) -> bytes:
-        """Convert a message in hex to bytes; add zero bytes at the end up to the full length of a message."""
+        """Convert a message in hex to bytes.  If bytes are missing at the end, append zero bytes."""
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column (from 0) and the width of each byte of the command that `text` contains.
+        """Return the column and the width of each byte of the command that `text` contains.
 
-        The text contains the bytes in hex, or the name of the command and its values.
+        The first column is 0.  The text contains the bytes in hex, or the name of the command and its values.
         """
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
@@ -134,9 +137,9 @@ CHARACTERS = Characters()
 
 
 def unpadded(message: bytes) -> bytes:
-    """Remove the trailing zeros of a board's message.
+    """Remove the zero bytes at the end of a board's message.
 
-    `Codec.hear` appends the zeros again.
+    `Codec.hear` appends the zero bytes again.
     """
     return message.rstrip(b"\0") or message[:1]
 

@@ -39,7 +39,7 @@ class Controller:
         self.manual_actions = ManualActions(self._clock)
         """Reports actions of a person, e.g. of the power switch."""
         self.powered = False
-        self._turns: deque[bool] = deque()  # `_turns` queues requests to switch the power on or off
+        self._turns: deque[bool] = deque()  # pending requests to switch the power on (True) or off (False)
         self.given: Mapping[str, Any] = {}
         """Options that were given to `Bench.add`, except the directory for the state."""
         self.store: MemoryStore | FileStore = MemoryStore()

@@ -152,7 +152,7 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
-    """Report the manual actions at a controller: test leads, power, axes, joystick, external encoder."""
+    """Report manual actions at a controller, e.g. a connected test lead, a power-off or a push of an axis."""
 
     def handled(target: str, *values: float) -> None:
         sink(ManualAction(bench.now, controller.name, target, action_value(target, *values)))

@@ -46,7 +46,7 @@ def fit_plug(
 
 
 def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | None:
-    """Return the host's port of the RS-485 channel; None for a device without this channel."""
+    """Return the serial port of the host for the RS-485 channel; None for a device without an RS-485 channel."""
     if abilities.rs485 is None:
         return None
     assert plug is not None, "a device with a second channel has a plug"

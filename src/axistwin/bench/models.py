@@ -35,7 +35,7 @@ def model_options(made: Product, given: Mapping[str, Any]) -> Any:
 
 
 def axis_options(name: str, given: object) -> dict[str, Any]:
-    """Return the options of an axis as a dict.  Raises UsageError if the options are not a table."""
+    """Return the options of an axis as a dict.  Raises UsageError if the given value is not a set of options."""
     if not isinstance(given, Mapping):
         raise UsageError(
             f'invalid options {name}={given!r} of an axis: expected a table, e.g. {name}={{"limits": (-100, 5000)}}'

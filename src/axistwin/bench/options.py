@@ -28,7 +28,9 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise UsageError(f"invalid --option {option}: an earlier --option sets {part}; leave out one option")
+                raise UsageError(
+                    f"--option {option} conflicts with an earlier --option for {part}: remove one of the two"
+                )
         place[last] = _value(text)
     return found
 

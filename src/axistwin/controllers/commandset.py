@@ -28,7 +28,7 @@ class Field:
 
     @property
     def form(self) -> str:
-        """Text that a syntax line shows for the parameter.  Brackets enclose an optional parameter."""
+        """Notation of the parameter in help texts.  Brackets mean that the parameter is optional."""
         return f"[{self.name}]" if self.optional else self.name
 
     def __str__(self) -> str:

@@ -141,7 +141,7 @@ def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
 
 
 def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
-    """Return a fix that consists of these edits, or None if there are no edits."""
+    """Return a fix that makes the given edits, or None if no edits are given."""
     listed = tuple(edits)
     return Fix(title, listed, sure) if listed else None
 

@@ -43,7 +43,7 @@ class Lamp(_Item):
     def shows(self, value: int | None) -> bool:
         """Return True if the lamp is lit when its terminal or register has the given value.
 
-        The value None means that the power is off; the lamp is then dark.
+        `value` is None while the power is off; the lamp is dark while the power is off.
         """
         if value is None:
             return False
@@ -63,9 +63,9 @@ class Word(_Item):
     """Text that is shown while the power is off."""
 
     def shows(self, value: int | str | None) -> str:
-        """Return the word that the front panel displays for a value of the register.
+        """Return the text that the front panel displays for the value of the register.
 
-        The value None means that the power is off.
+        `value`: value of the register, or None while the power is off.
         """
         return self.unpowered if value is None else self.words.get(value, str(value))
 

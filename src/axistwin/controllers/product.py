@@ -141,7 +141,7 @@ class Abilities(NamedTuple):
 
 
 class Device(Protocol):
-    """The hardware of one controller, with or without power."""
+    """The hardware of one controller.  This hardware exists even while the power is off."""
 
     @property
     def pins(self) -> dict[str, Pin]:
@@ -209,7 +209,7 @@ class BusHost(Protocol):
         """Send a command as soon as the board is ready."""
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback` with each message that the board sends.  Return an unsubscribe function."""
+        """Call `callback` with each message that the host receives from the board.  Return an unsubscribe function."""
 
     def close(self) -> None:
         """Stop sending commands and receiving messages."""

@@ -95,7 +95,7 @@ class LineState(IntFlag):
 
 @dataclass(frozen=True)
 class SetLines:
-    """Request of the client to set its outputs DTR and RTS."""
+    """Request of the client to set the outputs DTR and RTS of the serial port."""
 
     dtr: bool
     rts: bool

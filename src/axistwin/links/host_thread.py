@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # `time.sleep` raises the same exception
+            raise ValueError("sleep length must be non-negative")  # `time.sleep` also raises this error
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()

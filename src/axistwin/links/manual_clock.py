@@ -97,7 +97,7 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Register a host program.  The call has no effect, because virtual time here follows the wall clock."""
+        """Register a host program.  Virtual time that follows the wall clock needs no registration."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()
@@ -189,9 +189,7 @@ class ManualClock(ServedClock):
         """
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
-            raise UsageError(
-                "only a test can advance virtual time, not a host: in the host, call time.sleep or wait for an answer"
-            )
+            raise UsageError("only a test can advance virtual time: in a host, call time.sleep or wait for an answer")
         with self._turn:
             yield
 

@@ -214,7 +214,7 @@ class Plug(SingleClient[SerialClient]):
     # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
-        """Send characters to the client after the next advance of virtual time.
+        """Request that received characters are sent to the client after the next advance of virtual time.
 
         Several requests have the effect of one request.
         """

@@ -117,11 +117,11 @@ class SerialDevice:
     # Functions that `Plug` calls
 
     def hung_up(self) -> bool:
-        """True if the connection has ended; always False, because a real device stays connected."""
+        """True if the connection has ended.  A real device stays connected, so the result is always False."""
         return False
 
     def drop(self) -> None:
-        """Disconnect the client.  The call has no effect, because a real device stays connected."""
+        """Disconnect a client that can be disconnected.  A real device always stays connected."""
 
     def pause(self) -> None:
         """Stop reading from the device."""

@@ -121,7 +121,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send the characters of `seat`.  While a different client is sending, put `seat` into the queue instead."""
+        """Send the waiting characters of a client, or queue the client while a different client is sending."""
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)

@@ -70,9 +70,9 @@ G = TypeVar("G", bound=Client)
 
 
 class SingleClient(Generic[G]):
-    """Endpoint of a controller to which one client at a time can connect.
+    """Endpoint that accepts only one client at a time.
 
-    `name`: the name of the controller.
+    `name`: the name of the controller to which the endpoint belongs.
     """
 
     def __init__(self, name: str, pacer: Pacer, gate: Gate | None = None) -> None:

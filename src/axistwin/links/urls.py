@@ -52,7 +52,7 @@ def parse(text: str) -> PortUrl:
     """Parse the URL of a port.  Raises UsageError."""
     scheme, colon, rest = text.partition(":")
     if "\0" in text:
-        raise UsageError(f"invalid port URL {text!r}: expected no NUL characters, e.g. tcp://127.0.0.1:5001")
+        raise UsageError(f"invalid port URL {text!r}: expected a URL without NUL characters, e.g. tcp://127.0.0.1:5001")
     if scheme not in EXAMPLES or not colon:
         examples = ", ".join(EXAMPLES.values())
         raise UsageError(f"invalid port URL {text!r}: expected SCHEME:ADDRESS, e.g. {examples}")

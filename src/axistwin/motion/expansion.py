@@ -158,7 +158,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Calculate the pulse times of moves with Python integers, which have any size.
+    """Calculate the pulse times of moves with Python integers, which cannot overflow.
 
     The times are written to the array `out`.
     """

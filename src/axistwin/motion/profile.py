@@ -91,14 +91,14 @@ class Profile:
         return True
 
     def _segment_at(self, ticks_s: int) -> int:
-        """Return the index of the segment at a time.
+        """Return the index of the segment that contains the given time.
 
         The time is in units of 1/S tick.
         """
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the phase at the time `elapsed_ns`: the exact number of pulses since the start, with a fraction.
+        """Return the number of pulses since the start at the time `elapsed_ns`, including the fraction of a pulse.
 
         The unit of the result is 1/(parts * S) pulse.
         """
@@ -116,7 +116,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # also count a pulse within the nanosecond that begins at `elapsed_ns`
+        # a pulse that occurs less than 1 ns after `elapsed_ns` is counted, too
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
@@ -131,7 +131,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the phase at a time: the number of whole pulses since the start, and a fraction of a pulse."""
+        """Return the number of pulses since the start at a time: the whole pulses, and the fraction of a pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 

@@ -20,10 +20,10 @@ from axistwin.motion.profile import Segment
 def quantised_levels(
     start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction
 ) -> list[Segment]:
-    """Return the constant-rate levels of a ramp between the rates `start` and `end`.
+    """Return a ramp from the rate `start` to the rate `end`, as segments with constant rates.
 
-    The rates `start`, `end` and 0 are excluded.  The number of levels is at most the number of units, and at most the
-    number of increments, between the two rates.
+    The rates `start`, `end` and 0 are excluded.  The number of segments is at most the number of units, and at most the
+    number of increments, between `start` and `end`.
     """
     rising = end > start
     steps = -(-abs(end - start) // increment) - 1
@@ -51,7 +51,7 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
     done = 0
     for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
-        # k is the number of the last time interval in which the ramp has the step rate `level`
+        # k is the index of the last time interval with the step rate `level`
         edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
         k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
         yield level, k - done

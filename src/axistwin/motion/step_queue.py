@@ -65,7 +65,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the step command that outputs the largest possible number of the next pulses.
+    """Return one step command that outputs as many of the next pulses as possible.
 
     `low` and `high` contain the earliest and the latest permitted tick of each pulse.
     """

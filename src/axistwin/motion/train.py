@@ -42,9 +42,10 @@ class Move:
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which the move reaches a net pulse count.
+        """Return the time at which a pulse of the move makes the net pulse count equal to `position`.
 
-        Return None if no pulse of the move leads to this count.
+        The net pulse count is the number of positive pulses minus the number of negative pulses.  Return None if no
+        pulse of the move leads to this count.
         """
         n = (position - self.origin) * self.direction
         if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
@@ -99,7 +100,7 @@ class Train:
             oldest_s, longer_history = to_seconds(first), 2 * len(self.moves)
             raise UsageError(
                 f"pulses before {oldest_s:g} s are no longer stored: request later pulses, "
-                f"or add the controller with history={longer_history}"
+                f"or call Bench.add with history={longer_history}"
             )
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
@@ -129,7 +130,7 @@ class Train:
         return times
 
     def pulse_runs(self, start_ns: int, stop_ns: int) -> "Iterator[tuple[int, NDArray[np.int64]]]":
-        """Yield the direction and the pulse times of each move between two times."""
+        """Yield the direction and the pulse times of each move that has pulses in the given time interval."""
         import numpy as np
 
         # a move that ends with a pulse exactly at `start_ns` is included
@@ -143,7 +144,7 @@ class Train:
                     yield move.direction, times
 
     def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
-        """Return the number of pulses of a move before `start_ns`, and the number before `stop_ns`."""
+        """Return how many pulses of a move occur before `start_ns`, and how many occur before `stop_ns`."""
         profile = move.profile
         if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
             return 0, profile.pulses

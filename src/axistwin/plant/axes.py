@@ -75,8 +75,9 @@ def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
 
 
 def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
-    """Return an option that consists of two positions, e.g. `limits`.  Raises UsageError unless the positions are in
-    order.
+    """Return an option that consists of two positions, e.g. `limits`.
+
+    Raises UsageError for an invalid option, e.g. if the first position is above the second.
     """
     if given is None:
         return None

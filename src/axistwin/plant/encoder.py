@@ -22,8 +22,8 @@ class EncoderData:
     def __post_init__(self) -> None:
         if self.counts_per_rev == 0 or self.pulses_per_rev <= 0 or self.backlash < 0:
             raise ValueError(
-                "invalid encoder: expected counts_per_rev not 0, pulses_per_rev above 0, and backlash 0 or more, "
-                "e.g. 4000, 400 and 3"
+                "invalid encoder: counts_per_rev must not be 0, pulses_per_rev must be above 0, and backlash must be "
+                "0 or more, e.g. counts_per_rev=4000, pulses_per_rev=400 and backlash=3"
             )
         if not 1 <= self.index_counts < max(2, abs(self.counts_per_rev)):
             raise ValueError("invalid index mark: expected a width of at least 1 count, and less than a revolution")
@@ -63,9 +63,9 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the encoder count that belongs to an earlier position of the shaft.
+        """Return the encoder count at a position that the shaft has passed in the present motion.
 
-        The position is part of the present motion, which has no reversal.
+        The present motion has no reversal.
         """
         return self._count(self._dragged(self._began, position))
 

@@ -28,7 +28,7 @@ MOST_POSITION = 1 << 53
 
 @dataclass(frozen=True)
 class MachineUnits:
-    """Unit of the positions of an axis, e.g. 80 pulses per mm: `per` is 80, and `of` is "mm"."""
+    """Unit for positions of an axis: `of` is its name, e.g. "mm"; `per` is the number of pulses or counts per unit."""
 
     per: Fraction
     of: str
@@ -67,7 +67,7 @@ class MachineUnits:
 
 
 def check_per(given: Any) -> Fraction:
-    """Parse a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError."""
+    """Parse a number of counts per unit, e.g. 80, 6.4 or "6400/360".  Raises UsageError if the number is invalid."""
     parts = _PER.fullmatch(str(given)) if type(given) in (int, float, str) else None
     try:
         if parts is not None and decimal(parts[1]) > 0 and decimal(parts[2] or "1") > 0:
@@ -76,13 +76,13 @@ def check_per(given: Any) -> Fraction:
                 return per
     except NumberError:
         pass
-    raise UsageError('expected a number of pulses or counts per unit, e.g. 80, 6.4 or "6400/360"')
+    raise UsageError('invalid number of pulses or counts per unit: expected e.g. 80, 6.4 or "6400/360"')
 
 
 def check_of(given: Any) -> str:
     """Check the name of a unit, e.g. "mm", and return this name.  Raises UsageError if the name is invalid."""
     if not isinstance(given, str) or not _OF.fullmatch(given) or given in _RESERVED:
-        raise UsageError('expected the name of a unit, e.g. "mm", "deg" or "rev"')
+        raise UsageError('invalid name of a unit: expected e.g. "mm", "deg" or "rev"')
     return given
 
 
@@ -126,7 +126,7 @@ def _quantity(number: str, unit: str, units: MachineUnits | None) -> Fraction:
     given_unit = shortened(unit)
     if units is None:
         raise UsageError(
-            f"unknown unit {given_unit}: give counts, or set the axis option units, e.g. units = {EXAMPLE}"
+            f"unknown unit {given_unit}: use counts, or define the unit of the axis, e.g. units = {EXAMPLE}"
         )
     if unit != (axis_unit := units.of):
         raise UsageError(f"{given_unit} is not the unit of the axis: expected {axis_unit}")

@@ -130,7 +130,7 @@ class Master:
 
     @property
     def moving(self) -> bool:
-        """True if the encoder count may change, because the encoder turns or is mounted on an axis."""
+        """True if the encoder count can change: the encoder turns, or the encoder is mounted on an axis."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -216,7 +216,7 @@ class Master:
             below = below.follows
 
     def stop(self) -> None:
-        """Stop the encoder, and remove it from the axis on which it is mounted."""
+        """Stop the motion of the encoder.  Remove an encoder that is mounted on an axis from the axis."""
         self.move(0, 0)
 
     def _moves(self) -> None:

@@ -13,11 +13,11 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """A machine setting, and the values with which active defects replace the setting.
+    """A machine setting that active defects can override.
 
     `values` holds the setting, followed by the values of the active defects, the latest at the end.
 
-    `before_change` is called before each change, `on_change` after it.
+    `before_change` is called before each change of a value, `on_change` after each change.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Replace the setting with `value` while a simulated defect is active.
+        """Add a simulated defect that overrides the setting: the value in use is then `value`.
 
         Return a function that ends the defect.
         """

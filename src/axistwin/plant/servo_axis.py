@@ -35,7 +35,7 @@ IDEAL_COUNTS_PER_REV = 2000
 
 
 class Source(Protocol):
-    """Interface of the motor's processor, which calculates the motion of the shaft.
+    """Interface of an object that calculates a shaft's motion, e.g. the motor's processor.
 
     All values are those of the latest sample.
     """
@@ -59,7 +59,7 @@ class Source(Protocol):
         """
 
     def commanded(self) -> int:
-        """Position of the controller's trajectory in counts, in the coordinates of the controller."""
+        """Commanded position at the present time, in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
         """Return a list: the present position, followed by the predicted positions.
@@ -105,7 +105,7 @@ class AtRest:
         self._axis = axis
 
     def refresh(self) -> None:
-        """Update the samples and predictions.  The call has no effect, because a shaft at rest has neither."""
+        """Publish new position samples.  A shaft at rest has no new samples."""
 
     catch_up = replan = refresh
 
@@ -116,7 +116,7 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return a list with the present position only, because a person can turn the shaft at any time."""
+        """Return a list with the present position.  Later positions are unknown: a person can turn the shaft."""
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -128,7 +128,7 @@ class AtRest:
         return 0.0
 
     def moving(self) -> bool:
-        """Return False, because the shaft is at rest."""
+        """Return False, because a shaft without power is at rest."""
         return False
 
     def next_sample_ns(self) -> int | None:
@@ -150,10 +150,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder relative to its shaft.  The call has no effect, because the motor has no power.
-
-        A motor without power does not count encoder edges.
-        """
+        """Turn the encoder relative to its shaft.  A motor without power does not count this motion."""
 
 
 class EncoderView:
@@ -322,15 +319,15 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the axis stays at rest until a motion begins; always False for a servo axis.
+        """True if the axis stays at rest until the next event `on_motion`.
 
-        A person can turn the shaft of a servo axis at any time.
+        For a servo axis, the result is always False, because a person can turn the shaft at any time.
         """
         return False
 
     @property
     def predictable(self) -> bool:
-        """True if `positions_at` can predict positions; always False for a servo axis."""
+        """True if `positions_at` can predict positions.  For a servo axis, the result is always False."""
         return False
 
     @property

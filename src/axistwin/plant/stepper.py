@@ -81,7 +81,7 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count differs from the count at the motor position `since` in the present move."""
+        """True if the encoder count has changed since the motor was at the position `since` of the present move."""
         return self.count != self._encoder.count_at(since)
 
     @property
@@ -182,7 +182,7 @@ class StepperAxis:
 
     @property
     def encoder_count(self) -> int | None:
-        """Encoder count after quadrature; None for an axis without an encoder."""
+        """Encoder count after quadrature decoding; None for an axis without an encoder."""
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
@@ -245,11 +245,11 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """Always None: the controller of a stepper axis has no external encoder that an axis could turn."""
+        """The axis that turns the controller's external encoder.  Always None: there is no external encoder."""
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list with the present position only; `positions_at` calculates later positions."""
+        """Return a list with the present position.  The method `positions_at` calculates later positions."""
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:

@@ -26,7 +26,7 @@ class Load:
 
     def __post_init__(self) -> None:
         if not (0 <= self.torque < inf and 0 <= self.inertia < inf):
-            raise ValueError("invalid load: expected a friction torque and an inertia of 0 or more")
+            raise ValueError("invalid load: expected a friction torque of 0 or more, and an inertia of 0 or more")
 
 
 @dataclass(frozen=True)

@@ -59,8 +59,8 @@ def _valued(check: Callable[[Any], object]) -> AfterValidator:
     def checked(given: Any) -> Any:
         try:
             check(given)
-        except UsageError as what_was_expected:
-            raise ValueError(f"invalid unit: {what_was_expected}") from None
+        except UsageError as invalid_unit:
+            raise ValueError(str(invalid_unit)) from None
         return given
 
     return AfterValidator(checked)

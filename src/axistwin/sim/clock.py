@@ -134,7 +134,7 @@ class Clock(Environment):
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` after all events of the same virtual time have happened.  Return an unsubscribe function.
+        """Call `callback` each time all events of one virtual time have happened.  Return an unsubscribe function.
 
         The callback may read the bench but must not change it.  Without subscribers there is no cost.
         """

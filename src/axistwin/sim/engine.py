@@ -25,7 +25,7 @@ def _postpone_init() -> None:
     execute, package = spec.loader.exec_module, module_from_spec(spec)
 
     def attribute(name: str) -> Any:
-        """Execute SimPy's `__init__`, and return the attribute `name` of the package."""
+        """Import the package SimPy completely, and return its attribute `name`."""
         package.__dict__.pop("__getattr__", None)
         execute(package)
         return getattr(package, name)

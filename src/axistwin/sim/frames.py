@@ -104,7 +104,7 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the ranges of consecutive low bits in a character.
+        """Return the ranges of consecutive bits at low level in a character.
 
         Each range: the number of the first bit, and the number of the first bit after the range.
         """

@@ -47,9 +47,9 @@ class Levels:
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
-        """Add the levels of a signal, e.g. of a character or a break, to the wire.
+        """Put a frame, i.e. a character or another signal, on the wire.
 
-        Where frames overlap, the wire is at space if any of the frames is.
+        Where frames overlap, the wire is low if any of the frames is low.
         """
         bit, per = frame.bit, frame.per
         start = frame.start_ns * per
@@ -89,7 +89,7 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            # `last` must not exceed `count`, because a break signal may last for hours
+            # limit `last` to `count`, because a break signal may last for hours
             last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
@@ -116,9 +116,9 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the time spans at low level that may begin with a start bit.
+        """Yield each time span at low level whose beginning may be a start bit.
 
-        These are the unread spaces that begin at `since/per` ns or later.  Each space is yielded once.
+        The result contains the unread spaces that begin at `since/per` ns or later.  Each space is yielded once.
         """
         for space in self._spaces:
             if space.unread:
@@ -127,7 +127,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all stored time spans that end after the time span `first` has begun."""
+        """Remove and return all stored time spans that end after the beginning of the time span `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

@@ -26,7 +26,7 @@ FULL_SCALE = 1023
 
 @dataclass(eq=False)
 class _Held:
-    """Level at which a defect holds a terminal."""
+    """Level that a defect forces on a terminal."""
 
     level: bool
 
@@ -81,12 +81,12 @@ class Pin:
 
     @property
     def drivable(self) -> bool:
-        """True if a test lead can set the level."""
+        """True if a test lead can set the level of the terminal."""
         return not self._output
 
     @property
     def driven(self) -> bool:
-        """True while a test lead forces the level."""
+        """True while a test lead forces the level of the terminal."""
         return self._driven is not None
 
     @property
@@ -96,7 +96,7 @@ class Pin:
 
     @property
     def held(self) -> bool:
-        """True while a defect holds the level."""
+        """True while a defect holds the terminal at a fixed level."""
         return bool(self._holds)
 
     @property
@@ -105,7 +105,7 @@ class Pin:
         return self._flash_ns != 0
 
     def drive(self, level: bool) -> None:
-        """Force the level of the terminal with a test lead."""
+        """Connect a test lead that sets the terminal to `level`."""
         before = self.level
         self._put_lead(bool(level))
         self._update(before)
@@ -352,11 +352,11 @@ class UserPin(Pin):
 
     @property
     def drivable(self) -> bool:
-        """Always True, because a test lead overrides the output stage."""
+        """True if a test lead can set the level of the terminal.  Always True, even for an output."""
         return True
 
     def drive(self, level: bool | float) -> None:
-        """Force the terminal with a test lead: True is 5 V, False is 0 V, a number is a voltage.
+        """Connect a test lead with the voltage `level` to the terminal; True means 5 V, and False means 0 V.
 
         Raises UsageError for a voltage that no TTL terminal survives.
         """
@@ -368,7 +368,7 @@ class UserPin(Pin):
 
     @property
     def lead(self) -> float | None:
-        """Voltage that the test lead forces; None without a test lead."""
+        """Voltage of the test lead at the terminal; None if no test lead is connected."""
         return self._lead
 
     def _attach(self, volts: float | None) -> None:

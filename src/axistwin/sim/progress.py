@@ -23,10 +23,7 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """The program lines for which a callback must be called when the execution of the line begins.
-
-        None if a callback is subscribed to all lines.
-        """
+        """The program lines that subscribers observe; None if a subscriber observes all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:

@@ -32,7 +32,7 @@ LevelAt = Callable[[Fraction], bool]
 
 
 class Wire(Protocol):
-    """Interface of the wire on which a transmitter sends."""
+    """Interface of a wire that carries the characters of a transmitter."""
 
     @property
     def instant(self) -> bool:
@@ -55,7 +55,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Discard a character or a break signal, and return the transmission time in ns."""
+        """Send a character or a break signal to no receiver.  Return the transmission time in ns."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -200,7 +200,7 @@ class Line:
     # Methods that receive characters from the wire
 
     def _append(self, frame: Frame) -> None:
-        """Add a character or another signal to the wire at the present time.
+        """Put a frame, i.e. a character or another signal, on the wire at the present time.
 
         Levels that the receiver has sampled before stay the same.
         """
@@ -223,9 +223,9 @@ class Line:
             self._levels.put(frame)  # a signal that ends before the next sample has no effect
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
-        """Try to receive a character as a whole.  Return False if the bits of the character must be sampled.
+        """Try to receive a complete character in one step.  Return False if its bits must be sampled one by one.
 
-        A character can be received as a whole if the wire is otherwise free.
+        A character can be received in one step if there is no other signal on the wire.
 
         The receiver must understand the format.
         """
@@ -252,7 +252,7 @@ class Line:
             self._find_start_bit()
 
     def _sample_whole(self) -> None:
-        """Sample the present character bit by bit from now on, because another signal is on the wire."""
+        """Sample the rest of the present character bit by bit, because a second signal is now on the wire."""
         whole = self._whole
         if whole is not None and self.clock.now < whole.end_ns:
             self._levels.put(Frame.of(whole.start_ns, whole.sent, whole.byte))
@@ -269,7 +269,7 @@ class Line:
             reading.space.unread, self._reading = True, None
 
     def _find_start_bit(self) -> None:
-        """Find the next falling edge on the wire, which may be a start bit.
+        """Find the next falling edge on the wire.  A start bit may begin at this edge.
 
         Each frame is put on the wire as a whole, so the edge is already known.
 
@@ -308,7 +308,7 @@ class Line:
             self._find_start_bit()
 
     def _end_character(self, reading: Reading) -> None:
-        """Deliver a sampled character to the receiver at the end of the first stop bit."""
+        """Deliver a character whose bits have been sampled, at the end of the first stop bit."""
         self._read_on(self.clock.now)
         if reading is not self._reading:  # the start bit was too short, so there is no character to deliver
             return
@@ -320,7 +320,7 @@ class Line:
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """Deliver a character on a line without transmission time.
+        """Deliver a character immediately, because the line has no transmission time.
 
         The receiver samples each character separately.
         """
@@ -397,7 +397,7 @@ class Uart:
         self.pump()
 
     def send_break(self, seconds: float) -> None:
-        """Send a break of `seconds` after all queued characters."""
+        """Send a break with the duration `seconds` when all queued characters have been sent."""
         self.queue.append(Break(to_ns(seconds)))
         self.pump()
 

@@ -188,7 +188,7 @@ class SerialPort:
 
     @property
     def flow(self) -> Flow:
-        """The host's kind of flow control.
+        """The kind of flow control that the host uses.
 
         An assignment cancels the effect of an earlier X_OFF.
         """
@@ -203,7 +203,7 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """True while the host has stopped sending characters.  Assign a value to stop or resume sending.
+        """True while the host has stopped sending characters.  Assign True to stop sending, or False to resume.
 
         The host can stop with any kind of flow control.  A character on the wire is completed.
         """

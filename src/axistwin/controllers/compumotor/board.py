@@ -178,7 +178,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a command must have, so that the board accepts the command in the given state."""
+    """Return the attributes that the board requires of a command in the given state."""
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

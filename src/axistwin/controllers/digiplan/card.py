@@ -51,7 +51,7 @@ ENDED_BY = {
 
 
 class NoBattery:
-    """Memory of an IF1, which has no battery."""
+    """Memory of an IF1.  An IF1 has no battery, so no data are stored."""
 
     def load(self) -> bytes | None:
         """Return None, because an IF1 keeps no data without power."""

@@ -130,7 +130,7 @@ class Interface(State):
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
 
     def set_locked(self, locked: bool) -> None:
-        """Lock or unlock the communication (commands [ and ]), and update the battery-backed memory."""
+        """Lock or unlock the communication (commands `[` and `]`), and update the battery-backed memory."""
         self.locked, self.lock = locked, self.message_format if locked else None
         self._break_in.enable(locked)
         if locked:
@@ -139,7 +139,7 @@ class Interface(State):
             Retained().save(self.store)
 
     def erase(self) -> None:
-        """Command * during initialisation: erase parameters and stored sequence, and unlock the communication."""
+        """Command `*` during initialisation: erase the parameters and the sequence, and unlock the communication."""
         self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
@@ -179,10 +179,10 @@ class Interface(State):
         return None
 
     def _report_full(self, full: bool) -> None:
-        """Stop or restart the transmission of the host, by DTR and optionally by X-off and X-on.
+        """Signal the host to stop or to resume sending, by DTR and optionally by X-off and X-on.
 
-        X-off and X-on need a data format with this flow control.  The host is stopped at 80 % of the buffer, and
-        restarted at 20 %.
+        X-off and X-on need a data format with this flow control.  The host must stop when the buffer is filled to 80 %,
+        and may resume at 20 %.
         """
         self.lines.dtr.set(not full)
         if self.stage is Stage.READY and self.frame.x_on_x_off:
@@ -286,7 +286,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        # while the host controls the running sequence, a message that starts a sequence is a data fault
+        # a message that starts a sequence is a data fault while the host controls a sequence
         if self.work.control is not None:
             self.faults.raise_line(LineFault.DATA)
             return
@@ -310,7 +310,7 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event that occurs as soon as the started move, run or sequence is in progress.
+        """Return an event that occurs when the requested move, run or sequence has begun.
 
         From this event on, the interface reports that it is busy.
         """

@@ -31,7 +31,7 @@ class Accept(Flag):
     LOCKED = auto()  # the command is obeyed even while the interface is locked
     REQUEST = auto()  # the command is a status request, which is answered even while a message waits
     SETUP = auto()  # the command is allowed during initialisation only
-    WRITTEN = auto()  # the character is not a command of its own, e.g. the sign of a distance
+    WRITTEN = auto()  # the character is part of a parameter, not a command, e.g. the sign of a distance
 
 
 class Order(IntEnum):
@@ -45,9 +45,10 @@ class Order(IntEnum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character, and the rank of the command within a message or a sequence step."""
+    """A command that consists of one character."""
 
     order: Order = Order.ANY
+    """Rank of the command: within a message or a sequence step, a command with a lower rank must come first."""
     form: str = ""
     """Syntax, if it cannot be derived from the parameters."""
 
@@ -74,15 +75,15 @@ class Written(Field):
 
     @property
     def form(self) -> str:
-        """Text that a syntax line shows for the parameter.  Brackets enclose an optional parameter.
+        """Notation of the parameter in help texts.  Brackets mean that the parameter is optional.
 
-        The text begins with a comma if the command needs a comma.
+        The notation begins with a comma if the command needs a comma.
         """
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
     def read(self, text: str | None) -> tuple[Any, bool]:
-        """Read the value of a parameter.  Return the value, and True if the value is within the range."""
+        """Read the value of a parameter.  Return the value, and whether the value is within the range."""
         if not text:
             return None, True
         try:
@@ -100,13 +101,13 @@ class Direction(Written):
 
     @property
     def form(self) -> str:
-        """Text that a syntax line shows for a direction: an optional sign."""
+        """Notation of a direction in help texts: an optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Convert an optional sign to a direction, +1 or -1.  The second result is always True.
+        """Convert an optional sign to a direction, +1 or -1.
 
-        True means, as for other parameters, that the value is valid: no direction is out of range.
+        Return the direction, and True because every direction is valid.
         """
         return (-1 if text == "-" else +1), True
 
@@ -116,7 +117,10 @@ class Lines(Written):
     """Parameter type: the numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
-        """Return the numbers of the inputs or outputs, and True if all numbers are within the range."""
+        """Convert digits to the numbers of inputs or outputs.
+
+        Return the numbers, and whether all numbers are within the range.
+        """
         digits = tuple(int(digit) for digit in text or "")
         return digits, all(self.allows(digit) for digit in digits)
 

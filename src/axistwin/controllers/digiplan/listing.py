@@ -22,7 +22,7 @@ def listed(sequence: str) -> tuple[str, ...]:
 
 
 def typed(step: Step) -> str:
-    """Return the text of a step, with the commands in the order of the manual.
+    """Return the text of a step.  The commands are in the order that the manual requires.
 
     Parsing the text gives the same step.
     """

@@ -35,7 +35,7 @@ class Stage(Enum):
 
 
 class Hardware(NamedTuple):
-    """Components of an interface card that do not depend on the power, e.g. terminals, axes and options."""
+    """Components of an interface card that do not change at power-on and power-off, e.g. terminals and axes."""
 
     clock: Clock
     uart: Uart
@@ -92,7 +92,7 @@ class State(ABC):
 
     @abstractmethod
     def erase(self) -> None:
-        """Erase the parameters and the stored sequence, and unlock the communication."""
+        """Erase the parameters and the stored sequence, and unlock the communication with the host."""
 
     def drop(self, hint: str) -> None:
         """Report to the user why the interface ignores the characters of the host.
@@ -159,6 +159,6 @@ class State(ABC):
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:
-        """Wait until the interface processes characters again, i.e. until the new ramp has been calculated."""
+        """Wait for the end of a ramp calculation, during which the interface processes no characters."""
         if self.muted:
             yield self.clock.timeout(self._muted_until_ns - self.clock.now)

@@ -82,14 +82,14 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Distance in steps of an index (preset move), or of the major axis in linear interpolation.
-    minor_distance: int = 0  # Distance in steps of each minor axis in linear interpolation.
+    distance: int = 0  # Length of an index (preset move) in steps; in linear interpolation: length on the major axis.
+    minor_distance: int = 0  # Length on each minor axis in linear interpolation, in steps.
     backlash: int = 0  # Backlash distance in steps, with its sign.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return a copy of the parameters that includes the changes by a direct message or a sequence step."""
+        """Return a copy of the parameters with the new values that a direct message or a sequence step contains."""
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":

@@ -82,7 +82,7 @@ class Work:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give the host control of the sequence.  Return an event that occurs when the host sends a step.
+        """Let the host control the sequence.  Return an event that occurs when the host sends a step.
 
         The value of the event is the step that the host sends; None means that the sequence continues.
         """
@@ -91,7 +91,7 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the control of the host over a sequence, and return the event that continues the sequence.
+        """End the host's control of a sequence.  Return the event that continues the sequence.
 
         Return None if the host has no control.
         """
@@ -116,7 +116,7 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Delete the messages that wait for the end of a move, run or sequence."""
+        """Delete the messages that wait until a move, a run or a sequence has ended."""
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)

@@ -56,9 +56,9 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the statements whose beginning the program must report.
+        """Return the numbers of the statements about which the program must notify subscribers.
 
-        `rows`: the lines whose beginning must be reported to the subscribers; None means all lines.
+        `rows`: the lines that subscribers observe; None means all lines.
         """
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
@@ -105,9 +105,9 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a function that reports line numbers to `follower`.
+        """Return a function that replaces statement numbers by line numbers, and then calls `follower`.
 
-        The returned function receives statement numbers, and replaces these by line numbers.
+        `names`: the observed registers.  Without the register LINE, the result is `follower`.
         """
         if LINE not in names:
             return follower
@@ -156,7 +156,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return a copy of the program that reports when the execution of an observed line begins."""
+        """Return a copy of the program that notifies subscribers when an observed line begins."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -165,9 +165,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the program of the motor by the copy `after`, which reports the beginning of different statements.
+    """Exchange the motor's program for a copy that notifies subscribers about different statements.
 
-    A program in execution continues.
+    `after`: the copy.  A program in execution continues.
     """
     if after is motor.program:
         return

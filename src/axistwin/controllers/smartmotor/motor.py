@@ -175,7 +175,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # Set the latched flags to 1: a flag that is already 1 reports no new fault.
+            i[slot] = slot in LATCHED  # Set the latched flags to 1, so that no new fault is reported without power.
 
     def leave(self) -> None:
         """Store the state of the motor's mechanics and windings for the next power-up."""
@@ -195,7 +195,7 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Set up the physical model for the motor and load of the axis.
+        """Set up the physical model of the axis, i.e. of the motor and the load.
 
         The present position of the shaft becomes 0.
         """
@@ -272,7 +272,7 @@ class Motor(Processor):
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # A pending call of C2 ends a WAIT early.
+        i[s.WAIT_UNTIL] = 0  # End a WAIT early, because the subroutine C2 must be called.
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:

@@ -83,4 +83,4 @@ class Nonvolatile:
 
 def _require(valid: bool, key: str) -> None:
     if not valid:
-        raise ValueError(f"the value of {key!r} in the file is invalid: do not edit memory files")
+        raise ValueError(f"invalid value of {key!r}: restore a memory file that was not edited")

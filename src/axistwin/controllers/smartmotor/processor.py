@@ -38,7 +38,7 @@ class Control(Enum):
 
 @dataclass
 class Reception:
-    """Records that have been received for the next trajectory point in host mode (manual, section 10.1)."""
+    """Values that the motor has received for the next trajectory point in host mode (manual, section 10.1)."""
 
     position: int | None = None
     """A position without its clock value."""
@@ -120,7 +120,7 @@ class Processor(Dispatcher, ABC):
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
-        """Return the number of external encoder edges up to the present time."""
+        """Return the present count of edges at the inputs of the external encoder."""
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:

@@ -48,10 +48,10 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that reports the changes of the subscriber's own registers to the subscriber.
+        """Return a function that forwards changes of the subscriber's registers to the subscriber.
 
-        The returned function receives the changes of the registers of all subscribers.  `names`: names of all these
-        registers, in the order in which changes are reported.
+        The returned function receives changes of all observed registers.  `names`: the names of all observed registers;
+        a changed register is given by its index in this list.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}
 

@@ -14,7 +14,7 @@ class Delays:
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Record the delay of one advance of virtual time, in seconds."""
+        """Record by how many seconds an advance of virtual time was late."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1

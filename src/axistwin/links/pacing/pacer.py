@@ -22,10 +22,7 @@ T = TypeVar("T")
 
 
 class Pacer(Advancer):
-    """Advances virtual time at `speed` times real time.
-
-    `speed` None: as fast as possible.
-    """
+    """Advances virtual time `speed` times as fast as real time.  `speed` None: as fast as possible."""
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
         super().__init__(clock)
@@ -36,10 +33,7 @@ class Pacer(Advancer):
 
     @property
     def speed(self) -> float | None:
-        """Speed of virtual time: 1 is real time, None is full speed.
-
-        Raises UsageError if invalid.
-        """
+        """Speed of virtual time: 1 is real time, None is full speed.  An invalid speed raises UsageError."""
         return self._speed
 
     @speed.setter
@@ -58,30 +52,21 @@ class Pacer(Advancer):
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start virtual time in an event loop.
-
-        `loop`: the event loop; None: the running event loop.
-        """
+        """Start virtual time in the event loop `loop`; None: in the running event loop."""
         self.clock.patient = False
         self._loop = loop or asyncio.get_running_loop()
         self._restart()
         self.work()
 
     def stop(self) -> None:
-        """Stop virtual time.
-
-        During an advance of the bench, virtual time stops after all events of the present nanosecond.
-        """
+        """Stop virtual time.  During an advance, all events of the present nanosecond still happen."""
         was_running = self.running
         self._cancel()
         if was_running and not self.advancing:
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Replace the virtual clock that this pacer advances.
-
-        This is not allowed while the bench is being advanced.
-        """
+        """Replace the virtual clock that this pacer advances.  Must not be called during an advance."""
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -89,10 +74,7 @@ class Pacer(Advancer):
             self.follow_plan()
 
     def sync(self) -> None:
-        """Bring virtual time up to date, and execute all due events.
-
-        Must be called before each input.
-        """
+        """Bring virtual time up to date, and execute all due events.  Must be called before each input."""
         if self.advancing:
             return
         if self._drive is not None:
@@ -101,10 +83,7 @@ class Pacer(Advancer):
             self.run(self.finish)
 
     def work(self) -> None:
-        """Execute all events that are due now.
-
-        Must be called after each input.
-        """
+        """Execute all events that are due now.  Must be called after each input."""
         if self.advancing:
             return
         if self._drive is not None:
@@ -114,12 +93,10 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to the present, call `read`, then plan the next advance.
-
-        Returns the result of `read`.
+        """Advance virtual time to the present, call `read`, and plan the next advance.  Return the result of `read`.
 
         The pacer sleeps while no event is due, even while a motor moves.  A SmartMotor computes a block of samples
-        ahead.  Reading the motor's state makes it plan this block again, and an event may become due earlier.
+        ahead.  After a read of its state, the motor plans this block again, and an event may become due earlier.
         """
         self.work()
         try:
@@ -128,19 +105,13 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Plan the next advance of virtual time.
-
-        Called after an event has started virtual time or changed the speed.
-        """
+        """Plan the next advance, after an event has started virtual time or changed the speed."""
         if self._drive is not None:
             self._drive.resume()
 
     @property
     def behind_s(self) -> float:
-        """Delay of virtual time against the wall clock, in seconds.
-
-        The delay is measured at the last advance; 0 at full speed.
-        """
+        """Seconds by which virtual time was behind the wall clock at the last advance; 0 at full speed."""
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:

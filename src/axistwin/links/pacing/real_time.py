@@ -30,7 +30,7 @@ class RealTime:
 
     @property
     def behind_s(self) -> float:
-        """Delay of virtual time against the wall clock at the last advance, in seconds."""
+        """Seconds by which virtual time was behind the wall clock at the last advance."""
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:

@@ -29,4 +29,4 @@ def checked_speed(speed: float | None, text: str = "") -> float | None:
     if speed is None or 0 < speed <= MAX_SPEED:
         return speed
     given_speed = shortened(text or f"{speed:g}")
-    raise UsageError(f"invalid speed {given_speed}: expected max or a number up to 1000000, e.g. 1 for real time")
+    raise UsageError(f"invalid speed {given_speed}: expected `max` or a number up to 1000000, e.g. 1 for real time")

@@ -73,9 +73,10 @@ class Search:
         self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
-        """Perform the search, first in the physical direction `start`.
+        """Perform the search for HOME.
 
-        HOME does not change if the edge is not found.
+        `start`: physical direction in which the search begins, +1 for CW or -1 for CCW.  HOME does not change if the
+        edge is not found.
         """
         board, pulses, fast = self._board, self._board.pulses, continuous(self._speed)
         seen_at = yield from self._until_seen(fast, start)

@@ -19,12 +19,12 @@ def position_bytes(number: int, size: int = 4) -> bytes:
 
 
 def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
-    """Command 01h: send a message that contains the number `identifier` from the command."""
+    """Command 01h: send the host a message that contains the parameter `identifier` of the command."""
     return bytes([identifier])
 
 
 def from_start(board: State) -> bytes:
-    """Command 80h: report the position relative to the start of the present or last excursion."""
+    """Command 80h: report the excursion, i.e. the number of pulses since the motor last started from rest."""
     return position_bytes(board.pulses.excursion)
 
 
@@ -80,7 +80,7 @@ def acceleration(board: State) -> bytes:
 
 
 def status(board: State) -> bytes:
-    """Command 88h: report one byte with a bit for each limit, the home input, the direction and the phase of motion.
+    """Command 88h: report one byte whose bits show the limits, the home input, and the state of the motion.
 
     Bits 0 to 7: + limit, - limit, home, direction -, moving, constant velocity, accelerating, decelerating.
     """

@@ -15,12 +15,14 @@ ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),),
 
 
 def test_switch(board: State) -> None:
-    """Command FFh: stop all commands and perform the test function, which only a reset ends."""
+    """Command FFh: stop all commands and perform the test function.  The board then needs a reset."""
     board.begin_test()
 
 
 def test(board: State) -> Procedure:
-    """Turn the motor one revolution CCW, then CW, at 5,000 Hz without ramps; then raise the board monitor alarm.
+    """Turn the motor one revolution CCW and one revolution CW.  At the end, raise the board monitor alarm.
+
+    The step rate is 5,000 Hz, without ramps.
 
     A limit prevents the revolution in its direction: JU5 and JU6 must be installed if there are no switches.
     """

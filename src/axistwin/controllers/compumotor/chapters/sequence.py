@@ -14,10 +14,10 @@ LEVEL_RESPONSE_NS = 3 * MS
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
-    """Commands 20h and 21h: repeat the next 1 to 255 commands of the sequence.
+    """Commands 20h and 21h: repeat a block of the sequence, i.e. the next `count` commands (1 to 255).
 
     Command 20h gives the number of repetitions, 1 to 65,535.  Command 21h repeats the commands until CONTINUE (48h).
-    Ignored inside another loop.
+    Inside another loop, 20h and 21h are ignored.
     """
     sequencer = board.sequencer
     if sequencer.loop is None:
@@ -123,9 +123,10 @@ def _perform(board: State, buffer: list[Stored]) -> Procedure:
 
 
 def list_commands(board: State, number: int) -> Procedure | None:
-    """Command 92h: send a message for each command of a sequence (1 to 15), then a message with the null command.
+    """Command 92h: send one message for each command of the sequence `number` (1 to 15).
 
-    Messages that the host has not read are lost.  While the message queue is full, 92h remains in progress.
+    A message with the null command follows at the end.  Messages that the host has not read are lost.  While the
+    message queue is full, 92h remains in progress.
     """
     board.handshake.forget_messages()
     left = deque([*(stored.string for stored in board.sequences[number] or ()), b""])

@@ -142,9 +142,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Begin to execute the command that a marker defines.
+        """Start the command of a marker when the stream has reached the marker.
 
-        The stream continues at the same time.  Ignored while the command of another marker is executed.
+        The stream continues at the same time.  While the command of an earlier marker is executed, the marker is
+        ignored.
         """
         if marker is None:
             return
@@ -202,9 +203,9 @@ def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_m
 
 
 def velocity_distance(board: State, *words: int) -> None:
-    """Command E0h: store three pairs of a velocity number and a distance in pulses.
+    """Command E0h: store three entries for the stream, each with a velocity number and a distance.
 
-    A pair with distance 0 is skipped.
+    The distance is in pulses.  An entry with distance 0 is skipped.
     """
     board.stream.store(VELOCITY_DISTANCE, zip(words[::2], words[1::2], strict=True))
 
@@ -224,11 +225,11 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, i.e. a command that the board executes at a certain value in the stream.
+    """Command EEh: define a marker, i.e. a command for execution when the stream reaches the value `word`.
 
-    The value is a velocity or a distance that the host sends.  Opcode 00 deletes the marker.  Ignored for a command
-    that is not valid while streaming, or has more than two parameters.  Ignored with ten markers in use, and in
-    distance-time mode for 8000h and 8001h.
+    The value is a velocity or a distance that the host sends.  Opcode 00 deletes the marker.  EEh is ignored if the
+    command of the marker is not valid while streaming, or has more than two parameters.  EEh is also ignored while ten
+    markers are in use, and in distance-time mode for the values 8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return

@@ -160,7 +160,7 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report invalid combinations of parameter values, e.g. a velocity beyond its range."""
+        """Report invalid parameter values, e.g. a velocity above the maximum of the selected velocity range."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])

@@ -83,7 +83,7 @@ class Words:
         return _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
-        """Convert a message of the board to text: its meaning and its values."""
+        """Return a text that explains the meaning and the values of a message from the board."""
         opcode, data = message[0], message[1:]
         command = COMMANDS_1811.get(opcode)
         if not isinstance(command, language.Opcode):

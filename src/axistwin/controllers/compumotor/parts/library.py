@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock
 
 
 class Kind(IntEnum):
-    """Types of moves, each with the opcode that defines such a move."""
+    """Types of moves.  The value of each type is the opcode that defines a move of this type."""
 
     RELATIVE = 0xC8
     ABSOLUTE = 0xCB
@@ -35,7 +35,7 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Velocity of the move in pulses/s; None if the velocity number is too high for its range."""
+        """Velocity of the move in pulses/s; None if the velocity number is above the maximum of the velocity range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property
@@ -63,7 +63,10 @@ NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
 
 
 class Library:
-    """The pre-defined moves, which the processor calculates ("crunches") one by one while it is idle."""
+    """The pre-defined moves.
+
+    When the processor has no other work, it calculates ("crunches") these moves one by one.
+    """
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns

@@ -36,9 +36,9 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Let an output bit show from now on whether a state of the board is active.
+        """Assign a state of the board to an output bit.  The bit then shows whether the state is active.
 
-        `state`: code of the state, as in command 0Fh.  The code 00 ends the connection between state and output bit.
+        `state`: code of the state, as in command 0Fh.  The code 00 removes the assignment.
         """
         if state == NOTHING:
             self._tracked.pop(bit, None)

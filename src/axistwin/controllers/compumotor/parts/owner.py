@@ -10,9 +10,10 @@ from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, 
 
 
 class Owner:
-    """Source of commands: the host or a sequence.  At most one SINGULAR command from a source is in progress.
+    """Source of commands: the host or a sequence.
 
-    SINGULAR is an attribute of commands that take time, e.g. moves.
+    Commands that take time, e.g. moves, have the attribute SINGULAR.  Each source can have only one SINGULAR command in
+    progress.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -21,7 +22,7 @@ class Owner:
 
     @property
     def busy(self) -> bool:
-        """True while a SINGULAR command of this source is in progress."""
+        """True while a SINGULAR command from this source of commands is in progress."""
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:

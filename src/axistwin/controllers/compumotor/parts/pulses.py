@@ -164,7 +164,7 @@ class PulseGenerator:
         return self._changed
 
     def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start a velocity profile with the motor at rest.
+        """Start a velocity profile.  The motor must be at rest.
 
         `further`: True if the previous excursion continues.
         """
@@ -244,14 +244,14 @@ class PulseGenerator:
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """Output one pulse of the joystick.  The time since the previous pulse gives the step rate."""
+        """Output one motor pulse for the joystick.  The time since the previous pulse gives the step rate."""
         self._origin = self._issued
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
         self._pulse_ns = self.clock.now
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Begin a new excursion when a joystick motion begins.  The property `excursion` then counts from 0."""
+        """Set the number of pulses in the property `excursion` to 0, because a joystick motion begins."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 

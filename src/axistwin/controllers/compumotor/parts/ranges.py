@@ -39,7 +39,10 @@ class VelocityRange:
         return self.clock / 2
 
     def rate(self, number: int) -> Fraction | None:
-        """Return the pulse rate of a velocity number, rounded to the resolution; None if the number is too high."""
+        """Convert a velocity number to a pulse rate in pulses/s; return None if the number is too high.
+
+        The rate is rounded to a multiple of `resolution`.
+        """
         if number > self.highest:
             return None
         return ((2 * number * self.unit + self.resolution) // (2 * self.resolution)) * self.resolution
@@ -53,7 +56,7 @@ class VelocityRange:
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:
-        """Return the velocity number nearest to a rate in pulses/s."""
+        """Return the velocity number whose velocity is nearest to the given rate in pulses/s."""
         return round(rate / self.unit)
 
 

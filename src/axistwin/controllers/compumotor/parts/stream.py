@@ -71,9 +71,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A marker for the stream: the command that the marker starts, and the values of the command's parameters.
+    """A command, and the values of its parameters, for execution during a stream.
 
-    The board executes the command when the stream reaches the value that defines the marker.
+    The board executes the command when the stream reaches the value that the host has assigned to the marker.
     """
 
     command: Opcode
@@ -163,7 +163,7 @@ class Stream:
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Send the alarm "buffer empty" to the host if only few bytes remain in the streaming buffer.
+        """Send the alarm "buffer empty" to the host before the streaming buffer is completely empty.
 
         `left`: number of bytes in the buffer.  The alarm is sent when `left` falls to the threshold of the alarm.
         """
@@ -186,13 +186,13 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # the calling process must not be killed: this process ends by itself when `performing` is False
+            # do not kill the calling process: it ends by itself when `performing` is False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream at once, and end the command that a marker in the stream has started.
+        """End the stream at once.  Also end the command that a marker of the stream has started.
 
         Called at power-off and before the test function.
         """

@@ -14,7 +14,10 @@ from axistwin.storage import excerpt
 
 @dataclass(frozen=True)
 class Retained:
-    """Data that the battery keeps if the interface is locked; an unlocked interface keeps no data."""
+    """Data that the battery of a locked interface keeps while the power is off.
+
+    An unlocked interface keeps no data.
+    """
 
     locked: bool = False
     baudrate: int = 9600
@@ -22,7 +25,7 @@ class Retained:
     parameters: Parameters = field(default_factory=Parameters)
     sequence: str = ""
     lock: MessageFormat | None = None
-    """Format of the lock command, in which it must be unlocked; None: any format."""
+    """Format of the lock command.  The unlock command must have this format; None means that any format is valid."""
 
     def save(self, store: Store) -> None:
         """Store the data in the battery-backed memory, as JSON text."""
@@ -59,10 +62,10 @@ class Retained:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(f"the value of {parameter_name} in the file is invalid: do not edit memory files")
+                raise ValueError(f"invalid value of {parameter_name}: restore a memory file that was not edited")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """Yield the name of each stored value, and True if the value is valid."""
+        """For each stored value, yield the name and the result of a check.  The result is True for a valid value."""
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high

@@ -10,7 +10,7 @@ from axistwin.sim.serial import LevelAt
 
 
 class BreakIn:
-    """Detects the character `(`, with which the host starts a new initialisation of a locked interface.
+    """Detects the character `(` while the interface is locked.  The host sends `(` to start a new initialisation.
 
     The character is in the interface's own format, or in the default format at any baud rate.
     """
@@ -42,10 +42,9 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format if the present character, decoded in the default format, can be `(`.
+        """Return the default format if the present character is `(` in this format; otherwise return None.
 
-        Otherwise return None.  `low_ns`, the duration of the low level at the beginning of the character, gives the
-        baud rate.
+        `low_ns`: duration of the low level at the beginning of the character.  This duration gives the baud rate.
         """
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
@@ -57,7 +56,7 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if the UART has received the present character in the default format.
+        """Return True if the UART has decoded the latest character in the default format.
 
         If the character is `(`, the UART keeps the default format.
         """

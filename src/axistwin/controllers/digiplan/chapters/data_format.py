@@ -68,7 +68,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format in which a message was received: baud rate, number of data bits, parity, and bit 8 of two characters.
+    """Format of a received message: baud rate, number of data bits, parity, and two bits of the message (`eighth`).
 
     `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 bits and no parity reads the parity
     bit of a 7-bit sender as bit 8.

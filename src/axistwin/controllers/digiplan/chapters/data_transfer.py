@@ -17,7 +17,7 @@ from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
 NEARLY_FULL = 52  # When the buffer contains 52 characters (80 %), DTR or X-off stops the host.
-NEARLY_EMPTY = 12  # When only 12 characters (20 %) are left in the buffer, the host may send again.
+NEARLY_EMPTY = 12  # When the buffer contains at most 12 characters (20 %), the host may send again.
 OVERFLOW = 61  # At 61 characters in the buffer (95 %), a data fault occurs, and all these characters are lost.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS

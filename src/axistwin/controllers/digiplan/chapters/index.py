@@ -70,8 +70,8 @@ def _overshoots(parameters: Parameters, step: Step) -> bool:
 
 
 def cancel(state: State) -> None:
-    """Command #: stop all axes with deceleration, and end the sequence, the wait or the output pulse in progress.
+    """Command `#`: decelerate all axes to rest, and end the present sequence, wait or output pulse.
 
-    The rest of an index is lost.  Characters before # in the message are dropped.  Chapter Index mode instructions.
+    The rest of an index is lost.  Characters before `#` in the message are dropped.  Chapter Index mode instructions.
     """
     state.work.cancel()

@@ -61,7 +61,7 @@ def detect_baud_rate(state: State) -> Procedure:
 
 
 def set_data_format(state: State) -> Procedure:
-    """Answer the character `(`, receive the data format message, and set the UART to this format."""
+    """Reply to the character `(`, receive the data format message, and set the UART to the format in the message."""
     uart, buffer = state.uart, state.buffer
     assert uart.format is not None
     state.baudrate = uart.format.baudrate
@@ -117,7 +117,7 @@ class FormatReader:
         """True if the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
-        """Add a received character.  If the character ends a valid message, return the data format."""
+        """Add a character to the data format message.  Return the data format if the message is complete and valid."""
         self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):

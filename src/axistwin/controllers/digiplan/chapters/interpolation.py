@@ -15,7 +15,7 @@ ONLY_RANGE = 1
 
 
 def minor_axis(step: Step) -> str | None:
-    """Command /: declare the next one or two axes of the message as minor axes of an interpolation.
+    """Command `/`: declare the next one or two axes of the message as minor axes of an interpolation.
 
     The minor axis runs its own distance at speed x minor / major.  The speed must be at most 10,000 steps/s, the
     acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed range 1; otherwise the move

@@ -105,7 +105,7 @@ class RampGenerator:
         return max(made - max(unmade, default=0), 0)
 
     def clock_level(self, axis: str) -> bool:
-        """Return the level of the clock output of an axis, which is high for 5 µs at each pulse."""
+        """Return the level of an axis's clock output.  The output is high for 5 µs at each pulse."""
         if axis not in self.directions:
             return False
         share, elapsed_ns = self._share(axis), self._elapsed_ns
@@ -133,6 +133,6 @@ class RampGenerator:
             self._change(self.profile.cut(self._elapsed_ns))
 
     def stop(self) -> None:
-        """Stop all axes at once, because the power is off."""
+        """Stop all axes immediately.  Called when the power is switched off."""
         for axis in tuple(self.directions):
             self.drop(axis)

@@ -103,7 +103,7 @@ def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
 
 
 def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> list[str]:
-    """Return the names of the inputs whose level differs from the level `wanted`."""
+    """Return the names of the inputs that are not at the wanted level."""
     return [name for name in (f"input{number}" for number in inputs) if pins[name].level is not wanted]
 
 

@@ -15,17 +15,17 @@ CYCLE_NS = 1 * MS
 
 
 def repeat(step: Step, times: int, first: int) -> None:
-    """Command =: in a sequence, go back to step `first`.  `times` is the number of repeats (1 to 255), or 0 for ever.
+    """Command `=` in a sequence: go back to step `first`.
 
-    Chapter Repeating parts of a sequence.
+    `times` is the number of repeats (1 to 255), or 0 for ever.  Chapter Repeating parts of a sequence.
     """
     step.repeat = times, first
 
 
 def hand_over(step: Step) -> None:
-    """Command %: in a sequence, give control to the host until the host sends %.
+    """Command `%` in a sequence: give control to the host until the host sends `%`.
 
-    The interface reports the change of control by sending % and its terminator.  Chapter Controller intervention in a
+    The interface reports the change of control by sending `%` and the terminator.  Chapter Controller intervention in a
     sequence.
     """
     step.hand_over = True

@@ -72,13 +72,13 @@ def too_fast(parameters: Parameters) -> Problem | None:
 
 
 def setting(name: str, step: Step, value: int) -> None:
-    """Commands > < ^ @ D: set one parameter, e.g. the acceleration.
+    """Commands `>`, `<`, `^`, `@` and `D`: set one parameter, e.g. the acceleration.
 
     The parameter `name` keeps its value until the command is sent again.
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.
-    After > < ^ a new ramp is calculated, which takes up to 1 second.
+    After `>`, `<` or `^`, the interface calculates a new ramp, which takes up to 1 second.
     Chapters Speed to Acceleration rate, Inter-character delay.
     """
     step.settings[name] = value

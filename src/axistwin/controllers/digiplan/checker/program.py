@@ -18,13 +18,13 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # maximum number of characters of a message that the checker reads
+LONGEST = 4000  # The checker reads at most this number of characters of a message.
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
-    """Return all problems in the messages to an IF1 or, if `battery` is True, to an IF2.
+    """Return all problems in the messages from a host to an interface, sorted by their place in the file.
 
-    The problems are sorted by their place in the file.
+    `battery`: True if the interface is an IF2, False if it is an IF1.
     """
     checker = _Checker(battery)
     for session in sessions:

@@ -17,9 +17,10 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """Consecutive variables or array elements, up to the last one of the group or array, e.g. c to z.
+    """Variables or array elements that a VST or VLD can use, e.g. the variables c to z.
 
-    The fields are kind, first index, and number of elements to the end of the group or array.
+    The range begins with the operand of the command, and ends at the end of the operand's group or array.  The fields
+    are the kind, the index of the first element, and the number of elements.
     """
 
     kind: int
@@ -76,9 +77,9 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return the range of variables if `count` values fit both into the range and into the EEPROM.
+    """Check that `count` values fit both into the variables of a range and into the EEPROM.
 
-    Otherwise set the flag Bs and return None.
+    Return the range.  If the values do not fit, set the flag Bs and return None.
     """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run

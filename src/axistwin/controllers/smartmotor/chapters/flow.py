@@ -81,7 +81,7 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 after a fault, or C2 after a falling edge of pin G.
+    """Call the subroutine C1 after a fault, or the subroutine C2 after a falling edge of pin G.
 
     Returns True if the call was possible.
 
@@ -160,7 +160,7 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, Cn, etc.: set the flag Bs, because a host must not send these keywords as commands.
+    """IF, WHILE, Cn, etc. from a host: set the error flag Bs, because these keywords are valid only in programs.
 
     In a program, the compiler replaces these keywords by jumps.
     """

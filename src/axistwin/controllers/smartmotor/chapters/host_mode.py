@@ -70,7 +70,7 @@ def status(motor: Processor) -> bytes:
 
 
 def _free(motor: Processor) -> int:
-    """Return the number of free places for points in the buffer of host mode."""
+    """Return how many more points the buffer of host mode can store."""
     return len(motor.ring) // 2 - motor.i[s.HOST_COUNT]
 
 

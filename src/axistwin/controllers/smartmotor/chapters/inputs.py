@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # The counted edge or step makes the predicted encoder edges invalid.
+        i[s.PREDICTED] = 0  # Discard the predicted encoder edges, because an edge or a step has been counted.
 
     def _wiring(self) -> None:
         """Store whether the external encoder sets the level of pin A, of pin B, or of both pins."""
@@ -97,7 +97,7 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Update the kernel after a change of the external encoder's motion.
+        """Store the new motion of the external encoder in the state of the motor.
 
         The kernel computes as if the run began one sample earlier, so that each sample adds equal counts and carries
         the remainder.
@@ -125,9 +125,9 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's counts now and at the given later times.
+        """Return the external encoder's present count, followed by the known counts at later times.
 
-        The list ends before the first count that is not certain.
+        `times_ns`: the later times.  The list ends before the first count that is not certain.
         """
         if not self._follows():
             self.motor.core.read_ahead = None
@@ -153,7 +153,7 @@ class Inputs:
         self.motor.catch_up()
 
     def position(self) -> int:
-        """Return the shaft's position in encoder counts, without the shift by O= and the reversal by F=2."""
+        """Return the shaft's position in encoder counts.  The commands O= and F=2 do not affect this position."""
         return self.motor.core.position_now()
 
     def commanded(self) -> int:
@@ -162,9 +162,9 @@ class Inputs:
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the given later times.
+        """Return the shaft's present position, followed by the known positions at later times.
 
-        The list ends before the first position that is not certain.
+        `times_ns`: the later times.  The list ends before the first position that is not certain.
         """
         return self.motor.core.positions_ahead(times_ns)
 
@@ -196,7 +196,7 @@ class Inputs:
         return self.motor.i[s.ENERGY]
 
     def push(self, counts: int) -> None:
-        """Displace the shaft by `counts`, as a person can by hand."""
+        """Turn the shaft by `counts`, as when a person turns the shaft by hand."""
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:
@@ -204,7 +204,7 @@ class Inputs:
         machine.slip(self.motor.i, counts)
 
     def replan(self) -> None:
-        """Apply the axis's present load, jam and ambient temperature."""
+        """Update the physical model with the axis's present load, defects and ambient temperature."""
         motor, axis = self.motor, self.axis
         machine.set_torque(motor.f, axis.outside_torque)
         machine.set_jam(motor.f, axis.jammed)

@@ -39,7 +39,7 @@ def position(motor: Processor, value: int) -> None:
 
 
 def distance(motor: Processor, value: int) -> None:
-    """D=exp: set the distance of a relative move (mode MP) and the dwell of a cam (cam mode), in counts.
+    """D=exp: set the distance of a relative move (in mode MP) or the dwell of a cam (in cam mode), in counts.
 
     In cam mode, the dwell takes effect after CI (manual, section 9.3).
     """
@@ -95,7 +95,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # MD empties the buffer of points, except while host mode is in progress.
             host_mode.clear(motor)
-        # BUFFERED_MODE keeps its value: the mode in BUFFERED_MODE starts when host mode ends (manual, section 10.2).
+        # Keep BUFFERED_MODE, because this mode starts when host mode ends (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
@@ -124,7 +124,7 @@ def cam(motor: Processor, factor: int) -> None:
 
 
 def initialize_cam(motor: Processor) -> None:
-    """CI: use the buffered cam parameters from the next zero point on (manual, section 9.5).
+    """CI: activate the buffered cam parameters at the next zero point of the cam (manual, section 9.5).
 
     The parameters are D, BASE, SIZE, MCn, F=16 and F=128.
 

@@ -48,7 +48,7 @@ def position_and_status(motor: Processor) -> str:
 
 
 def mode(motor: Processor) -> str:
-    """RMODE: report a letter for the mode in force.
+    """RMODE: report the letter of the present mode.
 
     P absolute and R relative position, V velocity, T torque, F and S follow the external encoder or steps, X with a
     ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops reports the mode

@@ -138,9 +138,9 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index in the compiled code directly after the end of an expression.
+        """Return the index of the first element of the compiled code that follows an expression.
 
-        `at`: index at which the expression begins.
+        `at`: index of the first element of the expression.
         """
         code = self.program.code
         while code[at] != ops.RESULT:

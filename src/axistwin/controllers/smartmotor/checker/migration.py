@@ -57,7 +57,7 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each test of the flag Be or Bh, because the fault that sets the flag ends the program before the test.
+    """Report each useless test of the flag Be or Bh: the fault ends the program before the test is executed.
 
     Tests are IF, ELSEIF and WHILE.  A position error sets Be, and overheating sets Bh.  Without F=32, both faults end
     the program (manual, section 4.1).
@@ -74,9 +74,9 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """Report SLN= and SLP= while the software limits are enabled (manual, section 3.2).
+    """Report each command SLN= or SLP= that changes an enabled software limit (manual, section 3.2).
 
-    The program must contain SLD before these commands.
+    The program must disable the software limits with SLD before SLN= and SLP=.
     """
     enabled = -1
     for number, keyword in enumerate(findings.words):

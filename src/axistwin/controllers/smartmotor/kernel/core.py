@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """Phase of the computation of samples: for example, a block of samples is planned or already computed."""
+    """Stage in the computation of a motor's samples: e.g. the next block of samples is planned, or computed."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -101,8 +101,9 @@ class Core:
         self.on_samples: Signal[[int, array[int], array[int]]] = Signal()
         """Event: samples are final.  Its data: number of the first sample, positions of shaft and trajectory."""
         self.read_ahead: Callable[[range], Sequence[int]] | None = None
-        """Function that returns the external encoder's edges now and at these times, as long as they are certain.  The
-        sample after each time uses its edges.  None if the encoder can be predicted.
+        """Function that returns the external encoder's present edge count, followed by the known counts at later times.
+
+        The sample after each of these times uses the count at this time.  None if the encoder can be predicted.
         """
         self.on_replan: Signal[[]] = Signal()
         """Event: samples that were computed ahead have been discarded."""
@@ -143,11 +144,11 @@ class Core:
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's positions now and at the given later times.
+        """Return the shaft's present position, followed by the known positions at later times.
 
         The list ends before the first position that is not certain.
 
-        The times are later than now, one sample apart.  A position is certain before the end of the block, and always
+        `times_ns`: the later times, one sample apart.  A position is certain before the end of the block, and always
         while the motor sleeps.
         """
         block, first, here = self._block, self.i[s.SAMPLE], self.position_now()
@@ -157,13 +158,13 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # If the first requested sample is already committed, the position of this sample is `here`.
+        # If the first of the later times belongs to the present sample, the position at this time is `here`.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Compute the samples again after the predicted edges of the external encoder have become outdated.
+        """Compute the samples again, because the predicted edges of the external encoder are outdated.
 
         The edges of the next sample are kept, because these edges were read before now.
         """
@@ -174,7 +175,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of computed samples that are in the past."""
+        """Return how many of the samples that were computed ahead are now in the past."""
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -274,7 +275,7 @@ class Core:
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
-        """Stop reporting changes to the follower."""
+        """Stop calling the follower, i.e. the function that receives changes of traced values."""
         self.catch_up()
         self.log, self._follower, self._restless = log.empty(), None, False
 
@@ -402,7 +403,7 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Store the state after the last sample of a block, and handle the event that has ended the block."""
+        """Store the motor's state at the end of a block of samples, and handle the event that has ended the block."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -427,8 +428,8 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples after the last block of LONGEST samples.
-        # A host often sends commands at equal intervals: the next block should be a quarter longer than one interval.
+        in_last = samples % LONGEST  # Number of samples in the last block, if all earlier blocks have LONGEST samples.
+        # Make the next block 25 % longer, because a host often sends commands at equal intervals.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -443,9 +444,9 @@ class Core:
 
 
 class Engine:
-    """Computes samples on a copy of the motor's state.
+    """Computes the samples of a motor, i.e. the servo cycles, with a copy of the motor's state.
 
-    The kernel runs in plain Python, or compiled for long runs.
+    The kernel is executed in plain Python.  For long simulations, the kernel is compiled.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -501,7 +502,7 @@ class Engine:
         return Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Store the state after the last computed sample as the motor's state."""
+        """Replace the motor's state by the state that was computed for the last sample."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -553,7 +554,7 @@ def prepare(speed: float | None, motors: int) -> None:
 
 
 def needs_kernel(speed: float | None, motors: int) -> bool:
-    """True if the compiled kernel is necessary: plain Python is too slow for the motors, and Numba is installed."""
+    """True if plain Python is too slow for the motors, and Numba is available to compile the kernel."""
     return (speed is None or speed * motors > PLAIN_MOTORS) and jit.available()
 
 

@@ -31,7 +31,7 @@ RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVE
     EQ, NE, LT, GT, LE, GE,
 ) = range(13, 28)  # fmt: skip
 
-# System variables that the operation COMPUTED reads
+# System variables that are read by the operation `COMPUTED`
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_REPORTED = (
     range(9)
 )

@@ -129,7 +129,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if no machine code must be compiled: all of it is in the user's cache, or a browser executes axistwin."""
+    """True if no compilation is needed: the machine code is in the user's cache, or axistwin runs in a browser."""
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))
@@ -204,9 +204,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Compile the given functions.  Return the global variables of each module, with the compiled functions inserted.
+    """Compile the given functions.  For each module, return a copy of the global variables.
 
-    The global variables are copies, listed by the name of the module.
+    In the copy, the compiled functions replace the Python functions.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}

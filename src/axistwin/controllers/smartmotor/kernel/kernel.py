@@ -27,16 +27,16 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Each event that interrupts the computation of samples is one bit.
+# Each event that interrupts the computation of samples has a bit of its own.
 # Events in the bit mask BEFORE_SAMPLE interrupt the computation before the next sample.
-# Events that are not in BEFORE_SAMPLE interrupt the computation after a sample.
+# Events outside the bit mask BEFORE_SAMPLE interrupt the computation after the present sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # Event: Python must execute the next statement of the program.
 VALUE_WAITS = 2  # Event: the next statement needs a value from Python, e.g. GETCHR.
 CALL_WAITS = 4  # Event: Python must call the routine C1 or C2 of the program.
 TRAJECTORY = 8  # Event: the flag Bt (trajectory in progress) has changed.
-PLUS, MINUS = 16, 32  # Events: the limit in the positive (or negative) direction is active.
-ERROR, HEAT = 64, 128  # Events: the position error is too large; the motor is too hot.
+PLUS, MINUS = 16, 32  # Two events: PLUS, the positive limit is active; MINUS, the negative limit is active.
+ERROR, HEAT = 64, 128  # Two events: ERROR, the position error is too large; HEAT, the motor is too hot.
 GO_EDGE = 256  # Event: a falling edge has occurred at pin G.
 SWITCH = 512  # Event: the shaft has reached a switch.
 INDEX_MARK = 1024  # Event: the flag Bx (index mark) has changed.
@@ -66,9 +66,9 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
-    """Compute the trajectory of one sample.
+    """Compute the commanded position for one sample.
 
-    With PIDn, only every n-th sample changes the trajectory.
+    With PIDn, the commanded position changes only in every n-th sample.
     """
     why, before = ALL_DONE, i[s.MASTER]
     master_turns(i, predicted)
@@ -195,7 +195,7 @@ def inputs(i: Ints) -> int:
 
 @sampled
 def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
-    """Compute the motion, the protection and the inputs of one sample."""
+    """Compute one sample: move the motor, check for faults, and read the inputs."""
     i[s.SAMPLE] += 1
     i[s.BUDGET] = i[s.STATEMENTS_PER_SAMPLE]
     busy = i[s.BT]

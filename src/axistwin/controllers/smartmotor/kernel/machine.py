@@ -35,15 +35,15 @@ COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
 JAM = next(_slots)  # Additional deceleration by a jammed shaft: 0 or infinite.
 VISCOUS = next(_slots)  # Fraction (0 to 1) by which viscous friction reduces the speed in each sample.
 # In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
-# OPEN_GAIN: only viscous friction acts, because the windings are open or the current is at its limit.
-# CLOSED_GAIN: viscous friction and back-EMF act.
+# OPEN_GAIN is the factor for viscous friction alone (windings open, or current at its limit).
+# CLOSED_GAIN is the factor for viscous friction and back-EMF.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the current at standstill for a PWM value of 1, in A.
-# AMPS_PER_SPEED is the decrease of the current by the back-EMF at a speed of 1 count/sample, in A.
+# AMPS_PER_SPEED: at a speed of 1 count/sample, the back-EMF reduces the current by this number of amperes.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, in A.
-AMPS_KEPT = next(_slots)  # Fraction of the current (0 to 1) that remains after one sample because of inductance.
+AMPS_KEPT = next(_slots)  # The inductance keeps this fraction (0 to 1) of the current until the next sample.
 # Mean current of a sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 # In each sample, the shaft moves by (1 - LAG) * new speed + LAG * old speed; LAG is 0 to 1/2.
@@ -52,10 +52,10 @@ PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
 # At a steady current of 1 A, the winding becomes WINDING_RISE (in K) warmer than the housing.
 # At a steady current of 1 A, the housing becomes HOUSING_RISE (in K) warmer than the air.
-# Both temperature differences are proportional to the square of the current.
+# Both differences (winding to housing, housing to air) are proportional to the square of the current.
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# WINDING_STEP, HOUSING_STEP and AIR_STEP are fractions (0 to 1) of temperature differences.
-# After each block of 256 samples, the temperatures change by these fractions of the differences.
+# Every 256 samples, the temperatures change in proportion to temperature differences.
+# WINDING_STEP, HOUSING_STEP and AIR_STEP are the factors (0 to 1) of the temperature differences.
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².
@@ -72,7 +72,7 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up the motor and its load from their data sheets, at rest and at 25 °C.
+    """Set up the motor and its load with data-sheet values.  The motor is at rest, at 25 °C.
 
     Without a data sheet the motor is ideal.
     """

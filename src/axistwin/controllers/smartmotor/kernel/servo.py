@@ -143,9 +143,9 @@ def slowed(push: float, against: float) -> float:
 
 @sampled
 def measure(i: Ints, f: Floats, amps: float) -> None:
-    """Add the current of this sample to the filtered current and to the heat.
+    """Update the filtered current and the heat with the motor current `amps` of one sample.
 
-    CURRENT is in 0.01 A.
+    The state CURRENT is in units of 0.01 A.
     """
     centiamps = in_centiamps(amps)
     i[s.CURRENT_SUM] += centiamps - (i[s.CURRENT_SUM] >> CURRENT_BITS)
@@ -200,7 +200,7 @@ def ideal_turn(i: Ints) -> int:
 
 @sampled
 def tracked(i: Ints) -> int:
-    """Return the commanded shaft position of an ideal motor, in counts."""
+    """Return the commanded position in counts, which is also the shaft position of an ideal motor."""
     return i[s.DIRECTION] * ((i[s.COMMANDED] >> VELOCITY_BITS) - i[s.ORIGIN])
 
 

@@ -24,10 +24,10 @@ CLK_ZERO = next(_slots)  # Number of the sample at which the counter CLK was 0: 
     DEPTH,  # Number of return addresses on the stack.
 ) = islice(_slots, 7)
 RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
-SWITCHES, *_ = islice(_slots, 11)  # Values that SWITCH compares: one of the main program, one of each subroutine.
+SWITCHES, *_ = islice(_slots, 11)  # Values that SWITCH compares: one for the main program, and one for each subroutine.
 (
-    TWAITING,  # 1 while TWAIT pauses the program, until Bt is 0.
-    PAUSED,  # 1 while the command ! pauses the program, until a serial character arrives.
+    TWAITING,  # 1 while TWAIT pauses the program; the pause ends when Bt is 0.
+    PAUSED,  # 1 while the command ! pauses the program; the pause ends when a serial character arrives.
     RUN_GIVEN,  # 1 if the command RUN has started the program; RUN? then has no effect.
     C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call.
 ) = islice(_slots, 4)
@@ -45,7 +45,7 @@ EPTR, ADDR = next(_slots), next(_slots)
 (
     RELATIVE,  # 1 if D was assigned after P: the next position move is a relative move by D.
     BUFFERED_MODE,  # The mode that the next command G starts.
-    BUFFERED_FACTOR,  # Number n if the next command G starts a mode MFn or MCn, e.g. 4 for MF4 and MC4.
+    BUFFERED_FACTOR,  # Number n of the mode MFn or MCn that the next command G starts, e.g. 4 for MF4.
 ) = islice(_slots, 3)
 
 # The command F copies the buffered gains to TUNING.
@@ -77,10 +77,10 @@ MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER
 PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
-    SHOWN,  # Pins whose levels the external encoder sets: 1 for A, 2 for B, 3 for both.
-    PIN_EDGES,  # Number of counted edges on pins A and B that the external encoder has not caused.
+    SHOWN,  # Pins that the external encoder drives: 1 is pin A, 2 is pin B, 3 is both pins.
+    PIN_EDGES,  # Count of the edges on pins A and B from sources other than the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Change of CTR by four encoder edges (or four steps): 1 in MF1, 2 in MF2, otherwise 4.
+    RESOLUTION,  # Four encoder edges (or four steps) change CTR by this number: 1 in MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs.
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
@@ -90,8 +90,8 @@ MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next 
 # CI_PENDING is 1 while the command CI waits for the zero point of the cam.
 # CI_SPOILT is 1 while the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
-# CAM_TABLE is 1 if the factor n of MCn multiplies the entries of the cam table.
-# CAM_TABLE is 0 if the factor n of MCn multiplies the counts of the external encoder.
+# CAM_TABLE is 1 if the command MCn multiplies the entries of the cam table by n.
+# CAM_TABLE is 0 if the command MCn multiplies the counts of the external encoder by n.
 CAM_TABLE = next(_slots)
 
 # Host mode
@@ -100,7 +100,7 @@ CAM_TABLE = next(_slots)
 # HOST_LEFT is the number of samples left in the present segment of the trajectory.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode, two for each point.
+HOST_SIZE = next(_slots)  # Size of the buffer of host mode, in integers.  Each point needs two integers.
 HOST_ARMED = next(_slots)  # 1 if the next command G starts host mode (MD).
 
 # Each flag is stored as an integer, 0 or 1.
@@ -119,7 +119,7 @@ LIMIT_C, LIMIT_D = next(_slots), next(_slots)
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
-    STOPPING,  # 1 while the motor decelerates after a fault, because F=1 was set.
+    STOPPING,  # 1 while the motor decelerates after a fault (only if F=1 is set).
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
     FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1; C1 is then called a second time.
     OBSERVE_INDEX,  # 1 if the kernel must stop at each change of the flag Bx (index mark).
@@ -160,7 +160,7 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 # HEAT is the sum of the squared currents of HEAT_SAMPLES samples, in units of (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder reports a motion of COUNTS_OUT_OF counts as a motion of COUNTS_OF counts.
+# A defective encoder reports COUNTS_OF counts when the shaft moves by COUNTS_OUT_OF counts.
 # While the encoder has no defect, COUNTS_OF and COUNTS_OUT_OF are both 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
 UNCOUNTED = next(_slots)  # Remainder of motion * COUNTS_OF / COUNTS_OUT_OF; added in the next sample.

@@ -68,7 +68,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
 
 @sampled
 def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
-    """Return the velocity of this sample on a ramp to the velocity `wanted`."""
+    """Return the velocity in the next sample, if `velocity` changes to `wanted` along a ramp."""
     if velocity < wanted:
         return min(velocity + acceleration, wanted)
     return max(velocity - acceleration, wanted)

@@ -97,7 +97,7 @@ def message(found: Found) -> str:
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:
-    """Return the first Class 5 word of a table that matches a text, or None."""
+    """Search `table` for the first Class 5 word that matches `text`.  Return this word, or None."""
     for later in table:
         if match := re.fullmatch(later.form, text, re.ASCII):
             pin = PINS[int(match["pin"])] if "pin" in match.re.groupindex else ""

@@ -85,7 +85,7 @@ class Computed:
     """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the values, such as GETCHR, that the operand needs from outside the interpreter.
+        """Fetch the values that the interpreter cannot compute itself, e.g. the character for GETCHR.
 
         Each value is stored for the interpreter.
         """
@@ -135,7 +135,7 @@ class Reader:
         return self._read()
 
     def element(self) -> Expression:
-        """Parse the array element, such as aw[3], that begins at the current index in the text.
+        """Parse the array element, such as aw[3], that begins at the present position in the text.
 
         Raises Malformed.
         """

@@ -11,7 +11,7 @@ class Accept(Flag):
 
     HOST = auto()  # The command is valid on a serial channel.
     PROGRAM = auto()  # The command is valid in a stored program.
-    BLOCK = auto()  # The command is valid only in a stored program, e.g. a label or LOOP.
+    BLOCK = auto()  # The command, e.g. LOOP or a label, is valid only in a stored program.
     REMOVED = auto()  # The command is invalid, because firmware 4.76 has removed the command (manual, section 1.3).
 
 

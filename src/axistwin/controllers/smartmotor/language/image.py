@@ -161,9 +161,9 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Yield each label and each keyword of program flow, such as LOOP, in the text of a program.
+    """Find the labels and the flow keywords, e.g. LOOP, in a program text, and yield one item for each.
 
-    Each item contains the index of the beginning, the word, and the index after the end.
+    Each item contains the index at which the word begins, the word, and the index after the word.
     """
     for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1

@@ -28,7 +28,7 @@ EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """The interpreter code of an assignment to array elements.
+    """Code that the interpreter executes for an assignment to array elements.
 
     The code is the number of values, the array, the first index, and the values.
     """
@@ -36,7 +36,7 @@ class Elements(Computed):
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Return the interpreter code of the assignment.
+        """Return the code that the interpreter executes for the assignment.
 
         The values that the interpreter cannot compute are fetched first.
         """

@@ -45,7 +45,7 @@ class Place(NamedTuple):
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH block, described by the numbers of its statements."""
+    """An IF, WHILE or SWITCH block, described by the positions of its statements in the program."""
 
     begin: int
     parts: list[int] = field(default_factory=list)
@@ -94,9 +94,9 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return a copy of the program that reports when one of the given statements begins.
+        """Return a copy of the program that notifies subscribers when certain statements begin.
 
-        `numbers`: numbers of these statements.
+        `numbers`: the numbers of these statements.
         """
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
@@ -110,10 +110,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the code that reports the beginning of a statement.
+        """Return the length of the extra code that notifies subscribers when a statement begins.
 
-        `head`: index in `code` at which the code of the statement begins.  The length is 0 if the code does not report
-        the beginning of this statement.
+        `head`: index in `code` at which the code of the statement begins.  The length is 0 if the statement has no
+        extra code.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -321,7 +321,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the generated code already reports the beginning of the statement `number`."""
+        """True if the code generated so far already notifies subscribers when the statement `number` begins."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:

@@ -41,7 +41,7 @@ class Words:
         self._dropping = True
 
     def take(self, byte: int) -> None:
-        """Receive a character below 80h, and execute the command at a terminator.
+        """Receive a character below 80h.  If the character is a terminator, execute the command.
 
         A space between quotes does not end a command.
         """

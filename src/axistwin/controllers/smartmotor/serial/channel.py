@@ -77,7 +77,7 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a position or a clock value for host mode, or a value for A, V or P."""
+        """Execute a binary record, which sets a host-mode position, a host-mode clock value, or A, V or P."""
 
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode."""
@@ -246,7 +246,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # The flag is 0, so earlier errors of this kind have been cleared: remove these errors from all channels.
+            # The flag of this error has been cleared: delete the error on all channels.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

@@ -130,7 +130,7 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """Handle a character that the host sends during an upload.
+        """Handle a character that the host sends while the motor sends its program (upload).
 
         The character 06 requests the next block.  Any other character ends the upload and is then handled as usual.
         """
@@ -187,7 +187,7 @@ def upload(motor: Processor) -> None:
 
 
 def upload_image(motor: Processor) -> None:
-    """UP: send the image of the program, with header and jumps.
+    """UP: send the image of the program, including the header and the jump targets.
 
     For a locked program, nothing is sent and the flag Bs is set.
     """

@@ -32,17 +32,17 @@ def echo_off(motor: Processor, channel: int = 0) -> None:
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP, SLEEP1: execute only WAKE on this channel; the echo continues."""
+    """SLEEP (channel 0), SLEEP1 (channel 1): ignore all commands except WAKE or WAKE1; the echo continues."""
     motor.channels[channel].asleep = True
 
 
 def wake(motor: Processor, channel: int = 0) -> None:
-    """WAKE, WAKE1: end SLEEP or SLEEP1; the motor then executes the commands that arrive on this channel."""
+    """WAKE (channel 0), WAKE1 (channel 1): end SLEEP or SLEEP1, so that the motor executes commands again."""
     motor.channels[channel].asleep = False
 
 
 def silent(motor: Processor, channel: int = 0) -> None:
-    """SILENT, SILENT1: suppress the output of the program on this channel.
+    """SILENT (channel 0), SILENT1 (channel 1): suppress the output of the program.
 
     The reports of the program are also suppressed.
     """
@@ -50,7 +50,7 @@ def silent(motor: Processor, channel: int = 0) -> None:
 
 
 def talk(motor: Processor, channel: int = 0) -> None:
-    """TALK, TALK1: allow the output of the program on this channel again, after SILENT or SILENT1."""
+    """TALK (channel 0), TALK1 (channel 1): allow the output of the program after SILENT or SILENT1."""
     motor.channels[channel].silent = False
 
 
