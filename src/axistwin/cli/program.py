@@ -35,7 +35,7 @@ class Command(NamedTuple):
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
-        """Import the module of the command, and return the click command."""
+        """Import the module of the command, and return the `click.Command` of the module."""
         loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 
