@@ -58,11 +58,13 @@ class Wanted:
         """Check the options that the user has given, and return them.  Raises UsageError."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
-            raise UsageError("--model and --baud are only for a PORT: leave out these options for a scene file")
+            raise UsageError(
+                "--model and --baud cannot be used with a scene file: remove these options, or give a PORT"
+            )
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed is only for a scene file: leave out --speed for a PORT")
+            raise UsageError("--speed cannot be used with a PORT: remove --speed, or give a scene file")
         if model is not None:
             product(model)
         return cls(
