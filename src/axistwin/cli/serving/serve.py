@@ -1,4 +1,4 @@
-"""`axistwin serve`: put controllers on real ports, and run until interrupted."""
+"""`axistwin serve`: connect virtual controllers to real ports until the user presses Ctrl-C."""
 
 import asyncio
 import gc
@@ -103,7 +103,7 @@ def serve(
     options: tuple[str, ...],
     **ports: tuple[str, ...],
 ) -> int:
-    """Put a controller, or all controllers of a scene, on real ports, and run until interrupted.
+    """Connect a virtual controller, or all controllers of a scene, to real ports until the user presses Ctrl-C.
 
     For each port one line is printed, such as `if1 listening on tcp://127.0.0.1:5001`.  Several ports may lead to the
     same controller: the first client is connected, and others are refused until it disconnects.  With --share several
