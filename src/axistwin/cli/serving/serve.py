@@ -174,7 +174,7 @@ def _served(
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
         raise UsageError(
-            "--state, --line, --rs485 and --option are only for a MODEL: set the options of a scene in its scene file"
+            "--state, --line, --rs485 and --option cannot be used with a scene: make these settings in the scene file"
         )
     return what_is.scene(what, given, alone=with_panel)
 
