@@ -237,7 +237,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that receives a bench, and closes the trace and the recording if the bench is not `bench`.
+        """Return a function that closes the trace and the recording when it receives a bench other than `bench`.
 
         The session calls the function with each new bench, e.g. after the user has gone back in time.
         """
