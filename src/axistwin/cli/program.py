@@ -57,7 +57,7 @@ GROUPS = {
     ),
     "Run a scene many times": (
         Command("sweep", "sweeping", "Run a scene with other values; measure, and test claims."),
-        Command("tune", "sweeping", "Find the gains or values with the best worst case."),
+        Command("tune", "sweeping", "Search for the gains or values that make the worst run best."),
     ),
     "Connect hosts and controllers": (
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),

@@ -1,4 +1,4 @@
-"""Tuning, with Optuna: find the values of a scene with the best result in the worst case, while other values scatter.
+"""Tuning with Optuna: search for the values of scene settings that make the worst run as good as possible.
 
 from axistwin.sweeps.tuning import Tuning
 
