@@ -60,7 +60,7 @@ class Conversation:
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """Dictionary from the key of each header to a pair: the comment with the header, and the header's value."""
+        """The comment with each header, and the value of the header; by the key of the header."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -114,7 +114,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Context manager that adds a place to all errors: the file name and the line number of an action."""
+        """Context manager that adds the file name and the line number of the action `act` to each error."""
         try:
             yield
         except (PlacedError, UsageError) as error:
