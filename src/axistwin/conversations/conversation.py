@@ -132,7 +132,7 @@ def load_text(path: Path) -> str:
         if path.exists() and not path.is_file():
             raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
         if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path} cannot be read: expected a file of at most {MOST_MIB} MiB")
+            raise UsageError(f"{path} is too large: expected a file of at most {MOST_MIB} MiB")
         data = path.read_bytes()
     except OSError as error:
         reason = error.strerror
