@@ -90,7 +90,7 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """Errors in the data: commands or program lines that the controller refuses."""
+        """Diagnostics of the commands or program lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
