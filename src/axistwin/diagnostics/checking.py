@@ -242,9 +242,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the sessions of a program that sends all its characters to one controller.
+    """Yield the sessions of a host program that sends data to only one controller.
 
-    `sent` returns the characters of one program line.
+    A power-off ends a session.  `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:
