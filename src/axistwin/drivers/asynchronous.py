@@ -39,7 +39,7 @@ class Port(Protocol):
         """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait for some seconds."""
+        """Wait for the given number of seconds."""
 
     def time(self) -> float:
         """Return the present time of the clock in seconds."""
@@ -52,7 +52,7 @@ class WallClock:
     """Real time, for ports to real controllers."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait for some seconds."""
+        """Wait for the given number of seconds."""
         await asyncio.sleep(seconds)
 
     def time(self) -> float:
