@@ -217,5 +217,5 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Synchronise with the controller, and do nothing else."""
+    """Return an empty procedure: `run` with an empty procedure only synchronises with the controller."""
     yield from ()
