@@ -108,7 +108,7 @@ class Axis(Protocol):
         """Stop the axis as fast as the controller can."""
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position, which becomes position 0."""
+        """Begin a search for the home position.  At the end of the search, the home position becomes 0."""
 
     def status(self) -> Status:
         """Return the state of the axis; positions are in the unit of the axis."""

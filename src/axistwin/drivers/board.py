@@ -395,7 +395,7 @@ class Motor(AxisCore):
         self._homing = False
 
     def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the home switch, whose position becomes 0."""
+        """Begin a search for the home switch.  At the end of the search, the position of the switch becomes 0."""
         yield from self._set_profile()
         start = yield from self._position()
         yield from self._board.command(0x38, *self._board.home_definition)

@@ -342,7 +342,7 @@ class Shaft(AxisCore):
     def home(self, direction: int) -> Procedure[None]:
         """Begin a search for the index pulse of the encoder.
 
-        The position of the pulse becomes 0.
+        At the end of the search, the position of the pulse becomes 0.
         """
         yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
