@@ -444,7 +444,7 @@ class Motor(AxisCore):
         """Return True while a commanded motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            # a search for HOME consists of several motions: after a stop, wait for the next motion
+            # a search for HOME consists of several motions: after each motion, wait until the next motion begins
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
