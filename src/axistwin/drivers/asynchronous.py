@@ -225,7 +225,7 @@ class AsyncAxis(ScaledAxis):
         await self.controller.run(self.core.move_to(self.scale.counts(position)))
 
     async def move_by(self, distance: float) -> None:
-        """Begin a move by a distance from the last target."""
+        """Begin a relative move: the new target is the last target plus `distance`."""
         await self.controller.run(self.core.move_by(self.scale.counts(distance)))
 
     async def move_at(self, velocity: float) -> None:

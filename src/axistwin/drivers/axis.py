@@ -93,9 +93,9 @@ class Axis(Protocol):
         """Begin a move to a position."""
 
     def move_by(self, distance: float) -> None:
-        """Begin a move by a distance from the last target.
+        """Begin a relative move: the new target is the last target plus `distance`.
 
-        After a stop, the distance is measured from the present position.
+        After a stop, the new target is the present position plus `distance`.
         """
 
     def move_at(self, velocity: float) -> None:

@@ -368,7 +368,7 @@ class Motor(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the present position."""
+        """Begin a relative move: the new target is the present position plus `distance`."""
         yield from self.move_to((yield from self._position()) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:

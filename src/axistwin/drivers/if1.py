@@ -467,7 +467,7 @@ class IF1Axis(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the present position."""
+        """Begin a relative move: the new target is the present position plus `distance`."""
         core = self._if1
         if (yield from core._poll()):
             raise BusyError(

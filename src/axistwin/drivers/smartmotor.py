@@ -313,9 +313,9 @@ class Shaft(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the last target.
+        """Begin a relative move: the new target is the last target plus `distance`.
 
-        After a stop, the distance is measured from the present position.
+        After a stop, the new target is the present position plus `distance`.
         """
         _, word = yield from self._state()
         base = self.setpoint if word & TRAJECTORY else (yield from self._state())[0]
