@@ -72,7 +72,7 @@ class _State:
 
 
 class IF1(Core):
-    """Implements the protocol of an IF1 or IF2 with three axes.
+    """Implements the protocol of an IF1 or IF2; the controller has the three axes X, Y and Z.
 
     `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
     each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
