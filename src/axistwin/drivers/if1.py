@@ -124,7 +124,7 @@ class IF1(Core):
 
     def _probe(self) -> Procedure[bool]:
         """Return True if the controller is initialised, and detect its echo and terminator."""
-        for _ in range(2):  # the IF1 may interpret the first request I as the end of an incomplete message
+        for _ in range(2):  # the IF1 may interpret the first request `I` as the end of an incomplete message
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))
             if found := _ANSWER.search(answer):

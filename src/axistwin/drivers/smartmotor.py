@@ -83,7 +83,7 @@ class SmartMotors(Core):
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
         """Return True if a motor answers, and detect whether the motor echoes characters."""
-        for _ in range(2):  # the motor may interpret the first request RSP as the end of an incomplete command
+        for _ in range(2):  # the motor may interpret the first request `RSP` as the end of an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
