@@ -182,7 +182,10 @@ class IF1(Core):
     # Messages
 
     def message(self, text: str) -> Procedure[None]:
-        """Send a message.  If the controller echoes, check the echo before the terminator is sent."""
+        """Send a message and a terminator.
+
+        If the controller echoes characters, send the terminator only after the correct echo of the message.
+        """
         data = text.encode("ascii")
         for begin in range(0, len(data), CHUNK):
             part = data[begin : begin + CHUNK]
