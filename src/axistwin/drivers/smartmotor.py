@@ -149,7 +149,7 @@ class SmartMotors(Core):
     # The following functions exist only for a SmartMotor.
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
-        """Make pins outputs and set their levels, e.g. `outputs(A=True)`."""
+        """Configure pins as outputs, and set the levels of these pins, e.g. `outputs(A=True)`."""
         for pin, level in levels.items():
             yield from self.command(f"U{pin}={level:d} U{pin}O", axis)
 
