@@ -396,7 +396,7 @@ class Shaft(AxisCore):
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear each fault whose cause no longer exists.  A limit fault is cleared, too."""
+        """Clear each fault whose cause no longer exists.  Clear a limit fault even at an active limit switch."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 
