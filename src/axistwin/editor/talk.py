@@ -84,7 +84,7 @@ def _masked(text: str) -> str:
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    """Yield each message in a line, with the index at which the message begins."""
+    """Yield each message of a text line, with the index at which the message begins."""
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
