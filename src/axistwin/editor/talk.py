@@ -142,11 +142,10 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that the lines of a conversation can contain, in three groups.
+    """Return three groups of names that the lines of a conversation can contain.
 
-    The names depend on the controller model.
-
-    The groups are "!" for the targets of actions, "=" for the values that can be checked, and "pins".
+    The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.  All names depend
+    on the controller model.
     """
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
