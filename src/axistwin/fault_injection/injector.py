@@ -58,7 +58,7 @@ class Terms:
 
 
 class Fault:
-    """One fault on a bench.  By default, a fault has the name of its kind."""
+    """One fault on a bench.  If the user gives no name, the fault has the name of its kind, e.g. `double`."""
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
