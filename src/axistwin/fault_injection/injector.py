@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the fault is still beginning: end the fault in the next event
+            if self._mend is None:  # the call that begins the fault has not returned: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
