@@ -113,7 +113,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the kind and the parameters of each other fault that is active on this fault's part of the bench."""
+        """Return the other active faults on the same part of the bench: the kind and the parameters of each fault."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
