@@ -181,7 +181,10 @@ def test_a_master_on_another_axis(scene):
         ),
         ('[[fault]]\nkind = "encoder_dead"\non = "X"\n', "5:1: axis X has no encoder: add the option"),
         ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is not a SmartMotor: expected the name of a SmartMotor"),
-        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break ends at once: leave out `duration`"),
+        (
+            '[[fault]]\nkind = "break"\nduration = 1\n',
+            "5:1: the fault break occurs only once and cannot have a duration: leave out `duration`",
+        ),
         (
             '[[fault]]\nkind = "lose"\nname = "a"\n' * 2,
             "8:1: there is a fault 'a' already: end that fault, or choose another name",

@@ -196,7 +196,7 @@ class Faults:
         values = chosen.read(parameters)
         _check_chance(chosen, values, terms.seed)
         if chosen.at_once and terms.duration is not None:
-            raise UsageError(f"fault {kind} ends at once: leave out `duration`")
+            raise UsageError(f"the fault {kind} occurs only once and cannot have a duration: leave out `duration`")
         arm = self.trigger(terms.when, terms.here)
 
         def do() -> Fault:

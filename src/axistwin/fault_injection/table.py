@@ -151,7 +151,7 @@ def all_of(ends: Iterable[Mend]) -> Mend:
 class Kind:
     """One kind of fault.  `begin` starts a fault of this kind, and returns the function that ends the fault.
 
-    `at_once`: True if a fault of this kind ends at once.
+    `at_once`: True if a fault of this kind occurs only once and cannot have a duration.
     """
 
     name: str
