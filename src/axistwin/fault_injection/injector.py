@@ -229,9 +229,9 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return the objects on which a fault can act, e.g. all axes of the bench, by name.
+        """Return a dictionary with the names of the objects on which a fault can act, e.g. of all axes of the bench.
 
-        `on`: the type of the objects.
+        Each value is a function that returns the object.  `on`: the type of the objects.
         """
         return places.names(PLACES[on](self.world), here)
 
