@@ -278,7 +278,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # this event does not delay a host that waits until the bench is idle
+            clock.background += 1  # background event: a host that waits for an idle bench does not wait for it
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
