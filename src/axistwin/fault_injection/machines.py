@@ -94,7 +94,7 @@ NO_SWITCH = ("channel_z", "test_switch")
 def check_wire(spot: Spot) -> None:
     """Raise UsageError if the fault `open_wire` is not possible at a pin.
 
-    The fault is possible if the pin is an input, and if the manual states the level of the input without a wire.
+    The fault is possible if the pin is an input, and if the manual states the level of the unconnected input.
     """
     assert spot.pin is not None, "the fault is one of a pin"
     terminal = spot.name
@@ -102,8 +102,8 @@ def check_wire(spot: Spot) -> None:
         raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
         raise UsageError(
-            f"the fault `open_wire` is not possible at {terminal}, because the manual does not state the level of this "
-            "input without a wire: use the fault `stuck`"
+            f"the manual does not state the level of the input {terminal} without a connection: "
+            "use the fault `stuck` instead of `open_wire`"
         )
 
 
