@@ -230,7 +230,7 @@ def drive_fault(case: Case) -> Mend:
 
 
 def check_drive(spot: Spot) -> None:
-    """Raise UsageError if the controller has no input for the fault signal of the drive."""
+    """Raise UsageError if the controller has no drive fault input for the axis."""
     _fault_pin(spot)
 
 
@@ -238,12 +238,10 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(f"{controller} has no input for the fault signal of a drive: use the fault `jam` or `stall`")
+        raise UsageError(f"{controller} has no drive fault input: use the fault `jam` or `stall`")
     if name not in pins:
         axes = ", ".join(pins)
-        raise UsageError(
-            f"{controller} has no input for a fault signal from the drive of axis {name}: expected one of {axes}"
-        )
+        raise UsageError(f"{controller} has no drive fault input for axis {name}: expected one of the axes {axes}")
     return pins[name]
 
 
