@@ -67,7 +67,7 @@ class World(Protocol):
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """Dictionary from name to serial line, for the lines that several motors share."""
+        """The serial lines that several motors share, by the name of the line."""
 
     @property
     def faults(self) -> Any:
