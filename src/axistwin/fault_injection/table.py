@@ -53,7 +53,10 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def read(self, value: object) -> Any:
-        """Convert a value of the parameter to its type.  Raises UsageError with the expected values."""
+        """Convert a value to the type of the parameter.
+
+        Raises UsageError for an invalid value; the message gives the valid values.
+        """
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
             given = shortened(value) if isinstance(value, str) else repr(value)
