@@ -110,7 +110,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """Data for the start of a fault: clock, affected part of the bench, parameter values and random numbers.
+    """Data that a fault needs to begin: clock, affected part of the bench, parameter values and random numbers.
 
     The fault calls `over` to report its end.
     """
