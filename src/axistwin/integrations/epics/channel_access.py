@@ -150,7 +150,7 @@ class _Circuit(VirtualCircuit):
         await super().send(*commands)
 
     async def subscription_queue_loop(self) -> None:
-        """Send updates to the client for ever; updates in the queue are sent together."""
+        """Send updates until the client disconnects.  All updates that wait in the queue are sent together."""
         self.events_on.set()
         queue: asyncio.Queue[Callable[[], EventAddResponse | None]] = self.subscription_queue
         while True:
