@@ -127,7 +127,7 @@ class MotorRecord:
 
     def _allowed(self) -> None:
         if self.values["SPMG"] == STOP:
-            raise RefusedError("the field SPMG is Stop: write Go to SPMG before a motion")
+            raise RefusedError("the field SPMG is Stop: set SPMG to Go before a motion")
 
     async def _define(self, user: float, dial: float) -> None:
         if self.values["FOFF"] or self.axis.status.lost:
