@@ -296,7 +296,7 @@ class MotorRecord:
     # Polls
 
     async def _update(self) -> None:
-        """Publish the state of the axis: first the readback position, last DMOV."""
+        """Publish the state of the axis: the last readback position of a motion is published before DMOV=1."""
         axis, status = self.axis, self.axis.status
         moving = status.moving
         await self._set_alarm(status)
