@@ -27,12 +27,15 @@ class NumberError(UsageError, ValueError):
 
 
 def clipped(text: str) -> str:
-    """Return a text for an error message; a long text is cut after 40 characters."""
+    """Cut a text with more than 40 characters for an error message, and append the number of characters."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """Return a text in quotes for an error message; a long text is cut after 40 characters."""
+    """Put a text into quotes for an error message.
+
+    A text with more than 40 characters is cut, and the number of characters is appended.
+    """
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
