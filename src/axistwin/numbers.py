@@ -40,9 +40,10 @@ def shortened(text: str) -> str:
 
 
 def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
-    """Parse a whole number from `low` to `high`.  Raises NumberError.
+    """Parse a text that must be a whole number in the range `low` to `high`.
 
-    `base`: 2, 10, 16, or 0 for a number whose prefix `0x` or `0b` selects its base.
+    `base`: 2, 10, 16, or 0 for a number whose prefix `0x` or `0b` selects its base.  Raises NumberError for an invalid
+    text.
     """
     words = _bounded(text, "whole number")
     try:
@@ -55,7 +56,7 @@ def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) 
 
 
 def real(text: str) -> float:
-    """Parse a finite number.  Raises NumberError."""
+    """Parse a finite number.  Raises NumberError for any other text."""
     words = _bounded(text, "number")
     try:
         number = float(words)
@@ -67,7 +68,7 @@ def real(text: str) -> float:
 
 
 def decimal(text: str) -> Decimal:
-    """Parse an exact decimal number below 1e30, without rounding.  Raises NumberError."""
+    """Parse a decimal number below 1e30 without rounding.  Raises NumberError for any other text."""
     words = _bounded(text, "number")
     try:
         number = Decimal(words)
