@@ -37,7 +37,7 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a plotted curve in steps: the value is constant from each point to the next point."""
+    """Points of a stepped curve: the value is constant from each point to the next point."""
 
     times: Times
     values: Numbers
