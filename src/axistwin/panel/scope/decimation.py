@@ -152,9 +152,9 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Divide a time span into equal parts, and return the first text that begins in each part.
+    """Divide a time span into equal parts, and return the first message that begins in each part.
 
-    `most`: the number of parts.  Each text is returned with its start time.
+    `most`: the number of parts.  Each message is returned with its start time.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
