@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Information for the display of a signal: the unit of numbers, or the codec of messages."""
+    """Information to display a signal: the unit if its values are numbers, the codec if its values are messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
