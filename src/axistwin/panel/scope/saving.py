@@ -82,7 +82,10 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the start of the time span in which each change of the signals `names` is stored separately."""
+    """Return the time from which every single change of the signals `names` is stored.
+
+    Earlier changes are merged into intervals.
+    """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 

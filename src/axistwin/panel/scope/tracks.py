@@ -119,7 +119,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Start of the time span in which each change of the signal is stored separately.
+        """Time from which every single change of the signal is stored.
 
         Earlier changes are merged into intervals.
         """
@@ -253,7 +253,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Start of the time span in which all texts of the signal are stored; earlier texts may have been deleted."""
+        """Time from which all texts of the signal are stored; earlier texts may have been deleted."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
