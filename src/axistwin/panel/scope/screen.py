@@ -191,7 +191,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Start of the time span in which all signals on the screen are recorded."""
+        """Time from which all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
