@@ -231,7 +231,7 @@ class Screen:
             self._searched_ns = upto_ns + 1
 
     def _find_first(self) -> None:
-        """Pause the screen at the first edge in new data, in the trigger mode `SINGLE`.
+        """In the trigger mode `SINGLE`, pause the screen at the first edge in the new data.
 
         The search is made before the new data are merged into intervals.
         """
