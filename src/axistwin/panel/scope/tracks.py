@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # add the integrals of merged intervals; a single change has no integral
+    if rows.begin is not rows.end:  # only intervals of merged changes have an integral
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
