@@ -185,7 +185,7 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest single changes into intervals that cover several changes.
+        """Merge the oldest changes of the signal into intervals; an interval covers several changes.
 
         The intervals have the first resolution in `SHIFTS`, or the second resolution if the changes are rare.
         """
