@@ -122,10 +122,9 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the action of the Run button: run, pause or stop.
+    """Run, pause or stop the session, as the label of the Run button said when the user clicked.
 
-    The action is the one that the button showed when the user clicked.
-    The state may have changed since the click.
+    The state of the session may have changed since the click.
     """
     session = context.session
     match shown if isinstance(shown, str) else button.text:
