@@ -257,7 +257,7 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons: one deletes the part of the recording after the present time, one restores this part."""
+    """Build two buttons for the recording after the present time: `Live from here` deletes it, `Undo` restores it."""
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
