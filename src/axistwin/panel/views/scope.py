@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # all users together would show too many signals: show no signals
+        except AxistwinError:  # show no signals: the screens of all users together have too many
             screen.show(())
         return screen
 
