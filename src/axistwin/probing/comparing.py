@@ -71,7 +71,7 @@ class Probe:
     """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
     def of(self, verdict: Verdict) -> list[Result]:
-        """Return the results of all test cases with this verdict."""
+        """Return the results of all test cases that have the given verdict."""
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
