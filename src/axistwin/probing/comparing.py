@@ -209,7 +209,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # do not compare answer times, because a test case with motion or a program is executed only once
+        # this test case is executed only once, and a single answer time is too inaccurate for a comparison
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
