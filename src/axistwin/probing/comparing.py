@@ -303,9 +303,9 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return option values to try with the twin: first the suggested values, then values that are not defaults.
+    """Return pairs of option name and value that the probe tries with the twin.
 
-    Each element is a pair of option name and value.
+    The suggested values come first, and values other than the defaults follow.
     """
     hints = get_type_hints(made.options)
     default = made.options()
