@@ -301,7 +301,7 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _bare(commands: dict[int, Opcode]) -> list[Case]:
-    """Return test cases that require a board without a machine, e.g. for the joystick and the home switch."""
+    """Return test cases that are safe only if no machine is connected to the board, e.g. a search for HOME."""
 
     def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
         command = commands[code]
