@@ -364,7 +364,7 @@ def examine(end: End, _: Product) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer without its values: only the opcode of each message.
+    """Return the opcodes of all messages in an answer, without the values.
 
     A status byte becomes `.`.
     """
