@@ -110,8 +110,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send a data format, e.g. U61, then run axistwin rescue again "
-            "(caution: if the interface is a locked IF2, U61 starts the stored sequence)"
+            "the interface has no data format yet: send a data format, e.g. U61, and run axistwin rescue again; "
+            "caution: U61 starts the stored sequence of a locked IF2"
         )
     return False
 
