@@ -247,7 +247,7 @@ def _initialised(end: End) -> Condition:
 
 
 def initialise(end: End) -> None:
-    """Set the data format of a twin that has just been switched on, by the command U61."""
+    """Send `(` and U61 to set the data format of a twin that has just been switched on."""
     end.ask(b"(", 2)
     end.ask(FORMAT, wait_s=1.5)
 
