@@ -11,7 +11,7 @@ from axistwin.probing.rescue.exchange import Exchange
 
 @dataclass
 class Contents:
-    """The contents of a controller, as read through its port."""
+    """The programs and data of a controller, as the controller reports them through its port."""
 
     values: dict[str, str] = field(default_factory=dict)
     """All answers by the name of the value or the request."""
