@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """Part of a scene that copies the data of an old controller to a new controller."""
+    """Entries of a scene in which a new controller receives the data of an old controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""
