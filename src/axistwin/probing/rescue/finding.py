@@ -58,7 +58,7 @@ def find(
             return Found(model or kind, fmt)
     if line is None and end.has_line:
         raise LinkError(
-            "the controller does not answer with any line format: "
+            "the controller does not answer at any baud rate or in any character format: "
             "check cable, power and --model, and close other programs that use the port"
         )
     raise LinkError("the controller does not answer: check cable, power, --model and --line")
