@@ -124,10 +124,10 @@ def _never_waits(act: Act) -> bool:
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note for the user: this line and all later lines were not sent before the end of the simulation."""
+    """Return a note for the user: the simulation ended before the line `line` and later lines were sent."""
     return (
-        f"line {line} and later lines were not sent: a line before is not finished at {bench.seconds:g} s: "
-        f"write +SECONDS above line {line} to send it at a time"
+        f"line {line} and later lines were not sent, because an earlier line is not finished at {bench.seconds:g} s: "
+        f"write +SECONDS above line {line} to send line {line} at a given time"
     )
 
 
