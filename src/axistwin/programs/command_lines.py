@@ -226,9 +226,9 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the line format and the message for the first contact with an interface.
+    """Return the line format and the message that initialise an interface after power-on.
 
-    The character `(` is sent in this line format.  The message then selects the line format `wanted`.
+    The host sends the character `(` in this line format.  The message selects the line format `wanted`.
     """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
