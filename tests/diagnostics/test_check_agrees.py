@@ -62,7 +62,7 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     ("more", "message"),
     [
         ("options.program_bytes = 256", "too many for the program memory of the motor"),
-        ('line = "1200 7E1"', "check that the motor has the line format 1200 7E1"),
+        ('line = "1200 7E1"', "check that the motor uses the line format 1200 7E1"),
     ],
 )
 def test_a_program_that_the_motor_refuses(scene, more, message):
