@@ -265,11 +265,11 @@ WRONG = {
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor cannot have ports of its own on the shared line 'chain': remove `ports` from this table",
+        "3:1: smartmotor is on the shared line 'chain' and cannot have its own ports: remove `ports` from the table",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor cannot have ports of its own on the shared line 'rs485': remove `rs485_ports` from this table",
+        "3:1: smartmotor is on the shared line 'rs485' and cannot have its own ports: remove `rs485_ports` from the",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
