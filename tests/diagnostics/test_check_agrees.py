@@ -77,7 +77,7 @@ def test_a_program_that_the_motor_refuses(scene, more, message):
     [
         (
             [("b.output1", "a.home"), ("b.output2", "a.home_enable")],
-            "a.home_enable is the same terminal as a.home, which already has a wire: remove one wire",
+            "a.home_enable and a.home are two names of one terminal, which can have only one wire: remove a wire",
         ),
         ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
         ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], ""),

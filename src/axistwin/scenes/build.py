@@ -54,7 +54,9 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
     if target in laid:
         other = laid[target][1]
         if other.to != wire.to:
-            raise UsageError(f"{wire.to} is the same terminal as {other.to}, which already has a wire: remove one wire")
+            raise UsageError(
+                f"{wire.to} and {other.to} are two names of one terminal, which can have only one wire: remove a wire"
+            )
         other_source = other.from_
         raise UsageError(f"{wire.to} already has a wire from {other_source}: remove one of the wires")
     at: Pin | None = source
