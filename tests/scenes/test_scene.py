@@ -261,7 +261,7 @@ WRONG = {
     ),
     "a wire from a board's pulses": (
         controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
-        "6:1: the pulses of 1810.step are too fast for a wire",
+        "6:1: the pulses of 1810.step are too fast for a simulated wire: remove the wire, and set the key `master`",
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),

@@ -200,7 +200,8 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"the pulses of {from_} are too fast for a wire: set the key `master` of a SmartMotor instead",
+                f"the pulses of {from_} are too fast for a simulated wire: "
+                "remove the wire, and set the key `master` of the SmartMotor that follows the pulses",
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
