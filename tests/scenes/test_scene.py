@@ -249,7 +249,7 @@ WRONG = {
     ),
     "a wire into an output": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
-        "5:1: if1.output1 is an output: expected an input at the end of a wire",
+        "5:1: if1.output1 is an output: expected a wire that ends at an input",
     ),
     "a wire into a brake": (
         controllers("if1", "smartmotor", more="[[wire]]\nfrom = 'if1.led'\nto = 'smartmotor.brake'"),

@@ -206,7 +206,7 @@ class Builder:
             )
         if self._pin(to, ("wire", number, "to")).is_output:
             raise self.source.error(
-                f"{to} is an output: expected an input at the end of a wire",
+                f"{to} is an output: expected a wire that ends at an input",
                 ("wire", number, "to"),
             )
 
