@@ -265,7 +265,7 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if the begin of a fault depends, through other faults, on the fault itself."""
+        """Raise SceneError if faults wait for each other in a loop, so that none of these faults can begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
