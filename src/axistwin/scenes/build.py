@@ -371,7 +371,10 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield the path of the key in the scene file, the endpoint and the program file of each simulated host."""
+        """Yield three values for each simulated host.
+
+        The values are the path of the key in the scene file, the endpoint, and the program file.
+        """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):
