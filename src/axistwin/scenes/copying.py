@@ -130,9 +130,10 @@ class Copy:
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Copy an action of the script.  If the action loads a program, the copy contains the program's new name.
+        """Return an action of the script for the copied scene.
 
-        The program is copied if its name must change.
+        If the action loads a program, the result contains the file name in the copied scene.  A file whose name must
+        change is copied.
         """
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
