@@ -173,7 +173,7 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return the path of a scene's file relative to the folder of the copied scene."""
+    """Return the path of a file that the scene uses, relative to the folder of the copied scene."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
