@@ -117,7 +117,7 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds a place to errors: the line and the column of a key in the scene file.
+        """Context manager that adds the line and the column of a key in the scene file to each error.
 
         `path`: the path of the key.  Converts a UsageError to a SceneError.
         """

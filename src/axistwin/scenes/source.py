@@ -131,7 +131,7 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Context manager that adds a place to errors: the line and the column of a key in the scene file.
+        """Context manager that adds the line and the column of a key in the scene file to each error.
 
         `path`: the path of the key.  Converts a UsageError or a ProgramError to a SceneError.
         """
@@ -144,7 +144,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Context manager that adds a place to errors: the line and the column of the wrong key in the scene file.
+        """Context manager that adds the line and the column of the wrong key in the scene file to each error.
 
         Converts a UsageError to a SceneError at the key that the message names.
 
