@@ -238,6 +238,7 @@ class Scene:
             if is_in_loop(table.called, sits_on):
                 motor, axis = table.called, table.master
                 raise self._source.error(
-                    f"{motor} follows its own shaft in a loop of keys `master`: select another axis than {axis}",
+                    f"{motor} would follow its own shaft, because the keys `master` form a loop: "
+                    f"expected an axis other than {axis}",
                     ("controller", number, "master"),
                 )
