@@ -261,7 +261,7 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition to which `$ref` in a node of the JSON Schema refers.
+    """Return the JSON Schema definition that the `$ref` of a node names.
 
     If the node contains no `$ref`, return the node itself.
     """
