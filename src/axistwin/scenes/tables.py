@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the type and the pydantic `Field` of a key that sets a parameter of a fault."""
+    """Return the type and the pydantic `Field` of the key in the scene file that sets a fault parameter."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
