@@ -441,14 +441,14 @@ class LampTable(Table):
 
 
 class SelectorTable(Table):
-    """A selector switch of the operator panel.  One of its inputs is active at a time."""
+    """A selector switch of the operator panel.  Only the controller input of the selected position is active."""
 
     name: str
     """Inscription."""
     positions: Annotated[dict[str, str], Field(min_length=2)]
     """Input of each position by its inscription, as "controller.pin"; "": no input."""
     selected: Literal["high", "low"] = "high"
-    """Level of the input of the selected position; the other inputs have the other level."""
+    """Level of the input at the selected position; all other inputs of the switch have the opposite level."""
 
 
 class OperatorTable(Table):
