@@ -463,7 +463,7 @@ class OperatorTable(Table):
 
     @property
     def items(self) -> bool:
-        """True if the operator panel has a button, a lamp or a selector."""
+        """True if the operator panel has at least one button, lamp or selector."""
         return bool(self.button or self.lamp or self.selector)
 
 
