@@ -56,7 +56,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # `tables` counts the [[name]] headers of each name
+        self.tables: dict[Path, int] = {}  # number of [[name]] headers, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""
