@@ -83,7 +83,7 @@ def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
 
 
 class RecordedHost:
-    """The host's end of a serial line; each change of its settings is recorded."""
+    """The host's end of a serial line, with a record of each change of character format, DTR and RTS."""
 
     format: UartFormat = _forwarded("format", SetFormat)
     dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
