@@ -94,7 +94,7 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end of the serial line to the connected controller."""
+        """The host's end of the serial line to the controller of the present simulation."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
