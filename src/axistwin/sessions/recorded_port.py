@@ -137,13 +137,13 @@ class RecordedPort:
     def mute(self, on: bool) -> None:
         """Suppress all reports to the host if `on` is True; otherwise resume the reports.
 
-        At the end, repeat the settings that the host makes later than the present virtual time in the recording.
+        When the reports resume, repeat each setting whose recorded time is later than the present virtual time.
         """
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # in the recording, the host makes this setting after the present time
+                if set_ns > now_ns:  # the replay has ended before the time of this setting: make the setting now
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
