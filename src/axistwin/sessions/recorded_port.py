@@ -185,7 +185,7 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # the host has already received this character before the replay
+            self.present.read()  # discard the character: the host received it before the replay
         else:
             self._receives.emit(byte, errors)
 
