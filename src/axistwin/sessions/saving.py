@@ -37,7 +37,7 @@ def files(
         found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # at equal times, a host with a higher rank acts later: new conversations act after the hosts of the scene
+    # at equal times, hosts act in the sequence of their ranks: new conversations have the highest rank, and act last
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
