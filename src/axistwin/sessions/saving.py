@@ -42,7 +42,7 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # after an earlier saved session, use no script: at equal times, a script would act before the saved hosts
+        # a scene with saved conversations gets no script: at equal times, a script would act before the saved hosts
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
