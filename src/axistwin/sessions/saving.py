@@ -66,9 +66,9 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can perform all actions in `moment`, which happened at the same virtual time.
+    """True if a script can perform all actions of a moment.
 
-    A script can perform manual actions on one controller.
+    A moment contains the actions at one virtual time.  A script can perform only manual actions on one controller.
     """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
