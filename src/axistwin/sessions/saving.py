@@ -120,9 +120,9 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Copy an action, so that the conversation of the endpoint `name` can contain the copy.
+        """Copy an action for the conversation of the endpoint `name`.
 
-        If the action is for this endpoint, the copy names no controller.
+        The copy names a controller only if the action is for another endpoint.
         """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
