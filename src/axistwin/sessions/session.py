@@ -187,7 +187,7 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # `read` raises ProgramError for a command that no recording can contain
+            codec.read(codec.show(data))  # check the command: `read` raises ProgramError if no recording can contain it
         else:
             self.bench.port(name)  # `port` raises UsageError for an unknown endpoint
         self._do(Say(data, controller=name))
