@@ -254,7 +254,7 @@ class Session:
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start a session that waits for its first host or browser."""
+        """Start virtual time if the session is waiting for the first host or browser."""
         if self.waiting and not self.busy:
             self.run()
 
