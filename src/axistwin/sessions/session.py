@@ -437,7 +437,7 @@ class Session:
             self.run()
 
     def forget_rest(self) -> None:
-        """Delete the recording after the present time, and accept new input.
+        """Delete the part of the recording after the present virtual time, and accept new input.
 
         `undo` restores the deleted part.
         """
