@@ -462,7 +462,7 @@ class Session:
         found, self._forgotten = self._forgotten, None
         if found is None:
             raise UsageError(
-                f"no deleted recording to restore: restore a recording within {UNDO_S:g} s after its deletion"
+                f"no deleted recording can be restored: expected `undo` within {UNDO_S:g} s after the deletion"
             )
         self.pause()
         self.journal.restore(found.tail)
