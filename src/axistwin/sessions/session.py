@@ -539,7 +539,7 @@ class Session:
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """Handle the end of a replay, and discard characters of ports without a client."""
+        """End a complete replay, and discard the characters sent to ports without a client."""
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:
