@@ -555,7 +555,7 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return the files of a scene that repeats the recorded session: a dictionary from file name to text.
+        """Return the files of a scene that repeats the recorded session, as a dictionary from file names to texts.
 
         The command `axistwin run` runs the scene.
         """
