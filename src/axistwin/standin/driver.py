@@ -64,7 +64,7 @@ class Output(Protocol):
         """
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: accept pulses for its axes."""
+        """Resume a stopped controller: from now on, this output accepts pulses for the axes of the controller."""
 
     def restart(self, now_s: float) -> None:
         """Connect to the board again after a failure."""
