@@ -161,7 +161,7 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the emulated shafts of each controller whose interrupted motion has ended.
+        """Release the emulated shafts of each stopped controller whose axes have come to rest.
 
         The shafts have been held since the real motors were stopped.
         """
