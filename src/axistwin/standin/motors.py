@@ -110,9 +110,9 @@ class Counts:
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted time error of pulses at the given times, in seconds.
+        """Return the largest permitted error of the pulse times `times`, in seconds.
 
-        The error may be a part of the shortest time between two pulses.
+        The error may be a fixed fraction of the shortest time between two pulses.
         """
         import numpy as np
 
