@@ -178,9 +178,9 @@ class Counts:
         return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
-        """Hold the emulated shaft at the position `made`, until `let_go` is called.
+        """Hold the emulated shaft at the position of the stopped real motor, until `let_go` is called.
 
-        The real motor has stopped at this position.
+        `made`: the position of the real motor in pulses.
         """
         axis = self._axis
         axis.catch_up()
