@@ -61,7 +61,8 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if port is not None:
         if len(boards) > 1:
             raise UsageError(
-                "--board sets the port of one board, but the scene has several: set each port in the scene"
+                "--board sets the port of a single board, but the scene has several boards: "
+                "set the port of each board in the scene file"
             )
         boards = {name: board.model_copy(update={"port": port}) for name, board in boards.items()}
     reader = _Reader(scene, bench, table, boards)
