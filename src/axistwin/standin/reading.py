@@ -146,7 +146,9 @@ class _Reader:
         names = list(self._boards)
         with self._scene.placing_errors("stand-in", kind, number):
             if name is None and len(names) > 1:
-                raise UsageError(f"the key `board` is missing: expected one of {', '.join(names)}")
+                raise UsageError(
+                    f"the key `board` is missing: expected `board` with one of the names {', '.join(names)}"
+                )
             if name is not None and name not in names:
                 raise UsageError(f"no board {name!r}: expected one of {', '.join(names)}")
         return name or names[0]
