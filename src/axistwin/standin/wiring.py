@@ -99,9 +99,9 @@ class InputPin(Sensed):
 
 @dataclass(frozen=True)
 class Switched:
-    """An output of an emulated controller.  A motion board switches the real output.
+    """An output of an emulated controller whose level a motion board copies to a real output.
 
-    The output has the level `safe` after all motors have been stopped.
+    The real output has the level `safe` after all motors have been stopped.
     """
 
     source: str
