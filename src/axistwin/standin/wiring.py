@@ -138,7 +138,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"the input {given.to} belongs to {given.controller}, but this board drives no axis of "
+                f"this board cannot use the stop input {given.to}, because this board drives no axis of "
                 f"{given.controller}: expected an input of {' or '.join(names)}"
             )
 
