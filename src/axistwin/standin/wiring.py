@@ -188,7 +188,7 @@ class Wiring:
         for pin, use in self.used():
             if pin.name in uses:
                 raise UsageError(
-                    f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: choose another pin for one use"
+                    f"pin {pin.name} is used for {uses[pin.name]} and for {use}: choose another pin for one of them"
                 )
             uses[pin.name] = use
         for axis in self.axes:
