@@ -79,7 +79,8 @@ class Cluster:
         for worker, version_found in versions.items():
             if version_found != VERSION:
                 raise UsageError(
-                    f"worker {worker} has axistwin {version_found}: expected the version of this computer, {VERSION}"
+                    f"worker {worker} has axistwin {version_found}, but this computer has axistwin {VERSION}: "
+                    "install the same version on both"
                 )
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
