@@ -127,7 +127,7 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
             fault, did_you_mean_or_expected = rest[0], _suggestion(rest[0], names)
-            raise UsageError(f"the scene has no fault {fault!r} for the path {path}: {did_you_mean_or_expected}")
+            raise UsageError(f"unknown fault {fault!r} in the path {path}: {did_you_mean_or_expected}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
