@@ -206,9 +206,9 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of a table with a new value; missing tables are added.
+    """Return a copy of the table `node` with a new value at the path `keys`.
 
-    `node`: the table.  `keys`: the keys that lead to the value.
+    Inner tables of the path that do not exist are created.
     """
     if not keys:
         return value
