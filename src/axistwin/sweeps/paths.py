@@ -232,8 +232,8 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"{path} cannot be varied, because the controllers {controllers} share the program {program}: "
-            "set another program file for each controller"
+            f"{path} cannot be varied, because the controllers {controllers} use the same program {program}: "
+            "give each controller its own program file"
         )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
