@@ -25,7 +25,7 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of a measure or claim in one run.
+    """The value of a measure, or the result of a claim, in one run.
 
     `reason`: why a result is missing; `at_ns`: time at which a claim fails.
     """
