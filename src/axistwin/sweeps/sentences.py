@@ -176,7 +176,8 @@ def _two_events(text: str) -> tuple[str, str]:
         if _EVENT.fullmatch(begin) and _EVENT.fullmatch(end):
             return begin, end
     raise UsageError(
-        f"invalid events {shortened(text)}: expected EVENT to EVENT, e.g. 'table.output1 rises to table.output1 falls'"
+        f"invalid events {shortened(text)}: expected two events with `to` between them, "
+        "e.g. 'table.output1 rises to table.output1 falls'"
     )
 
 
