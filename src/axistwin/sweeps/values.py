@@ -78,7 +78,7 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text without quotation marks unchanged.
+    """Check a text that is not in quotation marks, and return the text unchanged.
 
     Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """
