@@ -181,7 +181,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings that a number has in answers to the requests K, F and I."""
+        """Yield three meanings of a number: as an answer to the request K, to F and to I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
