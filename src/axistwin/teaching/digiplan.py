@@ -226,7 +226,10 @@ class DigiplanGuide(Guide):
                 yield f"{piece}: {size} data bits, {PARITIES[parity]} parity, {stops}{echo}"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that initialise the interface: send `(` until an answer arrives, then the data format."""
+        """Yield the actions that initialise the interface.
+
+        First, `(` is sent until an answer arrives.  Afterwards, the data format is sent.
+        """
         if self.value("state") == Stage.RESET.value:
             yield Wait(to_ns(SELF_TEST_S))
         _, message = greeting(self.controller.serial.host.format)
