@@ -68,7 +68,7 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return comments on a line that is not a valid command and cannot be sent."""
+        """Return the explanation of an error in a line that cannot be sent, because it is not a valid command."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
