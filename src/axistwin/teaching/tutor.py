@@ -170,7 +170,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # after a power-off, lines typed before have no more effect
+        if act == ManualAct.POWER:  # lines typed before the power-off no longer have an effect
             self._lines.clear()
 
 
