@@ -72,9 +72,9 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Return the result of `read()` at the present virtual time.
+        """Call the function `read` at the present virtual time, and return the result.
 
-        `read` reads the controller's state.
+        `read`: a function that reads the controller's state.
         """
         return self.session.pacer.inspect(read)
 
