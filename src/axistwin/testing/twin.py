@@ -55,7 +55,7 @@ class Url(str):
 
     @property
     def host(self) -> str:
-        """Host name or IP address of the port."""
+        """Host name or IP address in the URL."""
         return self.address.rpartition(":")[0].strip("[]")
 
     @property
