@@ -52,7 +52,7 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare those signals of two traces whose names match a pattern.
+    """Compare two traces; only signals whose names match a pattern are compared.
 
     The comparison ends at the end of the shorter trace.  Step pulses are not compared, because the signal `pulses`
     contains the same information.  Raises UsageError if a pattern has no match.
