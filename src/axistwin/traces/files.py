@@ -74,7 +74,7 @@ class CsvSink(TextSink):
 
 
 class VcdSink(TextSink):
-    """Writes a value change dump (VCD) in ns, with a scope for each controller and each axis."""
+    """Writes a value change dump (VCD) in ns; each controller and each axis has a VCD scope (group of signals)."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
