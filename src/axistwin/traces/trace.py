@@ -367,7 +367,7 @@ class Tracer:
         self.written_ns, self._writing = before_ns, False
 
     def _write_batch(self, sink: Sink, batch: Batch) -> None:
-        """Write a batch of changes.  If the batch exceeds the size limit of the file, write only its beginning."""
+        """Write a batch of changes; write only the beginning of the batch if the file would become too large."""
         try:
             sink.write(batch)
         except LimitReachedError:
