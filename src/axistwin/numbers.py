@@ -27,19 +27,23 @@ class NumberError(UsageError, ValueError):
 
 
 def clipped(text: str) -> str:
-    """Return a text for an error message; a long text is cut after 40 characters."""
+    """Cut a text with more than 40 characters for an error message, and append the number of characters."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """Return a text in quotes for an error message; a long text is cut after 40 characters."""
+    """Put a text into quotes for an error message.
+
+    A text with more than 40 characters is cut, and the number of characters is appended.
+    """
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
 def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
-    """Parse a whole number from `low` to `high`.  Raises NumberError.
+    """Parse a text that must be a whole number in the range `low` to `high`.
 
-    `base`: 2, 10, 16, or 0 for a number whose prefix `0x` or `0b` selects its base.
+    `base`: 2, 10, 16, or 0 for a number whose prefix `0x` or `0b` selects its base.  Raises NumberError for an invalid
+    text.
     """
     words = _bounded(text, "whole number")
     try:
@@ -52,7 +56,7 @@ def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) 
 
 
 def real(text: str) -> float:
-    """Parse a finite number.  Raises NumberError."""
+    """Parse a finite number.  Raises NumberError for any other text."""
     words = _bounded(text, "number")
     try:
         number = float(words)
@@ -64,7 +68,7 @@ def real(text: str) -> float:
 
 
 def decimal(text: str) -> Decimal:
-    """Parse an exact decimal number below 1e30, without rounding.  Raises NumberError."""
+    """Parse a decimal number below 1e30 without rounding.  Raises NumberError for any other text."""
     words = _bounded(text, "number")
     try:
         number = Decimal(words)

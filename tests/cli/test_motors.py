@@ -310,7 +310,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
     assert code == 1
-    assert "the motor does not answer LOAD with the byte 06: check that the motor has the line format 1200 7E1" in told
+    assert "the motor did not send the byte 06 after LOAD: check that the motor uses the line format 1200 7E1" in told
 
 
 @pytest.mark.parametrize(

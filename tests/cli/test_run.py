@@ -204,7 +204,7 @@ def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
         (("if1", "a.if1", "--trace", "a.txt"), ".sigrok.vcd or .parquet"),
         (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
         (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
-        (("a.toml", "a.if1", "--state", "x"), "set the options of a scene in its scene file"),
+        (("a.toml", "a.if1", "--state", "x"), "make these settings in the scene file"),
         (("if1",), "the PROGRAM is missing: expected a file for an IF1"),
     ],
 )

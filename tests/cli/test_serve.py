@@ -164,7 +164,7 @@ def test_a_port_in_use_is_one_line():
         (["if1", "--port", "ftp://x"], "invalid port URL 'ftp://x'"),
         (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
-        (["no.toml", "--line", "instant"], "are only for a MODEL: set the options of a scene"),
+        (["no.toml", "--line", "instant"], "cannot be used with a scene: make these settings in the scene file"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, words):

@@ -137,7 +137,7 @@ def test_a_controller_that_does_not_answer_is_told():
     [
         (
             ["if9"],
-            "no model or port 'if9': expected if1, if2, 1810, 1811, smartmotor, or a port such as socket://127.0.0.1:5001",
+            "unknown model or port 'if9': expected if1, if2, 1810, 1811, smartmotor, or a port such as socket://127.0.0.1:5001",
         ),
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),

@@ -62,7 +62,7 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     ("more", "message"),
     [
         ("options.program_bytes = 256", "too many for the program memory of the motor"),
-        ('line = "1200 7E1"', "check that the motor has the line format 1200 7E1"),
+        ('line = "1200 7E1"', "check that the motor uses the line format 1200 7E1"),
     ],
 )
 def test_a_program_that_the_motor_refuses(scene, more, message):
@@ -77,7 +77,7 @@ def test_a_program_that_the_motor_refuses(scene, more, message):
     [
         (
             [("b.output1", "a.home"), ("b.output2", "a.home_enable")],
-            "a.home_enable is the same terminal as a.home, which already has a wire: remove one wire",
+            "a.home_enable and a.home are two names of one terminal, which can have only one wire: remove a wire",
         ),
         ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
         ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], ""),

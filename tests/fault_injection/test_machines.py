@@ -307,7 +307,7 @@ def test_a_drive_fault_of_an_1811(bench):
     assert not board.pins["shutdown_in"].level
     bench.run(1)
     assert board.pins["shutdown_in"].level
-    with pytest.raises(UsageError, match="if1 has no input for a fault signal from the drive"):
+    with pytest.raises(UsageError, match="if1 has no drive fault input for axis Z"):
         bench.faults.add("drive_fault", "if1.Z")
 
 

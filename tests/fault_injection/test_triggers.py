@@ -136,7 +136,7 @@ def test_a_waiting_fault_can_be_cancelled(bench):
         ("jam X when='if1 raises Be'", "if1 has no fault flag 'Be': expected one of drive, emergency_stop, limit"),
         ("jam X at=soon", "invalid value at='soon': expected a number, e.g. at=1"),
         ("jam X duration=-1", "invalid duration=-1.0: expected a number of seconds, 0 or more"),
-        ("break duration=1", "fault break ends at once: leave out `duration`"),
+        ("break duration=1", "the fault break occurs only once and cannot have a duration: leave out `duration`"),
         ("jam X nth=0", "invalid nth=0: expected a whole number, 1 or more"),
         ("overheat", "if1 is not a SmartMotor: expected the name"),
         ("jam 'X", "a quotation mark is missing"),

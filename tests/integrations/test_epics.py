@@ -190,8 +190,8 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
             ["COM3", "--model", "if1", "--option", "echoes=1"],
             "unknown option 'echoes' for the model if1: expected one of timeout, echo, speed_range",
         ),
-        (["COM3", "--model", "if1", "--speed", "2"], "--speed is only for a scene"),
-        (["lab.toml", "--model", "if1"], "--model and --baud are only for a PORT"),
+        (["COM3", "--model", "if1", "--speed", "2"], "--speed cannot be used with a PORT"),
+        (["lab.toml", "--model", "if1"], "--model and --baud cannot be used with a scene file"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["ioc", *words, "--prefix", "LAB:"])

@@ -163,7 +163,7 @@ def test_a_jog_ends_at_rest_by_a_write(ends):
         assert motor.values["RRBV"] == lab.bench["1811"].axes["motor"].position
         if ends == "SPMG":
             for field in ("VAL", "JOGF", "HOMF"):
-                with pytest.raises(RefusedError, match="write Go"):
+                with pytest.raises(RefusedError, match="set SPMG to Go"):
                     await motor.put(field, 1)
 
     run(session)

@@ -190,8 +190,8 @@ def test_the_exchange_is_a_conversation_with_the_twin(tmp_path):
 @pytest.mark.parametrize(
     ("made", "error"),
     [
-        (lambda: controller("if1", wiring="3-wire unlinked"), "does not answer with any line format: check cable"),
-        (lambda: motor(b"SLEEP\r"), "does not answer with any line format: check cable"),
+        (lambda: controller("if1", wiring="3-wire unlinked"), "or in any character format: check cable"),
+        (lambda: motor(b"SLEEP\r"), "or in any character format: check cable"),
         (lambda: motor(b"UCI UDI ZS MV A=100 V=1000 G\r"), "the motor is moving: stop the motor"),
     ],
 )

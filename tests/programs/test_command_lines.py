@@ -142,8 +142,8 @@ def test_requests_and_switches_after_a_pause_do_not_wait(tmp_path):
     assert record.bench["if1"].axes["X"].position == 0
 
 
-BUSY = "line 2 and later lines were not sent: a line before is not finished at"
-SOONER = "write +SECONDS above line 2 to send it at a time"
+BUSY = "line 2 and later lines were not sent, because an earlier line is not finished at"
+SOONER = "write +SECONDS above line 2 to send line 2 at a given time"
 
 
 @pytest.mark.parametrize(

@@ -249,7 +249,7 @@ WRONG = {
     ),
     "a wire into an output": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
-        "5:1: if1.output1 is an output: expected an input at the end of a wire",
+        "5:1: if1.output1 is an output: expected a wire that ends at an input",
     ),
     "a wire into a brake": (
         controllers("if1", "smartmotor", more="[[wire]]\nfrom = 'if1.led'\nto = 'smartmotor.brake'"),
@@ -261,15 +261,15 @@ WRONG = {
     ),
     "a wire from a board's pulses": (
         controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
-        "6:1: the pulses of 1810.step are too fast for a wire",
+        "6:1: the pulses of 1810.step are too fast for a simulated wire: remove the wire, and set the key `master`",
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor cannot have ports of its own on the shared line 'chain': remove `ports` from this table",
+        "3:1: smartmotor is on the shared line 'chain' and cannot have its own ports: remove `ports` from the table",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor cannot have ports of its own on the shared line 'rs485': remove `rs485_ports` from this table",
+        "3:1: smartmotor is on the shared line 'rs485' and cannot have its own ports: remove `rs485_ports` from the",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")

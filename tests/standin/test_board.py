@@ -303,7 +303,7 @@ def test_a_queue_that_is_too_small():
         (
             (X, Y),
             (InputPin("table.input1", BoardPin("P2")),),
-            "pin P2 has two uses, table.X step and table.input1 input: choose another pin",
+            "pin P2 is used for table.X step and for table.input1 input: choose another pin for one of them",
         ),
         ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
         (

@@ -86,7 +86,7 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"^P8"', '"P2"', ": pin P2 has two uses, table.X step and table.limit_plus input: choose"),
+        ('"^P8"', '"P2"', ": pin P2 is used for table.X step and for table.limit_plus input: choose"),
         ("table.X", "table.W", ": no axis 'table.W': expected one of table.X, table.Y, table.Z"),
         ('"!P4"', '"P 4"', "stand-in.axis.enable"),
         ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms is too large (2000 ms): expected at most"),

@@ -29,7 +29,7 @@ def test_a_cluster_gives_the_rows_of_this_process(tmp_path, scheduler, monkeypat
     assert digest(found) == digest(sweep(tmp_path).run(seconds=3, workers=0))
     assert {worker.partition(":")[0] for worker in found["worker"].to_pylist()} == {"tcp"}
     monkeypatch.setattr(cluster, "VERSION", "0.0.1")
-    with pytest.raises(UsageError, match=r"expected the version of this computer, 0\.0\.1"):
+    with pytest.raises(UsageError, match=r"but this computer has axistwin 0\.0\.1: install the same version"):
         sweep(tmp_path).run(tmp_path / "b.parquet", scheduler=scheduler)
 
 

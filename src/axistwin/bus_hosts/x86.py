@@ -193,4 +193,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # stop the processor here: the write to a board may have scheduled an earlier event
+        # stop the processor: the write to the board may have scheduled an event that is due before the planned stop
+        self._stop_ns = 0

@@ -35,7 +35,7 @@ class Command(NamedTuple):
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
-        """Import the module of the command, and return the click command."""
+        """Import the module of the command, and return the `click.Command` of the module."""
         loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 
@@ -57,7 +57,7 @@ GROUPS = {
     ),
     "Run a scene many times": (
         Command("sweep", "sweeping", "Run a scene with other values; measure, and test claims."),
-        Command("tune", "sweeping", "Find the gains or values with the best worst case."),
+        Command("tune", "sweeping", "Search for the gains or values that make the worst run best."),
     ),
     "Connect hosts and controllers": (
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),

@@ -70,7 +70,7 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Delays of the emulated controller in ns, in ascending order, each with its action.
+        """Pairs of a delay in ns and the delayed action of the emulated controller, in ascending order of the delays.
 
         A delay is relative to the real controller.
         """
@@ -131,7 +131,7 @@ def _clock(act: Act) -> int | None:
 
 
 class _Comparer(Player):
-    """A player that records each difference and continues."""
+    """A `Player` that records all differences from the recorded conversation, and continues after a difference."""
 
     def __init__(self, conversation: Conversation, bench: Bench, patience_ns: int) -> None:
         super().__init__(conversation, bench)

@@ -60,7 +60,7 @@ class Conversation:
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """Dictionary from the key of each header to a pair: the comment with the header, and the header's value."""
+        """The comment with each header, and the value of the header; by the key of the header."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -114,7 +114,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Context manager that adds a place to all errors: the file name and the line number of an action."""
+        """Context manager that adds the file name and the line number of the action `act` to each error."""
         try:
             yield
         except (PlacedError, UsageError) as error:
@@ -132,7 +132,7 @@ def load_text(path: Path) -> str:
         if path.exists() and not path.is_file():
             raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
         if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path} cannot be read: expected a file of at most {MOST_MIB} MiB")
+            raise UsageError(f"{path} is too large: expected a file of at most {MOST_MIB} MiB")
         data = path.read_bytes()
     except OSError as error:
         reason = error.strerror

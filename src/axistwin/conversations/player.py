@@ -188,7 +188,7 @@ class Player:
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return received characters that no `<` line expects as a `Difference`; None if no such characters exist."""
+        """Return a `Difference` if a host has received characters that no `<` line expects; otherwise return None."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

@@ -199,7 +199,10 @@ class Recorder:
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Return the recorded action for a break, or for a change of DTR, RTS or the character format."""
+        """Return the recorded action for a serial event of the host.
+
+        The event is a break signal, or a change of DTR, RTS or the character format.
+        """
         if self.raw:
             return Comment(f"{target} {value} by the host did not reach the controller")
         return Do(target, value, controller=self._name(controller))

@@ -90,7 +90,7 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """Errors in the data: commands or program lines that the controller refuses."""
+        """Diagnostics of the commands or program lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
@@ -242,9 +242,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the sessions of a program that sends all its characters to one controller.
+    """Yield the sessions of a host program that sends data to only one controller.
 
-    `sent` returns the characters of one program line.
+    A power-off ends a session.  `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:

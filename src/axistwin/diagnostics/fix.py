@@ -42,10 +42,7 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics whose fixes do not overlap.
-
-    If two fixes overlap, the earlier diagnostic is returned.
-    """
+    """Remove each diagnostic whose fix overlaps the fix of an earlier diagnostic, and return the others."""
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:

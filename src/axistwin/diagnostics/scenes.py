@@ -49,7 +49,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if the error message of a scene begins with the name of the program file."""
+    """True if a diagnostic of a scene is about the program file `file`: the message begins with the file name."""
     return diagnostic.message.startswith(f"{file}:")
 
 

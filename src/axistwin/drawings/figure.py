@@ -64,7 +64,7 @@ def motion_rows(axis: Axis) -> list[str]:
 
 
 def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
-    """Update the readouts of an axis: faults, position, velocity, error and encoder.
+    """Update the readouts of an axis: faults, position, velocity, position error and encoder.
 
     Returns the commanded position.
     """

@@ -39,7 +39,7 @@ class Port(Protocol):
         """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait for some seconds."""
+        """Wait for the given number of seconds."""
 
     def time(self) -> float:
         """Return the present time of the clock in seconds."""
@@ -52,7 +52,7 @@ class WallClock:
     """Real time, for ports to real controllers."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait for some seconds."""
+        """Wait for the given number of seconds."""
         await asyncio.sleep(seconds)
 
     def time(self) -> float:
@@ -225,7 +225,7 @@ class AsyncAxis(ScaledAxis):
         await self.controller.run(self.core.move_to(self.scale.counts(position)))
 
     async def move_by(self, distance: float) -> None:
-        """Begin a move by a distance from the last target."""
+        """Begin a relative move: the new target is the last target plus `distance`."""
         await self.controller.run(self.core.move_by(self.scale.counts(distance)))
 
     async def move_at(self, velocity: float) -> None:

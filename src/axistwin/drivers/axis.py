@@ -93,9 +93,9 @@ class Axis(Protocol):
         """Begin a move to a position."""
 
     def move_by(self, distance: float) -> None:
-        """Begin a move by a distance from the last target.
+        """Begin a relative move: the new target is the last target plus `distance`.
 
-        After a stop, the distance is measured from the present position.
+        After a stop, the new target is the present position plus `distance`.
         """
 
     def move_at(self, velocity: float) -> None:
@@ -108,7 +108,7 @@ class Axis(Protocol):
         """Stop the axis as fast as the controller can."""
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position, which becomes position 0."""
+        """Begin a search for the home position.  At the end of the search, the home position becomes 0."""
 
     def status(self) -> Status:
         """Return the state of the axis; positions are in the unit of the axis."""

@@ -154,7 +154,7 @@ class BlockingAxis(ScaledAxis):
         self._controller.run(self.core.move_to(self.scale.counts(position)))
 
     def move_by(self, distance: float) -> None:
-        """Begin a move by a distance from the last target."""
+        """Begin a relative move: the new target is the last target plus `distance`."""
         self._controller.run(self.core.move_by(self.scale.counts(distance)))
 
     def move_at(self, velocity: float) -> None:
@@ -217,5 +217,5 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Synchronise with the controller, and do nothing else."""
+    """Return an empty procedure: `run` with an empty procedure only synchronises with the controller."""
     yield from ()

@@ -368,7 +368,7 @@ class Motor(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the present position."""
+        """Begin a relative move: the new target is the present position plus `distance`."""
         yield from self.move_to((yield from self._position()) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
@@ -395,7 +395,7 @@ class Motor(AxisCore):
         self._homing = False
 
     def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the home switch, whose position becomes 0."""
+        """Begin a search for the home switch.  At the end of the search, the position of the switch becomes 0."""
         yield from self._set_profile()
         start = yield from self._position()
         yield from self._board.command(0x38, *self._board.home_definition)
@@ -444,7 +444,7 @@ class Motor(AxisCore):
         """Return True while a commanded motion is in progress or has not begun yet."""
         if moving:
             self._has_moved = True
-            # a search for HOME consists of several motions: after a stop, wait for the next motion
+            # a search for HOME consists of several motions: after each motion, wait until the next motion begins
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)

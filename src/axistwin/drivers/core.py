@@ -138,7 +138,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the last target."""
+        """Begin a relative move: the new target is the last target plus `distance`."""
 
     @abstractmethod
     def move_at(self, velocity: float) -> Procedure[None]:

@@ -72,7 +72,7 @@ class _State:
 
 
 class IF1(Core):
-    """Implements the protocol of an IF1 or IF2 with three axes.
+    """Implements the protocol of an IF1 or IF2; the controller has the three axes X, Y and Z.
 
     `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
     each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
@@ -124,7 +124,7 @@ class IF1(Core):
 
     def _probe(self) -> Procedure[bool]:
         """Return True if the controller is initialised, and detect its echo and terminator."""
-        for _ in range(2):  # the IF1 may interpret the first request I as the end of an incomplete message
+        for _ in range(2):  # the IF1 may interpret the first request `I` as the end of an incomplete message
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))
             if found := _ANSWER.search(answer):
@@ -182,7 +182,10 @@ class IF1(Core):
     # Messages
 
     def message(self, text: str) -> Procedure[None]:
-        """Send a message.  If the controller echoes, check the echo before the terminator is sent."""
+        """Send a message and a terminator.
+
+        If the controller echoes characters, send the terminator only after the correct echo of the message.
+        """
         data = text.encode("ascii")
         for begin in range(0, len(data), CHUNK):
             part = data[begin : begin + CHUNK]
@@ -467,7 +470,7 @@ class IF1Axis(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the present position."""
+        """Begin a relative move: the new target is the present position plus `distance`."""
         core = self._if1
         if (yield from core._poll()):
             raise BusyError(

@@ -83,7 +83,7 @@ class SmartMotors(Core):
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
         """Return True if a motor answers, and detect whether the motor echoes characters."""
-        for _ in range(2):  # the motor may interpret the first request RSP as the end of an incomplete command
+        for _ in range(2):  # the motor may interpret the first request `RSP` as the end of an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
@@ -149,7 +149,7 @@ class SmartMotors(Core):
     # The following functions exist only for a SmartMotor.
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
-        """Make pins outputs and set their levels, e.g. `outputs(A=True)`."""
+        """Configure pins as outputs, and set the levels of these pins, e.g. `outputs(A=True)`."""
         for pin, level in levels.items():
             yield from self.command(f"U{pin}={level:d} U{pin}O", axis)
 
@@ -293,7 +293,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # a difference equal to `before` would give the motor the old acceleration after a power cut (A=0)
+            # avoid the difference `before`: after a power cut (A=0), A=A+before would restore the old acceleration
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
@@ -313,9 +313,9 @@ class Shaft(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a move by a distance from the last target.
+        """Begin a relative move: the new target is the last target plus `distance`.
 
-        After a stop, the distance is measured from the present position.
+        After a stop, the new target is the present position plus `distance`.
         """
         _, word = yield from self._state()
         base = self.setpoint if word & TRAJECTORY else (yield from self._state())[0]
@@ -342,7 +342,7 @@ class Shaft(AxisCore):
     def home(self, direction: int) -> Procedure[None]:
         """Begin a search for the index pulse of the encoder.
 
-        The position of the pulse becomes 0.
+        At the end of the search, the position of the pulse becomes 0.
         """
         yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
@@ -396,7 +396,7 @@ class Shaft(AxisCore):
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear each fault whose cause no longer exists.  A limit fault is cleared, too."""
+        """Clear each fault whose cause no longer exists.  Clear a limit fault even at an active limit switch."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 

@@ -105,9 +105,9 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the command's parameter that contains one given word of the text.
+        """Return the parameter of the command to which the word with the index `here` belongs.
 
-        `here`: index of the word; the command is word 0.  Return None if the word belongs to no parameter.
+        The command is word 0 of `text`.  Return None if the word belongs to no parameter.
         """
         given = text.split()
         if given[0] in self.names:

@@ -80,7 +80,7 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield the sequence that a message defines, with all steps.
+    """Yield the symbol of the sequence that a message defines; the symbol contains the symbols of all steps.
 
     Yield nothing if the message defines no sequence.
     """

@@ -78,7 +78,7 @@ class Text:
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
-        """Convert a position in the Language Server Protocol to a line and an index into this line.
+        """Convert a position that an editor sends to a line number and an index in the line.
 
         Lines are counted from 1, indexes from 0.
         """

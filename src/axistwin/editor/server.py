@@ -54,7 +54,7 @@ class Server(LanguageServer):
         self._checks: dict[str, asyncio.Task[None]] = {}
 
     def text(self, uri: str) -> Text:
-        """Return an open document with its present text in the editor."""
+        """Return an open document with the text that the editor shows, including unsaved changes."""
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:

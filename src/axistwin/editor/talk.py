@@ -84,7 +84,7 @@ def _masked(text: str) -> str:
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    """Yield each message in a line, with the index at which the message begins."""
+    """Yield each message of a text line, with the index at which the message begins."""
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
@@ -142,11 +142,10 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that the lines of a conversation can contain, in three groups.
+    """Return three groups of names that the lines of a conversation can contain.
 
-    The names depend on the controller model.
-
-    The groups are "!" for the targets of actions, "=" for the values that can be checked, and "pins".
+    The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.  All names depend
+    on the controller model.
     """
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))

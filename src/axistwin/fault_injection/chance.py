@@ -23,5 +23,5 @@ class Chance:
         return (self.bits() >> 11) / (1 << 53)
 
     def below(self, most: int) -> int:
-        """Return a random integer, at least 0 and less than `most`."""
+        """Return a random integer from 0 to `most` - 1."""
         return self.bits() % most

@@ -58,7 +58,7 @@ class Terms:
 
 
 class Fault:
-    """One fault on a bench.  By default, a fault has the name of its kind."""
+    """One fault on a bench.  If the user gives no name, the fault has the name of its kind, e.g. `double`."""
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the fault is still beginning: end the fault in the next event
+            if self._mend is None:  # the call that begins the fault has not returned: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -113,7 +113,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the kind and the parameters of each other fault that is active on this fault's part of the bench."""
+        """Return the other active faults on the same part of the bench: the kind and the parameters of each fault."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -196,7 +196,7 @@ class Faults:
         values = chosen.read(parameters)
         _check_chance(chosen, values, terms.seed)
         if chosen.at_once and terms.duration is not None:
-            raise UsageError(f"fault {kind} ends at once: leave out `duration`")
+            raise UsageError(f"the fault {kind} occurs only once and cannot have a duration: leave out `duration`")
         arm = self.trigger(terms.when, terms.here)
 
         def do() -> Fault:
@@ -229,9 +229,9 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return the objects on which a fault can act, e.g. all axes of the bench, by name.
+        """Return a dictionary with the names of the objects on which a fault can act, e.g. of all axes of the bench.
 
-        `on`: the type of the objects.
+        Each value is a function that returns the object.  `on`: the type of the objects.
         """
         return places.names(PLACES[on](self.world), here)
 
@@ -278,7 +278,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # this event does not delay a host that waits until the bench is idle
+            clock.background += 1  # background event: a host that waits for an idle bench does not wait for it
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

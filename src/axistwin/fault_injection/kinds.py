@@ -23,7 +23,7 @@ FAR = 1 << 31
 KINDS = {
     kind.name: kind
     for kind in (
-        # On lines
+        # Faults that affect a serial line
         Kind("lose", On.LINE, "characters never arrive", lines.lose, (COUNT, PROBABILITY, TO)),
         Kind("double", On.LINE, "characters arrive twice", lines.double, (COUNT, PROBABILITY, TO)),
         Kind("flip", On.LINE, "data bits of characters are inverted", lines.flip, (COUNT, MASK, PROBABILITY, TO)),
@@ -40,7 +40,7 @@ KINDS = {
         Kind("handshake", On.LINE, "a control line is stuck", lines.handshake, (
             Parameter("line", Sort.WORD, "a control line of the device", words=CONTROL_LINES),
             Parameter("level", Sort.LEVEL, "the level", default=False)), check=lines.check_handshake),
-        # Faults that affect a terminal
+        # Faults that affect an electrical terminal, e.g. an input pin
         Kind("stuck", On.PIN, "a switch or a pin stays at a level", machines.stuck, (
             Parameter("level", Sort.LEVEL, "the level", optional=False),)),
         Kind("bounce", On.PIN, "a switch bounces whenever it changes", machines.bounce, (
@@ -50,7 +50,7 @@ KINDS = {
              check=machines.check_wire),
         Kind("open_limit", On.CONTROLLER, "a limit switch's circuit is open", machines.open_limit, (
             Parameter("side", Sort.WORD, "the switch", default="both", words=SIDES),), check=machines.check_limits),
-        # On axes
+        # Faults that affect an axis
         Kind("encoder_slips", On.AXIS, "the encoder turns on its shaft, once", machines.encoder_slips, (
             Parameter("counts", Sort.WHOLE, "displacement", "counts", low=-FAR, high=FAR),), at_once=True,
             check=machines.check_encoder),

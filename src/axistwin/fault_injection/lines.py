@@ -66,7 +66,7 @@ def baud(case: Case) -> Mend:
 
 
 def line_break(case: Case) -> Mend:
-    """Fault: the line is at space for some time, even while characters are sent."""
+    """Fault: the line stays at the space level (logic 0) for some time, even while characters are sent."""
     duration_ns = to_ns(case.values["seconds"])
     for line in _lines(case):
         line.short(duration_ns)

@@ -94,7 +94,7 @@ NO_SWITCH = ("channel_z", "test_switch")
 def check_wire(spot: Spot) -> None:
     """Raise UsageError if the fault `open_wire` is not possible at a pin.
 
-    The fault is possible if the pin is an input, and if the manual states the level of the input without a wire.
+    The fault is possible if the pin is an input, and if the manual states the level of the unconnected input.
     """
     assert spot.pin is not None, "the fault is one of a pin"
     terminal = spot.name
@@ -102,8 +102,8 @@ def check_wire(spot: Spot) -> None:
         raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
         raise UsageError(
-            f"the fault `open_wire` is not possible at {terminal}, because the manual does not state the level of this "
-            "input without a wire: use the fault `stuck`"
+            f"the manual does not state the level of the input {terminal} without a connection: "
+            "use the fault `stuck` instead of `open_wire`"
         )
 
 
@@ -230,7 +230,7 @@ def drive_fault(case: Case) -> Mend:
 
 
 def check_drive(spot: Spot) -> None:
-    """Raise UsageError if the controller has no input for the fault signal of the drive."""
+    """Raise UsageError if the controller has no drive fault input for the axis."""
     _fault_pin(spot)
 
 
@@ -238,12 +238,10 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(f"{controller} has no input for the fault signal of a drive: use the fault `jam` or `stall`")
+        raise UsageError(f"{controller} has no drive fault input: use the fault `jam` or `stall`")
     if name not in pins:
         axes = ", ".join(pins)
-        raise UsageError(
-            f"{controller} has no input for a fault signal from the drive of axis {name}: expected one of {axes}"
-        )
+        raise UsageError(f"{controller} has no drive fault input for axis {name}: expected one of the axes {axes}")
     return pins[name]
 
 

@@ -67,7 +67,7 @@ class World(Protocol):
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """Dictionary from name to serial line, for the lines that several motors share."""
+        """The serial lines that several motors share, by the name of the line."""
 
     @property
     def faults(self) -> Any:
@@ -134,7 +134,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Add short names to a list of full names, and return a dictionary from all names to parts of a bench.
+    """Return a dictionary of parts of a bench; the keys are the given full names and their short names.
 
     The name of a pin or an axis of the controller `here` is short without the controller's name.  The name of a
     controller is a short name of its serial port, or of its only pin or axis.

@@ -46,9 +46,9 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """Return the fault's name from a text with `name=NAME`; None for a text without a name.
+    """Return NAME if a text that describes a fault contains the word `name=NAME`.
 
-    None for an invalid text, too.
+    Otherwise, or if the text is invalid, return None.
     """
     try:
         words = _split(text)

@@ -53,7 +53,10 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def read(self, value: object) -> Any:
-        """Convert a value of the parameter to its type.  Raises UsageError with the expected values."""
+        """Convert a value to the type of the parameter.
+
+        Raises UsageError for an invalid value; the message gives the valid values.
+        """
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
             given = shortened(value) if isinstance(value, str) else repr(value)
@@ -107,7 +110,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """Data for the start of a fault: clock, affected part of the bench, parameter values and random numbers.
+    """Data that a fault needs to begin: clock, affected part of the bench, parameter values and random numbers.
 
     The fault calls `over` to report its end.
     """
@@ -151,7 +154,7 @@ def all_of(ends: Iterable[Mend]) -> Mend:
 class Kind:
     """One kind of fault.  `begin` starts a fault of this kind, and returns the function that ends the fault.
 
-    `at_once`: True if a fault of this kind ends at once.
+    `at_once`: True if a fault of this kind occurs only once and cannot have a duration.
     """
 
     name: str

@@ -162,7 +162,7 @@ class DrivenAxis:
         try:
             while self.goal is goal and not await self._begins(goal):
                 await self.station.polled()
-            if self.goal is None:  # a client called `stop` while the motion was beginning
+            if self.goal is None:  # a client requested a stop while the motion was beginning
                 self._stop = self.core.stop
         except DriverError as error:
             goal.failure = str(error)

@@ -71,7 +71,7 @@ def at_port(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Return a machine with one controller, which is connected to a port.
+    """Return a `Machine` whose only controller is at the port `url`.
 
     Raises UsageError for an unknown model, option, axis or register.
     """

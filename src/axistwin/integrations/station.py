@@ -79,7 +79,7 @@ class Station:
                 await point.refresh()
 
     async def close(self) -> None:
-        """Close the port of the controller.  A motion continues."""
+        """Cancel the motions that have not begun, and close the port.  A motion in progress continues."""
         for axis in self.axes.values():
             axis.close()
         await self.driver.close()

@@ -96,7 +96,7 @@ class Context:
 
     @property
     def drives(self) -> bool:
-        """True if the user of this page is the driver, who may control the session."""
+        """True if the user of this page may control the session.  Only one user, the driver, may control it."""
         return self.people.driver is self.person
 
     def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:

@@ -18,9 +18,9 @@ KEEP = (
 
 
 def written(person: Person) -> str:
-    """Return the settings of a user's page as JSON text.
+    """Return the page layout that a user has chosen, as JSON text.
 
-    Only settings that are words, or on or off, are included.  If the text is too long, the oldest settings are left
+    Only settings that are texts or on/off are included.  If the JSON text is too long, the oldest settings are left
     out.
     """
     kept = [(key, value) for key, value in person.settings.items() if isinstance(value, bool | str)]

@@ -21,9 +21,9 @@ class Lessons:
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
 
     def of(self, name: str) -> tuple[int, Pupil] | None:
-        """Return the number of a controller's present lesson, and the progress in the lesson.
+        """Return the number of the current lesson about a controller, and the user's progress in this lesson.
 
-        The first lesson has the number 1.  Returns None without a lesson.
+        The first lesson has the number 1.  Returns None if no lesson about the controller has begun.
 
         The present step is checked by its effect on the bench.
         """

@@ -93,7 +93,7 @@ class Visits:
         """Update task of each page; None while the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
-        """Add a page whose browser has connected."""
+        """Register a new page of a browser that has connected."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
         client.on_delete(lambda: self._forget(client))

@@ -79,7 +79,7 @@ class Printer:
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Convert events at an endpoint to the text that a terminal shows."""
+        """Convert sent and received data, and breaks, to the text that a terminal window shows."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

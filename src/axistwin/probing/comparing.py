@@ -71,7 +71,7 @@ class Probe:
     """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
     def of(self, verdict: Verdict) -> list[Result]:
-        """Return the results of all test cases with this verdict."""
+        """Return the results of all test cases that have the given verdict."""
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
@@ -209,7 +209,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # do not compare answer times, because a test case with motion or a program is executed only once
+        # this test case is executed only once, and a single answer time is too inaccurate for a comparison
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
@@ -303,9 +303,9 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return option values to try with the twin: first the suggested values, then values that are not defaults.
+    """Return pairs of option name and value that the probe tries with the twin.
 
-    Each element is a pair of option name and value.
+    The suggested values come first, and values other than the defaults follow.
     """
     hints = get_type_hints(made.options)
     default = made.options()

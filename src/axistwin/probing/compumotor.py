@@ -119,7 +119,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
 
     def run(*texts: str, name: str) -> Case:
-        # do not request the end position, which depends on when the host stops the continuous motion
+        # do not request the end position: the host does not stop the continuous motion at an exact time
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 
@@ -301,7 +301,7 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _bare(commands: dict[int, Opcode]) -> list[Case]:
-    """Return test cases that require a board without a machine, e.g. for the joystick and the home switch."""
+    """Return test cases that are safe only if no machine is connected to the board, e.g. a search for HOME."""
 
     def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
         command = commands[code]
@@ -364,7 +364,7 @@ def examine(end: End, _: Product) -> Condition:
 
 
 def answer_form(answer: bytes) -> bytes:
-    """Return an answer without its values: only the opcode of each message.
+    """Return the opcodes of all messages in an answer, without the values.
 
     A status byte becomes `.`.
     """

@@ -223,8 +223,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 has no data format yet: send a data format, e.g. U61, then run axistwin probe again "
-            "(caution: if the IF2 is locked, U61 starts the stored sequence)"
+            "the IF2 has no data format yet: send a data format, e.g. U61, and run axistwin probe again; "
+            "caution: U61 starts the stored sequence of a locked IF2"
         )
     if answer == b"U\r":
         return _initialised(end)
@@ -247,7 +247,7 @@ def _initialised(end: End) -> Condition:
 
 
 def initialise(end: End) -> None:
-    """Set the data format of a twin that has just been switched on, by the command U61."""
+    """Send `(` and U61 to set the data format of a twin that has just been switched on."""
     end.ask(b"(", 2)
     end.ask(FORMAT, wait_s=1.5)
 

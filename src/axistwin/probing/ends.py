@@ -120,7 +120,9 @@ class VirtualEnd(End):
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
         if self.messages:
-            self.grain_s = self._BUS_GRAIN_S  # a board answers at once, a SmartMotor at the end of a sample period
+            self.grain_s = (
+                self._BUS_GRAIN_S
+            )  # a board answers at once; a SmartMotor answers at the end of a sample period
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:

@@ -124,10 +124,10 @@ def _never_waits(act: Act) -> bool:
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note for the user: this line and all later lines were not sent before the end of the simulation."""
+    """Return a note for the user: the simulation ended before the line `line` and later lines were sent."""
     return (
-        f"line {line} and later lines were not sent: a line before is not finished at {bench.seconds:g} s: "
-        f"write +SECONDS above line {line} to send it at a time"
+        f"line {line} and later lines were not sent, because an earlier line is not finished at {bench.seconds:g} s: "
+        f"write +SECONDS above line {line} to send line {line} at a given time"
     )
 
 
@@ -226,9 +226,9 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the line format and the message for the first contact with an interface.
+    """Return the line format and the message that initialise an interface after power-on.
 
-    The character `(` is sent in this line format.  The message then selects the line format `wanted`.
+    The host sends the character `(` in this line format.  The message selects the line format `wanted`.
     """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 

@@ -29,7 +29,7 @@ def language_of(target: str) -> Language:
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
         model = made.model
-        raise ProgramError(f"a .181x file contains hex commands, which {model} does not have: expected an 1810 or 1811")
+        raise ProgramError(f"{model} cannot execute the hex commands of a .181x file: expected an 1810 or 1811")
     return made.language
 
 

@@ -18,9 +18,9 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Return the ASCII characters that a national keyboard sends when the text is typed.
+    """Convert a text to the ASCII characters that a national keyboard sends for the text.
 
-    Letters match in either case.
+    For example, a German keyboard sends `[` for `Ä` or `ä`.
     """
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)

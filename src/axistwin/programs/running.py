@@ -77,7 +77,7 @@ def load(path: Path, target: str = "") -> Program:
 
 
 def scene_program() -> Program:
-    """Return a program that runs the hosts, the stored programs and the script of a scene."""
+    """Return a `Program` that simulates a scene: the hosts, the stored programs and the script."""
     return Program(_run_scene)
 
 

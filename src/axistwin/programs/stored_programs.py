@@ -153,7 +153,7 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     if not port.read().endswith(ACKNOWLEDGE):
         host_format = port.host.format
         raise ProgramError(
-            f"the motor does not answer LOAD with the byte 06: check that the motor has the line format {host_format}",
+            f"the motor did not send the byte 06 after LOAD: check that the motor uses the line format {host_format}",
             file=file,
         )
     sent = _without_comments(source)

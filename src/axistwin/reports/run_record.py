@@ -113,7 +113,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # record only voltages between 0 V and full voltage, because these two are recorded as level changes
+            # 0 V and full voltage are recorded as level changes: record only the voltages between these two values
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

@@ -99,9 +99,9 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the new positions, preceded by `WINDOW` positions from the samples before.
+        """Return the last `WINDOW` positions of the earlier samples, followed by the new positions.
 
-        If the samples before are unknown, the axis is assumed to have been at rest.
+        If the earlier samples are unknown, the axis is assumed to have been at rest.
         """
         import numpy as np
 

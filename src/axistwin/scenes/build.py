@@ -54,7 +54,9 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
     if target in laid:
         other = laid[target][1]
         if other.to != wire.to:
-            raise UsageError(f"{wire.to} is the same terminal as {other.to}, which already has a wire: remove one wire")
+            raise UsageError(
+                f"{wire.to} and {other.to} are two names of one terminal, which can have only one wire: remove a wire"
+            )
         other_source = other.from_
         raise UsageError(f"{wire.to} already has a wire from {other_source}: remove one of the wires")
     at: Pin | None = source
@@ -198,12 +200,13 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"the pulses of {from_} are too fast for a wire: set the key `master` of a SmartMotor instead",
+                f"the pulses of {from_} are too fast for a simulated wire: "
+                "remove the wire, and set the key `master` of the SmartMotor that follows the pulses",
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
             raise self.source.error(
-                f"{to} is an output: expected an input at the end of a wire",
+                f"{to} is an output: expected a wire that ends at an input",
                 ("wire", number, "to"),
             )
 
@@ -262,7 +265,7 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if the begin of a fault depends, through other faults, on the fault itself."""
+        """Raise SceneError if faults wait for each other in a loop, so that none of these faults can begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
@@ -368,7 +371,10 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield the path of the key in the scene file, the endpoint and the program file of each simulated host."""
+        """Yield three values for each simulated host.
+
+        The values are the path of the key in the scene file, the endpoint, and the program file.
+        """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):

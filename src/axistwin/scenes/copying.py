@@ -125,14 +125,15 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # the copied scene needs only the changed text
+                del self.files.texts[name]  # the copied scene uses only the changed text
             text = moved
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Copy an action of the script.  If the action loads a program, the copy contains the program's new name.
+        """Return an action of the script for the copied scene.
 
-        The program is copied if its name must change.
+        If the action loads a program, the result contains the file name in the copied scene.  A file whose name must
+        change is copied.
         """
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
@@ -172,7 +173,7 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return the path of a scene's file relative to the folder of the copied scene."""
+    """Return the path of a file that the scene uses, relative to the folder of the copied scene."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 

@@ -169,7 +169,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    # prepare the action only when it is due, because the fault in the action may not exist earlier
+                    # prepare the action only when it is due: an earlier action may create the fault that it names
                     if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)

@@ -117,7 +117,7 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds a place to errors: the line and the column of a key in the scene file.
+        """Context manager that adds the line and the column of a key in the scene file to each error.
 
         `path`: the path of the key.  Converts a UsageError to a SceneError.
         """
@@ -238,6 +238,7 @@ class Scene:
             if is_in_loop(table.called, sits_on):
                 motor, axis = table.called, table.master
                 raise self._source.error(
-                    f"{motor} follows its own shaft in a loop of keys `master`: select another axis than {axis}",
+                    f"{motor} would follow its own shaft, because the keys `master` form a loop: "
+                    f"expected an axis other than {axis}",
                     ("controller", number, "master"),
                 )

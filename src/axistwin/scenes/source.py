@@ -131,7 +131,7 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Context manager that adds a place to errors: the line and the column of a key in the scene file.
+        """Context manager that adds the line and the column of a key in the scene file to each error.
 
         `path`: the path of the key.  Converts a UsageError or a ProgramError to a SceneError.
         """
@@ -144,7 +144,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Context manager that adds a place to errors: the line and the column of the wrong key in the scene file.
+        """Context manager that adds the line and the column of the wrong key in the scene file to each error.
 
         Converts a UsageError to a SceneError at the key that the message names.
 
@@ -261,7 +261,7 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition to which `$ref` in a node of the JSON Schema refers.
+    """Return the JSON Schema definition that the `$ref` of a node names.
 
     If the node contains no `$ref`, return the node itself.
     """

@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the type and the pydantic `Field` of a key that sets a parameter of a fault."""
+    """Return the type and the pydantic `Field` of the key in the scene file that sets a fault parameter."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -48,7 +48,7 @@ FAULT_PARAMETERS: dict[str, Any] = {
 
 
 class Table(BaseModel):
-    """Base class of the tables of a scene, in which unknown keys are errors."""
+    """Base class of the tables of a scene file; an unknown key in a table is an error."""
 
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
@@ -441,14 +441,14 @@ class LampTable(Table):
 
 
 class SelectorTable(Table):
-    """A selector switch of the operator panel.  One of its inputs is active at a time."""
+    """A selector switch of the operator panel.  Only the controller input of the selected position is active."""
 
     name: str
     """Inscription."""
     positions: Annotated[dict[str, str], Field(min_length=2)]
     """Input of each position by its inscription, as "controller.pin"; "": no input."""
     selected: Literal["high", "low"] = "high"
-    """Level of the input of the selected position; the other inputs have the other level."""
+    """Level of the input at the selected position; all other inputs of the switch have the opposite level."""
 
 
 class OperatorTable(Table):
@@ -463,7 +463,7 @@ class OperatorTable(Table):
 
     @property
     def items(self) -> bool:
-        """True if the operator panel has a button, a lamp or a selector."""
+        """True if the operator panel has at least one button, lamp or selector."""
         return bool(self.button or self.lamp or self.selector)
 
 

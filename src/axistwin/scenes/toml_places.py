@@ -56,7 +56,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # `tables` counts the [[name]] headers of each name
+        self.tables: dict[Path, int] = {}  # number of [[name]] headers, by name
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""
@@ -109,9 +109,9 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas, comments and a closing bracket.
+        """Skip blanks, commas and comments, and then a closing bracket if one follows.
 
-        Return True at the closing bracket and at the end of the text.
+        Return True after the closing bracket, and at the end of the text.
         """
         while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
             self.at = found.end()

@@ -83,7 +83,7 @@ class ExternalInput:
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Add the server that connects hosts outside this process to the ports of the session.
+        """Use `server` to connect hosts in other processes to the ports of the session.
 
         During a replay, the server accepts neither clients nor data.
         """

@@ -90,7 +90,7 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return the next recorded actions after the position `cursor`, and the new position.
+        """Return all actions of the next moment after the position `cursor`, and the position after these actions.
 
         Return None at the end of the journal.
         """

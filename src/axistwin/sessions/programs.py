@@ -26,7 +26,10 @@ def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[st
         raise UsageError(f"cannot load {filename}: expected SmartMotor source (.sms) or command lines (.if1, .181x)")
     check_kind(file, controller.product)
     if controller.product.attend is None and name not in bench.ports:
-        raise UsageError(f"cannot load a program into {name}: expected a controller with its own serial line")
+        raise UsageError(
+            f"cannot load a program into {name}, because {name} has no serial line of its own: "
+            "select a controller with its own serial line"
+        )
     for found in diagnose_text(text, file.suffix.lower(), controller.product, filename):
         if found.severity is Severity.ERROR:
             raise ProgramError(

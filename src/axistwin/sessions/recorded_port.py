@@ -83,7 +83,7 @@ def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
 
 
 class RecordedHost:
-    """The host's end of a serial line; each change of its settings is recorded."""
+    """The host's end of a serial line, with a record of each change of character format, DTR and RTS."""
 
     format: UartFormat = _forwarded("format", SetFormat)
     dtr: bool = _forwarded("dtr", partial(SetLine, "dtr"))
@@ -94,7 +94,7 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end of the serial line to the connected controller."""
+        """The host's end of the serial line to the controller of the present simulation."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
@@ -137,13 +137,13 @@ class RecordedPort:
     def mute(self, on: bool) -> None:
         """Suppress all reports to the host if `on` is True; otherwise resume the reports.
 
-        At the end, repeat the settings that the host makes later than the present virtual time in the recording.
+        When the reports resume, repeat each setting whose recorded time is later than the present virtual time.
         """
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # in the recording, the host makes this setting after the present time
+                if set_ns > now_ns:  # the replay has ended before the time of this setting: make the setting now
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -185,7 +185,7 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # the host has already received this character before the replay
+            self.present.read()  # discard the character: the host received it before the replay
         else:
             self._receives.emit(byte, errors)
 

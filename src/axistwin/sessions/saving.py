@@ -37,12 +37,12 @@ def files(
         found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # at equal times, a host with a higher rank acts later: new conversations act after the hosts of the scene
+    # at equal times, hosts act in the sequence of their ranks: new conversations have the highest rank, and act last
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # after an earlier saved session, use no script: at equal times, a script would act before the saved hosts
+        # a scene with saved conversations gets no script: at equal times, a script would act before the saved hosts
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -66,9 +66,9 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can perform all actions in `moment`, which happened at the same virtual time.
+    """True if a script can perform all actions of a moment.
 
-    A script can perform manual actions on one controller.
+    A moment contains the actions at one virtual time.  A script can perform only manual actions on one controller.
     """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
@@ -120,9 +120,9 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Copy an action, so that the conversation of the endpoint `name` can contain the copy.
+        """Copy an action for the conversation of the endpoint `name`.
 
-        If the action is for this endpoint, the copy names no controller.
+        The copy names a controller only if the action is for another endpoint.
         """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)

@@ -187,7 +187,7 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # `read` raises ProgramError for a command that no recording can contain
+            codec.read(codec.show(data))  # check the command: `read` raises ProgramError if no recording can contain it
         else:
             self.bench.port(name)  # `port` raises UsageError for an unknown endpoint
         self._do(Say(data, controller=name))
@@ -215,7 +215,7 @@ class Session:
         do()
 
     def _power_cycle(self, name: str) -> None:
-        """Switch the power of all controllers at an endpoint off and on."""
+        """Switch off each controller at an endpoint, and switch the controller on again."""
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):
@@ -254,7 +254,7 @@ class Session:
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start a session that waits for its first host or browser."""
+        """Start virtual time if the session is waiting for the first host or browser."""
         if self.waiting and not self.busy:
             self.run()
 
@@ -437,7 +437,7 @@ class Session:
             self.run()
 
     def forget_rest(self) -> None:
-        """Delete the recording after the present time, and accept new input.
+        """Delete the part of the recording after the present virtual time, and accept new input.
 
         `undo` restores the deleted part.
         """
@@ -462,7 +462,7 @@ class Session:
         found, self._forgotten = self._forgotten, None
         if found is None:
             raise UsageError(
-                f"no deleted recording to restore: restore a recording within {UNDO_S:g} s after its deletion"
+                f"no deleted recording can be restored: expected `undo` within {UNDO_S:g} s after the deletion"
             )
         self.pause()
         self.journal.restore(found.tail)
@@ -539,7 +539,7 @@ class Session:
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """Handle the end of a replay, and discard characters of ports without a client."""
+        """End a complete replay, and discard the characters sent to ports without a client."""
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:
@@ -555,7 +555,7 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return the files of a scene that repeats the recorded session: a dictionary from file name to text.
+        """Return the files of a scene that repeats the recorded session, as a dictionary from file names to texts.
 
         The command `axistwin run` runs the scene.
         """

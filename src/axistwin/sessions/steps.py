@@ -52,14 +52,11 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step at the end of a message."""
+        """End the step if a message is in progress, because no further character of the message follows."""
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step when an event occurs; if the event is a character, end the step after the whole message.
-
-        All characters of one message count as one event.
-        """
+        """End the step at an event.  The characters of a message end the step only after the whole message."""
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return

@@ -365,7 +365,7 @@ class Board:
             self.stop(refused, (motor.pins.controller,))
 
     def _drop_pulses(self, groups: tuple[str, ...]) -> None:
-        """Discard all unsent and new pulses of the given controllers until `resume` is called."""
+        """Discard all unsent pulses of the given controllers, and all new pulses until `resume` is called."""
         self.stopped |= set(groups)
         for motor in self._stream.of(groups):
             motor.waiting.clear()

@@ -101,7 +101,7 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Renumber the unacknowledged message blocks from the number that the board expects."""
+        """Number the unacknowledged message blocks again; the first block gets the number that the board expects."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True

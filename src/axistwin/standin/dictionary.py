@@ -64,7 +64,9 @@ class Dictionary:
         try:
             described = json.loads(zlib.decompress(data))
         except (zlib.error, ValueError) as reason:
-            raise LinkError(f"the dictionary of the board's firmware cannot be unpacked: {reason}") from None
+            raise LinkError(
+                f"the board's firmware has sent an invalid dictionary ({reason}): expected compressed JSON"
+            ) from None
         if not isinstance(described, dict):
             raise LinkError("the board's firmware has sent an invalid dictionary: expected a JSON object")
         return cls(described)

@@ -64,7 +64,7 @@ class Output(Protocol):
         """
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: accept pulses for its axes."""
+        """Resume a stopped controller: from now on, this output accepts pulses for the axes of the controller."""
 
     def restart(self, now_s: float) -> None:
         """Connect to the board again after a failure."""
@@ -161,7 +161,7 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the emulated shafts of each controller whose interrupted motion has ended.
+        """Release the emulated shafts of each stopped controller whose axes have come to rest.
 
         The shafts have been held since the real motors were stopped.
         """

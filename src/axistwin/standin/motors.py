@@ -110,9 +110,9 @@ class Counts:
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted time error of pulses at the given times, in seconds.
+        """Return the largest permitted error of the pulse times `times`, in seconds.
 
-        The error may be a part of the shortest time between two pulses.
+        The error may be a fixed fraction of the shortest time between two pulses.
         """
         import numpy as np
 
@@ -178,9 +178,9 @@ class Counts:
         return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
-        """Hold the emulated shaft at the position `made`, until `let_go` is called.
+        """Hold the emulated shaft at the position of the stopped real motor, until `let_go` is called.
 
-        The real motor has stopped at this position.
+        `made`: the position of the real motor in pulses.
         """
         axis = self._axis
         axis.catch_up()

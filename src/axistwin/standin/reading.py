@@ -61,7 +61,8 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     if port is not None:
         if len(boards) > 1:
             raise UsageError(
-                "--board sets the port of one board, but the scene has several: set each port in the scene"
+                "--board sets the port of a single board, but the scene has several boards: "
+                "set the port of each board in the scene file"
             )
         boards = {name: board.model_copy(update={"port": port}) for name, board in boards.items()}
     reader = _Reader(scene, bench, table, boards)
@@ -145,7 +146,9 @@ class _Reader:
         names = list(self._boards)
         with self._scene.placing_errors("stand-in", kind, number):
             if name is None and len(names) > 1:
-                raise UsageError(f"the key `board` is missing: expected one of {', '.join(names)}")
+                raise UsageError(
+                    f"the key `board` is missing: expected `board` with one of the names {', '.join(names)}"
+                )
             if name is not None and name not in names:
                 raise UsageError(f"no board {name!r}: expected one of {', '.join(names)}")
         return name or names[0]

@@ -122,7 +122,7 @@ class Sender(Thread):
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: accept pulses for its axes."""
+        """Resume a stopped controller: from now on, the board accepts pulses for the axes of the controller."""
         with self._lock:
             self._board.resume(group)
 

@@ -99,9 +99,9 @@ class InputPin(Sensed):
 
 @dataclass(frozen=True)
 class Switched:
-    """An output of an emulated controller.  A motion board switches the real output.
+    """An output of an emulated controller whose level a motion board copies to a real output.
 
-    The output has the level `safe` after all motors have been stopped.
+    The real output has the level `safe` after all motors have been stopped.
     """
 
     source: str
@@ -138,7 +138,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"the input {given.to} belongs to {given.controller}, but this board drives no axis of "
+                f"this board cannot use the stop input {given.to}, because this board drives no axis of "
                 f"{given.controller}: expected an input of {' or '.join(names)}"
             )
 
@@ -188,7 +188,7 @@ class Wiring:
         for pin, use in self.used():
             if pin.name in uses:
                 raise UsageError(
-                    f"pin {pin.name} has two uses, {uses[pin.name]} and {use}: choose another pin for one use"
+                    f"pin {pin.name} is used for {uses[pin.name]} and for {use}: choose another pin for one of them"
                 )
             uses[pin.name] = use
         for axis in self.axes:

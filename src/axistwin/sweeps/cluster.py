@@ -79,7 +79,8 @@ class Cluster:
         for worker, version_found in versions.items():
             if version_found != VERSION:
                 raise UsageError(
-                    f"worker {worker} has axistwin {version_found}: expected the version of this computer, {VERSION}"
+                    f"worker {worker} has axistwin {version_found}, but this computer has axistwin {VERSION}: "
+                    "install the same version on both"
                 )
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
@@ -154,7 +155,7 @@ def _silence() -> dict[logging.Logger, int]:
 
 
 def _connect(address: str) -> None:
-    """Raise OSError or ValueError if no Dask scheduler listens at the address.
+    """Check that a Dask scheduler listens at the address; otherwise raise OSError or ValueError.
 
     Dask itself would try to connect again without end.
     """
@@ -162,7 +163,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        # a Dask scheduler sends a message to each new client: without a message, another program listens here
+        # a Dask scheduler sends a message to each new client: a program that sends nothing is not a Dask scheduler
         if found.scheme == "tcp" and not connection.recv(1):
             raise OSError("another program listens at this address, not a Dask scheduler")
 

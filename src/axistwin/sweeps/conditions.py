@@ -42,7 +42,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions that compare a value with a number, e.g. "> 100".
+    """Return two functions for a comparison with a number, e.g. for "> 100".
 
     The first function returns 1 (true) or 0.  The second function returns the margin by which the comparison is true;
     the margin is negative if the comparison is false.
@@ -53,7 +53,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions that check if a level is high, or low if `high` is False.
+    """Return two functions that check a level: for high if `high` is True, otherwise for low.
 
     The first function returns 1 (true) or 0.  The second function returns an infinite margin, which is negative if the
     level is wrong.

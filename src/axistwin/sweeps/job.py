@@ -33,7 +33,7 @@ APART = ("wall_s", "worker", "version")
 
 @dataclass(frozen=True)
 class Job:
-    """The data of a sweep that each worker process needs to perform runs."""
+    """Data that each worker process needs to perform the runs of a sweep."""
 
     scene: Scene
     paths: tuple[str, ...]

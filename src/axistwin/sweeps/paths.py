@@ -127,7 +127,7 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
             fault, did_you_mean_or_expected = rest[0], _suggestion(rest[0], names)
-            raise UsageError(f"the scene has no fault {fault!r} for the path {path}: {did_you_mean_or_expected}")
+            raise UsageError(f"unknown fault {fault!r} in the path {path}: {did_you_mean_or_expected}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
@@ -206,9 +206,9 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of a table with a new value; missing tables are added.
+    """Return a copy of the table `node` with a new value at the path `keys`.
 
-    `node`: the table.  `keys`: the keys that lead to the value.
+    Inner tables of the path that do not exist are created.
     """
     if not keys:
         return value
@@ -232,8 +232,8 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"{path} cannot be varied, because the controllers {controllers} share the program {program}: "
-            "set another program file for each controller"
+            f"{path} cannot be varied, because the controllers {controllers} use the same program {program}: "
+            "give each controller its own program file"
         )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)

@@ -25,7 +25,7 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of a measure or claim in one run.
+    """The value of a measure, or the result of a claim, in one run.
 
     `reason`: why a result is missing; `at_ns`: time at which a claim fails.
     """
@@ -176,7 +176,8 @@ def _two_events(text: str) -> tuple[str, str]:
         if _EVENT.fullmatch(begin) and _EVENT.fullmatch(end):
             return begin, end
     raise UsageError(
-        f"invalid events {shortened(text)}: expected EVENT to EVENT, e.g. 'table.output1 rises to table.output1 falls'"
+        f"invalid events {shortened(text)}: expected two events with `to` between them, "
+        "e.g. 'table.output1 rises to table.output1 falls'"
     )
 
 

@@ -116,7 +116,7 @@ def _direction(goal: str) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """True if the file is an SQLite database, the file format of a study."""
+    """True if the file is an SQLite database, which is the format of a study file."""
     try:
         with path.open("rb") as file:
             return file.read(len(MAGIC)) == MAGIC

@@ -221,7 +221,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return a few values of a setting, e.g. the smallest and the largest; they are checked before the sweep."""
+    """Return the values of a setting to be checked before the sweep, e.g. the smallest and the largest value."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

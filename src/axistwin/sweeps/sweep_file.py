@@ -130,10 +130,7 @@ def _names(message: str, name: str) -> bool:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call a function.  If the function raises an error, add a place to the error.
-
-    The place is the line and the column of `keys` in the sweep file.
-    """
+    """Call a function, and add the line and the column of `keys` in the sweep file to an error of the function."""
     try:
         return do()
     except PlacedError:

@@ -1,4 +1,4 @@
-"""Tuning, with Optuna: find the values of a scene with the best result in the worst case, while other values scatter.
+"""Tuning with Optuna: search for the values of scene settings that make the worst run as good as possible.
 
 from axistwin.sweeps.tuning import Tuning
 
@@ -63,7 +63,10 @@ class Tuning:
         self.changed: dict[str, Values] = {}
 
     def change(self, path: str, values: Value) -> Self:
-        """Let the search choose the value at a path, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError."""
+        """Search for the best value of a setting, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError.
+
+        `path`: the setting.  `values`: a range or a list of values.
+        """
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
             raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")

@@ -78,7 +78,7 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text without quotation marks unchanged.
+    """Check a text that is not in quotation marks, and return the text unchanged.
 
     Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """
@@ -113,7 +113,7 @@ def _range(text: str, found: re.Match[str]) -> Values:
         listed = range(int(low), int(high) + 1) if whole_ends and not logarithmic else ()
     if len(listed) > MOST:
         raise UsageError(
-            f"the range {text} has {len(listed):,} values: expected at most {MOST:,}, e.g. 100 values with {text}:100"
+            f"the range {text} has {len(listed):,} values: expected at most {MOST:,}; for 100 values, write {text}:100"
         )
     if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
         return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic), interval)

@@ -57,7 +57,7 @@ class CompumotorGuide(Guide):
             yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
 
     def _opened(self, pin: str, side: str) -> str:
-        """Return an instruction to make a limit input inactive."""
+        """Return a text that tells the user how to make a limit input inactive."""
         found, other = at_limit(self.controller, side == "plus"), {"plus": "minus", "minus": "plus"}[side]
         if found is None:
             return self.restored(pin, "low")

@@ -110,7 +110,7 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the reason why the interface inhibits motion, although the cause of the fault has ended."""
+        """Yield the reason why the interface still inhibits motion after a fault has ended."""
         if locked and MotionFault.EMERGENCY_STOP in faults:
             yield Reason(
                 "after an emergency stop a locked interface is reset only by its power, not by K",
@@ -181,7 +181,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meanings that a number has in answers to the requests K, F and I."""
+        """Yield three meanings of a number: as an answer to the request K, to F and to I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
@@ -226,7 +226,10 @@ class DigiplanGuide(Guide):
                 yield f"{piece}: {size} data bits, {PARITIES[parity]} parity, {stops}{echo}"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that initialise the interface: send `(` until an answer arrives, then the data format."""
+        """Yield the actions that initialise the interface.
+
+        First, `(` is sent until an answer arrives.  Afterwards, the data format is sent.
+        """
         if self.value("state") == Stage.RESET.value:
             yield Wait(to_ns(SELF_TEST_S))
         _, message = greeting(self.controller.serial.host.format)

@@ -68,7 +68,7 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return comments on a line that is not a valid command and cannot be sent."""
+        """Return the explanation of an error in a line that cannot be sent, because it is not a valid command."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
@@ -170,7 +170,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # after a power-off, lines typed before have no more effect
+        if act == ManualAct.POWER:  # lines typed before the power-off no longer have an effect
             self._lines.clear()
 
 

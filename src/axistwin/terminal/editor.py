@@ -31,7 +31,7 @@ Lines = Queue[bytes | LinkError | None]
 
 
 def history(model: str) -> History:
-    """Return the lines that the user has typed for a controller model, also in earlier sessions.
+    """Return the lines that the user has typed for a controller model in this session and in earlier sessions.
 
     If the file of the history cannot be written, the history lasts for one session only.
     """

@@ -87,7 +87,7 @@ def _open(target: str, line: str | None) -> serial.Serial:
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    """Convert a target to the URL and the line format with which pyserial opens the port."""
+    """Return the URL and the line format that pyserial needs to open the port `target`."""
     if target.startswith(("pty:", "tcp:", "serial:")):
         port = parse(target)
         if port.scheme == "tcp":

@@ -72,9 +72,9 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Return the result of `read()` at the present virtual time.
+        """Call the function `read` at the present virtual time, and return the result.
 
-        `read` reads the controller's state.
+        `read`: a function that reads the controller's state.
         """
         return self.session.pacer.inspect(read)
 
@@ -168,10 +168,7 @@ class BoardEnd(VirtualEnd):
         return self.controller.bus.subscribe_received(self._received)
 
     def read(self, line: bytes) -> bytes:
-        """Convert a command that the user has typed to bytes.
-
-        The user types the command in hex or by its name.
-        """
+        """Convert a typed command, in hex or by name, to the bytes of the command."""
         text = line.decode("utf-8", "replace").partition(";")[0].strip()
         return self._codec.read(text) if text else b""
 

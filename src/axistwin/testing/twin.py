@@ -55,7 +55,7 @@ class Url(str):
 
     @property
     def host(self) -> str:
-        """Host name or IP address of the port."""
+        """Host name or IP address in the URL."""
         return self.address.rpartition(":")[0].strip("[]")
 
     @property
@@ -265,7 +265,7 @@ def _bench(
 
 
 def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -> list[tuple[str, PortUrl]]:
-    """Return the URL of a free port for each serial port or bus of the simulation.
+    """Return a URL for each serial port or bus of the simulation; the operating system then chooses a free port.
 
     Raises UsageError for an unknown kind of port.
     """

@@ -52,7 +52,7 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare those signals of two traces whose names match a pattern.
+    """Compare two traces; only signals whose names match a pattern are compared.
 
     The comparison ends at the end of the shorter trace.  Step pulses are not compared, because the signal `pulses`
     contains the same information.  Raises UsageError if a pattern has no match.
@@ -104,7 +104,7 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the earliest time at which the value of a signal in one trace does not occur in the other trace.
+    """Return the earliest time at which the value of `this` matches no value of `that`.
 
     `this`, `that`: the signal in the two traces.  `that` may have the value of `this` earlier or later, within the time
     tolerance.  It is sufficient to check the times at which `this` changes, and the times at which `that` changes,
@@ -142,7 +142,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # `last` can be the index after the last value
+    ended = np.append(others, others[-1])  # an index in `last` can be len(others)
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

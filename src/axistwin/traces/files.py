@@ -27,13 +27,13 @@ class Sink(Protocol):
     """A writer of trace files."""
 
     def write(self, batch: Batch) -> None:
-        """Write changes, which must not be earlier than the changes already written.  Raises OSError."""
+        """Write changes of signals.  No change may be earlier than a change already written.  Raises OSError."""
 
     def flush(self) -> None:
         """Make all written changes readable for other programs.  Raises OSError."""
 
     def end(self, now_ns: int) -> None:
-        """Write the end time of the trace.  Raises OSError."""
+        """Write the end time of the trace.  Raises OSError if the file cannot be written."""
 
 
 class TextSink:
@@ -74,7 +74,7 @@ class CsvSink(TextSink):
 
 
 class VcdSink(TextSink):
-    """Writes a value change dump (VCD) in ns, with a scope for each controller and each axis."""
+    """Writes a value change dump (VCD) in ns; each controller and each axis has a VCD scope (group of signals)."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance

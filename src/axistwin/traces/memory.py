@@ -55,7 +55,7 @@ class MemoryTrace:
         ]
 
     def trace(self) -> Trace:
-        """Return the changes recorded up to now as a trace."""
+        """Return a trace of all changes recorded up to now."""
         tracks = {changes.signal.full: changes.track() for changes in self._changes}
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
@@ -100,7 +100,7 @@ class _Changes:
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Convert the signal to a `Track`, the class of all signals that are read from trace files."""
+        """Convert the signal to a `Track`, as if the signal had been read from a trace file."""
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())

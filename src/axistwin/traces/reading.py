@@ -105,7 +105,7 @@ def _check_order(path: Path, track: Track) -> None:
 
     times, signal_name = np.array(track.times, np.int64), track.name
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
-        raise TraceError(f"{path} is not a trace: expected ascending times, from 0 ns, for the signal {signal_name}")
+        raise TraceError(f"{path} is not a trace: expected ascending times of 0 ns or more for {signal_name}")
 
 
 # CSV
@@ -310,7 +310,7 @@ def _parquet(path: Path) -> Trace:
 
 
 def _parquet_table(path: Path) -> Any:
-    """Return the contents of a Parquet file.  Raises TraceError if axistwin has not written the file."""
+    """Return the contents of a Parquet file.  Raises TraceError if the file was not written by axistwin."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -345,7 +345,7 @@ def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
     except (ValueError, RecursionError):
         kinds = None
     if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
-        raise TraceError(f"{path} is not from axistwin: expected a list of signals in the metadata")
+        raise TraceError(f"{path} was not written by axistwin: expected a list of signals in the metadata")
     return kinds
 
 

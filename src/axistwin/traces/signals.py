@@ -89,7 +89,7 @@ def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
 
 
 def split(text: str | None) -> tuple[str, ...]:
-    """Split a list of patterns at its commas; return the default pattern for an empty list."""
+    """Split a text at its commas into patterns; return the default pattern if the text is empty."""
     return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
 
 

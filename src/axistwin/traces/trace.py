@@ -43,7 +43,7 @@ _log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
-    """Context manager that records the signals of the controllers in the trace file `path`.
+    """Context manager that records signals of the controllers, and writes the signals to the trace file `path`.
 
     `patterns` select the signals; `report` receives a message if the trace ends early.  `limit` is the largest size of
     the file in bytes: a trace that would become larger ends.
@@ -367,7 +367,7 @@ class Tracer:
         self.written_ns, self._writing = before_ns, False
 
     def _write_batch(self, sink: Sink, batch: Batch) -> None:
-        """Write a batch of changes.  If the batch exceeds the size limit of the file, write only its beginning."""
+        """Write a batch of changes; write only the beginning of the batch if the file would become too large."""
         try:
             sink.write(batch)
         except LimitReachedError:

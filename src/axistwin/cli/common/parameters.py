@@ -36,7 +36,7 @@ class Size(click.ParamType[Any]):
     name = "size"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Convert the text of a command-line parameter to a number of bytes, or the text `none` to None."""
+        """Convert the text of a command-line parameter to a size in bytes.  Return None for the text `none`."""
         text = str(value).strip().lower()
         if text == "none":
             return None

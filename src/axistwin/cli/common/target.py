@@ -16,7 +16,7 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         bench.add(target, state=state, **read_options(options))
         return bench
     if options or state:
-        raise UsageError("--option and --state are only for a MODEL: set the options of a scene in its scene file")
+        raise UsageError("--option and --state cannot be used with a scene: make these settings in the scene file")
     from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
 
     made: Bench = Scene.load(Path(target)).build()

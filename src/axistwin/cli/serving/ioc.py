@@ -35,14 +35,14 @@ def ioc(
     as_json: bool,
     **given: object,
 ) -> int:
-    """Serve axes as EPICS motor records, and pins and registers as EPICS records, until interrupted.
+    """Run an EPICS server with a record for each axis, pin and register, until the user presses Ctrl-C.
 
     The virtual controllers of a SCENE run inside; at a PORT there is a real or a virtual controller.  PORT is a serial
     device, COM3, tcp://HOST:PORT, rfc2217://HOST:PORT or bus://HOST:PORT, and needs --model.
 
-    A record is named P:CONTROLLER:AXIS, such as LAB:if1:X; a pin LAB:if1:input1.  A write to VAL with callback is
-    answered when the axis is at rest.  Fields that have no effect refuse writes.  LAB:if1:X:FAULT holds the faults,
-    and a 1 written to LAB:if1:X:CLEAR clears them.
+    An axis is a motor record named P:CONTROLLER:AXIS, such as LAB:if1:X.  A pin or a register is a simple record, such
+    as LAB:if1:input1.  A write to VAL with callback is answered when the axis is at rest.  Fields that have no effect
+    refuse writes.  LAB:if1:X:FAULT holds the faults, and a 1 written to LAB:if1:X:CLEAR clears the faults.
 
     The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM.  A motion continues after the end.
 

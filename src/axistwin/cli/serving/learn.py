@@ -76,7 +76,9 @@ def _load(file: Path) -> dict[str, int]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise UsageError(f"cannot read the finished lessons from {file} ({error}): delete the file") from None
+        raise UsageError(
+            f"cannot read your progress from {file} ({error}): delete the file to begin again with lesson 1"
+        ) from None
     return {str(model): int(number) for model, number in found.items()} if isinstance(found, dict) else {}
 
 
@@ -85,4 +87,4 @@ def _save(file: Path, done: dict[str, int]) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(done), encoding="utf-8")
     except OSError as error:
-        click.echo(f"axistwin: {file} cannot be written: {error.strerror}: what is done is not kept", err=True)
+        click.echo(f"axistwin: cannot save your progress in {file}: {error.strerror}", err=True)

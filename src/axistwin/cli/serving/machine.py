@@ -58,11 +58,13 @@ class Wanted:
         """Check the options that the user has given, and return them.  Raises UsageError."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
-            raise UsageError("--model and --baud are only for a PORT: leave out these options for a scene file")
+            raise UsageError(
+                "--model and --baud cannot be used with a scene file: remove these options, or give a PORT"
+            )
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed is only for a scene file: leave out --speed for a PORT")
+            raise UsageError("--speed cannot be used with a PORT: remove --speed, or give a scene file")
         if model is not None:
             product(model)
         return cls(
@@ -77,7 +79,7 @@ class Wanted:
         )
 
     async def machine(self) -> "Machine":
-        """Return the machine whose axes are served: the controller at a port, or the controllers of a scene."""
+        """Return a `Machine` with the controllers to serve: one controller at a port, or all controllers of a scene."""
         from axistwin.integrations import at_port, of_scene  # this import is lazy because the drivers load slowly
 
         period_s = 1 / self.rate

@@ -38,7 +38,7 @@ def opcua(
     as_json: bool,
     **given: object,
 ) -> int:
-    """Serve axes, pins and registers as an OPC UA address space, until interrupted.
+    """Run an OPC UA server with the axes, pins and registers of controllers, until the user presses Ctrl-C.
 
     The virtual controllers of a SCENE run inside; at a PORT there is a real or a virtual controller.  PORT is a serial
     device, COM3, tcp://HOST:PORT, rfc2217://HOST:PORT or bus://HOST:PORT, and needs --model.

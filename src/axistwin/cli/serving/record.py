@@ -68,8 +68,8 @@ def record(
     """Relay all data between a host and a real controller, and record their conversation with times.
 
     The controller is on a serial device, or on a URL of pyserial.  The host connects to the port that is printed.
-    All data is passed on at once and recorded until interrupted.  `axistwin replay` then compares a virtual
-    controller with the recording.
+    All data is passed on at once, and recorded until the user presses Ctrl-C.  `axistwin replay` then compares a
+    virtual controller with the recording.
 
     For controllers on RS232 or RS485.  An 1810 or 1811 is on the bus of its computer, where no relay is possible; see
     `docs/recording.md`.

@@ -1,4 +1,4 @@
-"""`axistwin serve`: put controllers on real ports, and run until interrupted."""
+"""`axistwin serve`: connect virtual controllers to real ports until the user presses Ctrl-C."""
 
 import asyncio
 import gc
@@ -103,7 +103,7 @@ def serve(
     options: tuple[str, ...],
     **ports: tuple[str, ...],
 ) -> int:
-    """Put a controller, or all controllers of a scene, on real ports, and run until interrupted.
+    """Connect a virtual controller, or all controllers of a scene, to real ports until the user presses Ctrl-C.
 
     For each port one line is printed, such as `if1 listening on tcp://127.0.0.1:5001`.  Several ports may lead to the
     same controller: the first client is connected, and others are refused until it disconnects.  With --share several
@@ -174,7 +174,7 @@ def _served(
         return what_is.model(what, given, second, {**state_and_line, **read_options(options)})
     if second or options or any(state_and_line.values()):
         raise UsageError(
-            "--state, --line, --rs485 and --option are only for a MODEL: set the options of a scene in its scene file"
+            "--state, --line, --rs485 and --option cannot be used with a scene: make these settings in the scene file"
         )
     return what_is.scene(what, given, alone=with_panel)
 
@@ -237,7 +237,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that receives a bench, and closes the trace and the recording if the bench is not `bench`.
+        """Return a function that closes the trace and the recording when it receives a bench other than `bench`.
 
         The session calls the function with each new bench, e.g. after the user has gone back in time.
         """

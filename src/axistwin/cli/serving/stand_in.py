@@ -194,7 +194,7 @@ class _Run:
         return {"state": state, "live": bool(live), "reason": reasons, "positions": self._positions}
 
     def _stop_from_page(self) -> None:
-        """Stop all motors when the user clicks the stop button of the page.  Called in any thread."""
+        """Stop all motors when the user clicks the stop button of the page.  Any thread may call this function."""
         for sender in self._senders:
             sender.stop("stopped from the page")
 

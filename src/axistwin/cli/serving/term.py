@@ -100,7 +100,9 @@ def term(
     """
     if target.lower() not in FAMILIES and not _is_port(target):
         models = ", ".join(FAMILIES)
-        raise UsageError(f"no model or port {target!r}: expected {models}, or a port such as socket://127.0.0.1:5001")
+        raise UsageError(
+            f"unknown model or port {target!r}: expected {models}, or a port such as socket://127.0.0.1:5001"
+        )
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
     local["tutor"] = bool(tutor)
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":

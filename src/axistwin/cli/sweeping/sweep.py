@@ -135,10 +135,7 @@ def named(option: str, text: str) -> tuple[str, str]:
     """Split an argument at its first colon, e.g. `end: final table.X.position`.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
-        raise UsageError(
-            f"invalid --{option} {text!r}: expected NAME:SENTENCE with a measure or claim as the sentence, "
-            "e.g. 'end: final table.X.position'"
-        )
+        raise UsageError(f"invalid --{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
     return name.strip(), sentence.strip()
 
 

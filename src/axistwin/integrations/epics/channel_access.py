@@ -47,9 +47,9 @@ class Channel(ChannelData):
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
 
     async def write(self, value: Any, *, verify_value: bool = True, **metadata: Any) -> None:
-        """Process a write of a client, or publish a new value of the record.
+        """Process a value that a client has written, or publish a new value of the record.
 
-        Without `verify_value`, the value is one of the record.
+        `verify_value`: True for a value from a client, False for a value of the record.
         """
         if not verify_value:
             await super().write(value, verify_value=False, update_fields=False, **metadata)
@@ -150,7 +150,7 @@ class _Circuit(VirtualCircuit):
         await super().send(*commands)
 
     async def subscription_queue_loop(self) -> None:
-        """Send updates to the client for ever; updates in the queue are sent together."""
+        """Send updates until the client disconnects.  All updates that wait in the queue are sent together."""
         self.events_on.set()
         queue: asyncio.Queue[Callable[[], EventAddResponse | None]] = self.subscription_queue
         while True:

@@ -86,7 +86,7 @@ def called(record: str, field: str) -> str:
 
 
 def decimals(per: Fraction) -> int:
-    """Return the number of decimals that a position needs to show one count, at most 6."""
+    """Return the number of decimals with which the length of one count is exact, but at most 6."""
     return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
 
 

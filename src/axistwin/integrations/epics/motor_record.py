@@ -127,7 +127,7 @@ class MotorRecord:
 
     def _allowed(self) -> None:
         if self.values["SPMG"] == STOP:
-            raise RefusedError("the field SPMG is Stop: write Go to SPMG before a motion")
+            raise RefusedError("the field SPMG is Stop: set SPMG to Go before a motion")
 
     async def _define(self, user: float, dial: float) -> None:
         if self.values["FOFF"] or self.axis.status.lost:
@@ -296,7 +296,7 @@ class MotorRecord:
     # Polls
 
     async def _update(self) -> None:
-        """Publish the state of the axis: first the readback position, last DMOV."""
+        """Publish the state of the axis: the last readback position of a motion is published before DMOV=1."""
         axis, status = self.axis, self.axis.status
         moving = status.moving
         await self._set_alarm(status)

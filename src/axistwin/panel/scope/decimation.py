@@ -37,7 +37,7 @@ class Window:
 
 
 class Line(NamedTuple):
-    """Points of a plotted curve in steps: the value is constant from each point to the next point."""
+    """Points of a stepped curve: the value is constant from each point to the next point."""
 
     times: Times
     values: Numbers
@@ -136,7 +136,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # draw first the value (minimum or maximum of the pixel) that is nearer to the previous value
+    # of the minimum and the maximum of a pixel, draw first the one nearer to the previous value
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
@@ -152,9 +152,9 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Divide a time span into equal parts, and return the first text that begins in each part.
+    """Divide a time span into equal parts, and return the first message that begins in each part.
 
-    `most`: the number of parts.  Each text is returned with its start time.
+    `most`: the number of parts.  Each message is returned with its start time.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

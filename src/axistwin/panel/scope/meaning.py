@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Information for the display of a signal: the unit of numbers, or the codec of messages."""
+    """Information to display a signal: the unit if its values are numbers, the codec if its values are messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -77,7 +77,7 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
-    """Yield the names of the position and velocity signals of each axis that drives a machine."""
+    """Yield the names of the position and velocity signals of all axes with options, e.g. with a motor or a load."""
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
         if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):

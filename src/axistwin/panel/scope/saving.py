@@ -82,7 +82,10 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the start of the time span in which each change of the signals `names` is stored separately."""
+    """Return the time from which every single change of the signals `names` is stored.
+
+    Earlier changes are merged into intervals.
+    """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -155,9 +158,9 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Convert the intervals in a signal's history to single changes, each with a time and a value.
+    """Convert the history of a signal to single changes, each with a time and a value.
 
-    A merged interval becomes changes to the first, the least, the greatest and the last value of the interval.
+    An interval of merged changes becomes changes to the first, least, greatest and last value of the interval.
     """
     wide = rows.end > rows.begin
     width = rows.end - rows.begin

@@ -191,7 +191,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Start of the time span in which all signals on the screen are recorded."""
+        """Time from which all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -231,7 +231,7 @@ class Screen:
             self._searched_ns = upto_ns + 1
 
     def _find_first(self) -> None:
-        """Pause the screen at the first edge in new data, in the trigger mode `SINGLE`.
+        """In the trigger mode `SINGLE`, pause the screen at the first edge in the new data.
 
         The search is made before the new data are merged into intervals.
         """

@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # add the integrals of merged intervals; a single change has no integral
+    if rows.begin is not rows.end:  # only intervals of merged changes have an integral
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -119,7 +119,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Start of the time span in which each change of the signal is stored separately.
+        """Time from which every single change of the signal is stored.
 
         Earlier changes are merged into intervals.
         """
@@ -141,7 +141,7 @@ class Track:
         return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
-        """Mark the signal's value as unknown from `time_ns`."""
+        """Mark the value of the signal as unknown, beginning at `time_ns`."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
@@ -185,7 +185,7 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest single changes into intervals that cover several changes.
+        """Merge the oldest changes of the signal into intervals; an interval covers several changes.
 
         The intervals have the first resolution in `SHIFTS`, or the second resolution if the changes are rare.
         """
@@ -253,7 +253,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Start of the time span in which all texts of the signal are stored; earlier texts may have been deleted."""
+        """Time from which all texts of the signal are stored; earlier texts may have been deleted."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

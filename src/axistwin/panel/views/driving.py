@@ -122,10 +122,9 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the action of the Run button: run, pause or stop.
+    """Run, pause or stop the session, as the label of the Run button said when the user clicked.
 
-    The action is the one that the button showed when the user clicked.
-    The state may have changed since the click.
+    The state of the session may have changed since the click.
     """
     session = context.session
     match shown if isinstance(shown, str) else button.text:
@@ -258,7 +257,7 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons: one deletes the part of the recording after the present time, one restores this part."""
+    """Build two buttons for the recording after the present time: `Live from here` deletes it, `Undo` restores it."""
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)

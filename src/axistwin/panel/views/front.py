@@ -53,7 +53,7 @@ NOTHING = object()
 
 
 class _Source:
-    """A terminal or a register whose value a front panel shows."""
+    """The source of a value on a front panel: an electrical terminal or a register."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -61,7 +61,7 @@ class _Source:
         self.shows: list[Show] = []
 
     def refresh(self, controller: Controller) -> None:
-        """Read the terminal or register, and show the value if the value has changed."""
+        """Read the electrical terminal or the register, and update the front panel if the value has changed."""
         value = controller.read(self._name)
         if value != self._known:
             self._known = value

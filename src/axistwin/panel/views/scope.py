@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # all users together would show too many signals: show no signals
+        except AxistwinError:  # show no signals: the screens of all users together have too many
             screen.show(())
         return screen
 
@@ -126,7 +126,7 @@ class _Scope:
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if the present page update includes the table of measurements."""
+        """True if the present update of the page also updates the table of measurements."""
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Functions that handle messages from the browser

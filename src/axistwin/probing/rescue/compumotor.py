@@ -107,7 +107,10 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the commands that copy the old board's data to a new board, and the actions that set the triggers."""
+    """Return the entries of a scene that restore the data of an old board on a new board.
+
+    The actions set the levels of the trigger inputs, and load a file with commands.
+    """
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)
     actions = [f"trigger{number} low" for number in range(2, 6) if not levels >> number & 1]

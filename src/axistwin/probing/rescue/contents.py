@@ -11,7 +11,7 @@ from axistwin.probing.rescue.exchange import Exchange
 
 @dataclass
 class Contents:
-    """The contents of a controller, as read through its port."""
+    """The programs and data of a controller, as the controller reports them through its port."""
 
     values: dict[str, str] = field(default_factory=dict)
     """All answers by the name of the value or the request."""
@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """Part of a scene that copies the data of an old controller to a new controller."""
+    """Entries of a scene in which a new controller receives the data of an old controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""

@@ -66,7 +66,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # E and N have opposite parity bits: if the parity setting is wrong, at least one of the two requests fails
+        # the characters `E` and `N` have opposite parity bits: with a wrong parity setting, at least one request fails
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None

@@ -19,7 +19,7 @@ Complete = Callable[[bytes], bool]
 
 
 class Exchange:
-    """A connection to a controller that records all sent and received data."""
+    """A connection to a controller, with a record of all sent and received data."""
 
     def __init__(
         self,

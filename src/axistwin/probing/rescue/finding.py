@@ -58,7 +58,7 @@ def find(
             return Found(model or kind, fmt)
     if line is None and end.has_line:
         raise LinkError(
-            "the controller does not answer with any line format: "
+            "the controller does not answer at any baud rate or in any character format: "
             "check cable, power and --model, and close other programs that use the port"
         )
     raise LinkError("the controller does not answer: check cable, power, --model and --line")
@@ -110,8 +110,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send a data format, e.g. U61, then run axistwin rescue again "
-            "(caution: if the interface is a locked IF2, U61 starts the stored sequence)"
+            "the interface has no data format yet: send a data format, e.g. U61, and run axistwin rescue again; "
+            "caution: U61 starts the stored sequence of a locked IF2"
         )
     return False
 

@@ -126,7 +126,7 @@ def _scene(found: Found, contents: Contents) -> dict[str, str]:
 
 @cache
 def new(model: str) -> Contents:
-    """Return the contents of a new virtual controller of this model."""
+    """Return the programs and data that a new virtual controller of this model reports."""
     bench = Bench()
     end = VirtualEnd(bench, bench.add(model))
     family = reader(model)

@@ -77,7 +77,7 @@ def _first(exchange: Exchange) -> None:
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    if answer.removeprefix(FIRST).count(b"\r") > 2:  # one motor sends at most one answer to each of the two requests
+    if answer.removeprefix(FIRST).count(b"\r") > 2:  # a single motor answers each request at most once
         raise LinkError("several motors answer: connect one motor at a time")
 
 

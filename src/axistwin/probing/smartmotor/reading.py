@@ -47,7 +47,7 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
             # the test case stores the setting in variable zzz, and restores the setting at the end
-            # PRINT reports the setting; RV and RP would report the actual velocity and position
+            # PRINT reports the value that was set; RV and RP would report the actual velocity and position
             shown = f"PRINT({code[:-1]},#13)"
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))

@@ -36,7 +36,7 @@ class Axis:
         self.knots: deque[tuple[float, float]] = deque()
 
     def move(self, now_s: float) -> float:
-        """Set the position of the axis for the given time, and return the velocity in pulses/s."""
+        """Move the axis to the position for the time `now_s`, and return the velocity in pulses/s."""
         knots, velocity = self.knots, 0.0
         while len(knots) > 1 and knots[1][0] <= now_s:
             knots.popleft()
