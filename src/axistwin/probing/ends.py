@@ -111,7 +111,7 @@ class VirtualEnd(End):
 
     grain_s = 0.0005
     exact = True
-    _STEP_S, _PHASE_NS = 0.02, 10 * MS
+    _STEP_S, _STEP_NS, _PHASE_NS = 0.02, 20 * MS, 10 * MS
     _BUS_GRAIN_S = 0.00002
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
@@ -154,9 +154,14 @@ class VirtualEnd(End):
 
         Virtual time advances by at most 20 ms, or by the multiple of 20 ms that is 20 to 40 ms less than `silence_s`.
         """
-        if not self._messages:
-            steps = max(1, int(silence_s / self._STEP_S) - 1)
-            self.bench.run_until(lambda: self._messages, steps * self._STEP_S)
+        clock = self.bench.clock
+        end_ns = clock.later(max(1, int(silence_s / self._STEP_S) - 1) * self._STEP_NS)
+        while not self._messages:  # data arrive only at events, so the samples of a servo need no look
+            due_ns = clock.next_event_ns()
+            if due_ns is None or due_ns > end_ns:
+                clock.run_to(end_ns)
+                break
+            clock.step()
         data = bytes(self._messages)
         self._messages.clear()
         return data
