@@ -77,7 +77,7 @@ def test_the_programs_without_motion_consist_of_whitelisted_statements_and_stop_
         assert all(map(still.still, lines))
         assert "RUN?" in lines[:2]
         assert all(line == "RUN?" or line.startswith("PRINT") for line in lines[: lines.index("RUN?") + 1])
-    assert not all(map(still, moving.INTERRUPTS.splitlines()))
+    assert not all(map(still.still, moving.INTERRUPTS.splitlines()))
 
 
 @pytest.mark.parametrize(
