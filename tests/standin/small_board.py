@@ -57,7 +57,7 @@ class SmallBoard:
         self.pulses = {}  # a list of (tick, direction) of the pulses of each step pin
         self.positions = {}
         self._reader, self._expected, self.out = frames.Reader(), 0, bytearray()
-        self._later, self._order = [], count()
+        self._later, self._order, self._end = [], count(), start
         self._packed = zlib.compress(json.dumps(DESCRIBED).encode())
         self._dictionary = Dictionary(DESCRIBED)
         self._by_number = {each.number: each for each in self._dictionary.commands.values()}
@@ -71,14 +71,19 @@ class SmallBoard:
 
     # Time
 
-    def at(self, ticks, action):
-        heapq.heappush(self._later, (ticks, next(self._order), action))
+    def at(self, ticks, action, look=False):
+        """Call `action` at this tick; `look`: it only looks at a level."""
+        heapq.heappush(self._later, (ticks, next(self._order), action, look))
+
+    def unchanged_until(self):
+        """Return the tick before which no level can change."""
+        return min((ticks for ticks, _, _, look in self._later if not look and ticks < self._end), default=self._end)
 
     def run_to(self, seconds):
         """Advance to this time of the host's clock."""
-        end = self.start + round(seconds * self.hz)
+        self._end = end = self.start + round(seconds * self.hz)
         while self._later and self._later[0][0] <= end:
-            self.ticks, _, action = heapq.heappop(self._later)
+            self.ticks, _, action, _ = heapq.heappop(self._later)
             try:
                 action()
             except ShutdownError as reason:
@@ -289,8 +294,9 @@ class Endstop:
         self.next = self.board.ticks + rest
         if self.board.levels[self.pin] == level:
             self.trsync.trigger(reason)
-        else:
-            self.board.at(self.next, lambda: self._sample(era, rest, level, reason))
+        else:  # samples before the next change of a level have the same result
+            self.next += max(0, (self.board.unchanged_until() - self.next) // rest) * rest
+            self.board.at(self.next, lambda: self._sample(era, rest, level, reason), look=True)
 
     def stop(self):
         self.era += 1
