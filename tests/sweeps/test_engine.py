@@ -79,8 +79,8 @@ def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkey
     scene = stepper(tmp_path)
     (row,) = Sweep(scene, host="sweephost:fail").vary("seed", "1").run(workers=0).to_pylist()
     assert (row["ended"], row["notes"]) == ("error", "ValueError: broken")
-    rows = Sweep(scene, host="sweephost:stick").vary("seed", "[1]").run(workers=1, limit=0.5).to_pylist()
-    assert [(row["ended"], row["notes"]) for row in rows] == [("limit", "not finished after 0.5 s of real time")]
+    rows = Sweep(scene, host="sweephost:stick").vary("seed", "[1]").run(workers=1, limit=0.1).to_pylist()
+    assert [(row["ended"], row["notes"]) for row in rows] == [("limit", "not finished after 0.1 s of real time")]
     with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
         Sweep(scene, host="nowhere:at").vary("seed", "1").check()
 
