@@ -16,7 +16,7 @@ class Ports(Bench):
 
     def __init__(self, *, whole):
         super().__init__()
-        self.whole, self.access_s = whole, 50e-6
+        self.whole, self.access_s = whole, 5e-4
         """Virtual time that a driver needs to send a request."""
         self._answers = None
 
