@@ -202,7 +202,7 @@ def stores(draw):
     return kind, draw(st.integers(-1, LAST[kind] + 1)), draw(st.integers(-(2**31), 2**31 - 1))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(written=st.lists(stores(), max_size=25))
 def test_the_three_arrays_are_one_memory_of_204_bytes(written):
     """8.2 item 3: the three arrays share 204 bytes."""

@@ -1,5 +1,6 @@
 """Followers of registers: each follower has its own registers, and others do not affect it."""
 
+from functools import cache
 from itertools import groupby
 
 import pytest
@@ -51,11 +52,16 @@ def run(bench, motor, also=lambda step: None):
     motor.axes["shaft"].catch_up()
 
 
-def followed_alone(names):
+@cache
+def all_followed_alone():
     bench, motor = a_motor()
-    follower = Follower(motor, names)
+    follower = Follower(motor, NAMES)
     run(bench, motor)
     return follower.course()
+
+
+def followed_alone(names):
+    return {name: all_followed_alone()[name] for name in names}
 
 
 STEPS = st.sampled_from([step / 2 for step in range(2 * len(SAYINGS))])
