@@ -334,7 +334,7 @@ def test_whatever_happens_the_encoder_comes_to_the_sum_of_what_was_commanded(doi
         else:
             desired = counts if doing == "to" else desired + counts
             send(bench, board, 0x36 if doing == "to" else 0x35, *i32(counts))
-        bench.run(5)
+        bench.run(2)
     assert bench.run_until(lambda: bench.clock.next_event_ns() is None, 200)
     assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (desired, 0)
     assert position(bench, board) == board.axes["motor"].pulses
