@@ -317,7 +317,7 @@ def test_an_1810_has_no_deadband(bench):
     assert not board.bus.read(1) & USER_BIT
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.tuples(st.sampled_from(["push", "go", "to"]), st.integers(-2000, 2000)), min_size=1, max_size=6),
     st.sampled_from([0, 3, 50]),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import product
@@ -141,6 +141,7 @@ PIECES = st.sampled_from(
 
 
 @pytest.mark.parametrize(("suffix", "model"), [(".if1", "if1"), (".sms", "smartmotor"), (".181x", "1811")])
+@settings(max_examples=50)
 @given(pieces=st.lists(PIECES, max_size=15))
 def test_fixing_adds_no_errors_and_is_idempotent(suffix, model, pieces):
     made, text = product(model), "".join(pieces)

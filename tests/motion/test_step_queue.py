@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.motion import MOST_INTERVAL, Profile, Segment, Steps, plan
@@ -27,6 +27,7 @@ def executed(commands, last):
     return np.array(times, np.int64)
 
 
+@settings(max_examples=50)
 @given(
     st.lists(st.integers(50, 400_000), min_size=1, max_size=200),
     st.sampled_from([2.0, 8.0, 40.0]),
@@ -37,6 +38,7 @@ def test_each_pulse_is_within_the_tolerance(gaps, tolerance, last):
     assert np.abs(executed(plan(wanted, last, tolerance), last) - wanted).max() <= tolerance
 
 
+@settings(max_examples=50)
 @given(
     st.lists(st.tuples(st.integers(100, 60_000), st.integers(1, 300)), min_size=1, max_size=8),
     st.floats(0, 1000),

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench, Scene
@@ -35,6 +35,7 @@ def test_a_position_is_the_nearest_count(per, text, counts):
     assert position(text, MachineUnits.given({"per": per, "of": "mm"})) == counts
 
 
+@settings(max_examples=50)
 @given(counts=st.integers(-(10**9), 10**9), per=st.integers(1, 10**6), parts=st.integers(1, 1000))
 def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
     units = MachineUnits.given({"per": f"{per}/{parts}", "of": "deg"})

@@ -44,7 +44,7 @@ def cases(draw):
     )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(cases())
 def test_any_acts_in_the_same_nanosecond(case):
     """The actions raise no exception, and a repetition gives the same result."""

@@ -215,6 +215,7 @@ WORDS = [
 programs = st.lists(st.sampled_from(WORDS), max_size=40).map(" ".join)
 
 
+@settings(max_examples=50)
 @given(programs)
 def test_any_program_runs_and_never_leaves_its_code(text):
     program = Processor(text).run(200)
@@ -224,7 +225,7 @@ def test_any_program_runs_and_never_leaves_its_code(text):
 
 
 @pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=50)
+@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=25)
 @given(programs)
 def test_compiled_and_plain_are_the_same(text):
     plain, compiled = (Whole(Rig(None), text, compiled=choice) for choice in (False, True))

@@ -1,7 +1,7 @@
 """The command language: single commands and their ends (3 of the base language; 1.1, 1.3, 8.1 of the manual)."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor import COMMANDS
@@ -149,6 +149,7 @@ def test_where_the_statements_of_a_program_end(text, expected):
     assert [text[begin:end] for begin, end in lexer.statements(text)] == expected
 
 
+@settings(max_examples=50)
 @given(st.text(alphabet=st.characters(max_codepoint=255), max_size=70))
 def test_any_text_is_read(text):
     statement = read(text)

@@ -304,7 +304,7 @@ A=65536 A=0 A=1 V=0 V=-65536 V=655360 P=0 P=500 D=-30 D=0 O=5 T=100 T=-1023 BASE
 """
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=25)
 @given(words=st.lists(st.sampled_from(WORDS.split()), max_size=20))
 def test_any_order_of_commands_leaves_the_motor_operable(words):
     """After any commands the motor answers, and the result is the same in one piece and in many."""

@@ -5,7 +5,7 @@ import random
 import zlib
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.errors import LinkError
@@ -38,6 +38,7 @@ def test_the_crc():
     assert frames.crc16(b"123456789") == 0x6F91  # CRC-16/MCRF4XX
 
 
+@settings(max_examples=50)
 @given(st.lists(st.binary(max_size=frames.MOST_CONTENT), max_size=8), st.lists(st.integers(1, 40), max_size=30))
 def test_blocks_are_found_in_any_pieces(contents, pieces):
     stream = b"".join(frames.block(number, content) for number, content in enumerate(contents))
@@ -72,6 +73,7 @@ def test_a_damaged_dictionary_is_refused(data):
         Dictionary.unpack(data)
 
 
+@settings(max_examples=50)
 @given(st.binary(max_size=40))
 def test_any_response_can_be_decoded(content):
     _name, values = Dictionary(DESCRIBED).decode(content)

@@ -128,7 +128,7 @@ def test_a_claim_without_its_event_or_condition_has_a_reason(sentence):
 CHANGES = st.dictionaries(st.integers(1, 12), st.integers(-5, 5), max_size=6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(CHANGES, CHANGES, st.sets(st.integers(0, 12), min_size=1, max_size=4), st.integers(0, 6))
 def test_claims_agree_with_a_simple_reference(x, y, events, window):
     x, y, events = {0: 0, **x}, {0: 1, **y}, sorted(events)
