@@ -88,7 +88,7 @@ class Pair:
 @pytest.mark.parametrize("seed", range(12))
 def test_random_runs_agree_to_the_bit(seed):
     pair = Pair(seed)
-    for _ in range(40):
+    for _ in range(25):
         for _ in range(pair.random.randint(1, 300)):
             protests, reference_protests = pair.sample()
             assert protests == reference_protests
