@@ -57,7 +57,7 @@ class SmallBoard:
         self.pulses = {}  # a list of (tick, direction) of the pulses of each step pin
         self.positions = {}
         self._reader, self._expected, self.out = frames.Reader(), 0, bytearray()
-        self._later, self._order, self._end = [], count(), start
+        self._later, self._order = [], count()
         self._packed = zlib.compress(json.dumps(DESCRIBED).encode())
         self._dictionary = Dictionary(DESCRIBED)
         self._by_number = {each.number: each for each in self._dictionary.commands.values()}
@@ -67,28 +67,30 @@ class SmallBoard:
 
     def off(self):
         """Delete the configuration, as at power-off."""
-        self.oids, self.crc, self.configured, self.shutdown = {}, 0, False, 0
+        self.oids, self.crc, self.configured, self.shutdown, self.endstops = {}, 0, False, 0, []
 
     # Time
 
-    def at(self, ticks, action, look=False):
-        """Call `action` at this tick; `look`: it only looks at a level."""
-        heapq.heappush(self._later, (ticks, next(self._order), action, look))
-
-    def unchanged_until(self):
-        """Return the tick before which no level can change."""
-        return min((ticks for ticks, _, _, look in self._later if not look and ticks < self._end), default=self._end)
+    def at(self, ticks, action):
+        heapq.heappush(self._later, (ticks, next(self._order), action))
 
     def run_to(self, seconds):
         """Advance to this time of the host's clock."""
-        self._end = end = self.start + round(seconds * self.hz)
+        end = self.start + round(seconds * self.hz)
+        self._look()
         while self._later and self._later[0][0] <= end:
-            self.ticks, _, action, _ = heapq.heappop(self._later)
+            self.ticks, _, action = heapq.heappop(self._later)
             try:
                 action()
             except ShutdownError as reason:
                 self._stop(str(reason))
+            self._look()
         self.ticks = end
+
+    def _look(self):
+        """Let the endstops look at their levels, which change only at events or between two calls of `run_to`."""
+        for endstop in self.endstops:
+            endstop.look()
 
     def time_s(self, ticks):
         return (ticks - self.start) / self.hz
@@ -158,7 +160,7 @@ class SmallBoard:
         self.shutdown = 0
 
     def do_allocate_oids(self, number):
-        self.oids = {}
+        self.oids, self.endstops = {}, []
 
     def do_finalize_config(self, crc):
         self.crc, self.configured = crc & 0xFFFF_FFFF, True
@@ -168,6 +170,7 @@ class SmallBoard:
 
     def do_config_endstop(self, oid, pin, pull_up):
         self.oids[oid] = Endstop(self, pin)
+        self.endstops.append(self.oids[oid])
 
     def do_config_trsync(self, oid):
         self.oids[oid] = Trsync(self, oid)
@@ -278,28 +281,39 @@ class Trsync:
 
 
 class Endstop:
+    """An input that is sampled at tick `first` and each `rest` ticks later, until it has a level."""
+
     def __init__(self, board, pin):
-        self.board, self.pin, self.trsync, self.next, self.era = board, pin, None, 0, 0
+        self.board, self.pin, self.trsync, self.sampled, self.ended, self.due = board, pin, None, False, 0, False
+
+    @property
+    def next(self):
+        """Return the tick of the next sample."""
+        if not self.sampled:
+            return self.ended
+        return self.first + max(0, (self.board.ticks - self.first) // self.rest + 1) * self.rest
 
     def home(self, clock, number, rest, level, trsync, reason):
-        self.era += 1
-        self.trsync = trsync if number else None
-        if number:
-            era = self.era
-            self.board.at(max(clock, self.board.ticks), lambda: self._sample(era, rest, level, reason))
+        self.trsync, self.sampled, self.due = trsync if number else None, bool(number), False
+        self.first, self.rest, self.level, self.reason = max(clock, self.board.ticks), rest, level, reason
 
-    def _sample(self, era, rest, level, reason):
-        if era != self.era:
+    def look(self):
+        """Plan the trigger by the next sample if the input has the level."""
+        if self.sampled and not self.due and self.board.levels[self.pin] == self.level:
+            self.due = True
+            first = self.first
+            self.board.at(max(self.next, first), lambda: self._sample(first))
+
+    def _sample(self, first):
+        if not self.sampled or first != self.first:
             return
-        self.next = self.board.ticks + rest
-        if self.board.levels[self.pin] == level:
-            self.trsync.trigger(reason)
-        else:  # samples before the next change of a level have the same result
-            self.next += max(0, (self.board.unchanged_until() - self.next) // rest) * rest
-            self.board.at(self.next, lambda: self._sample(era, rest, level, reason), look=True)
+        self.due = False
+        if self.board.levels[self.pin] == self.level:
+            self.sampled, self.ended = False, self.board.ticks + self.rest
+            self.trsync.trigger(self.reason)
 
     def stop(self):
-        self.era += 1
+        self.sampled, self.ended = False, self.board.ticks
 
 
 class Output:
