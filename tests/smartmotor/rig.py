@@ -66,11 +66,11 @@ class Rig:
         return samples * SAMPLE_S
 
     def trapezoid(self, target, revs_per_s, revs_per_s2):
-        """Move to the target; return the following errors until 0.5 s after the move, and the final position."""
+        """Move to the target; return the following errors until 0.3 s after the move, and the final position."""
         i, cpr, errors = self.i, self.motor.counts_per_rev, []
         max_velocity, rate = (int(x * cpr * 65536) for x in (revs_per_s * SAMPLE_S, revs_per_s2 * SAMPLE_S**2))
         end = None
-        while end is None or len(errors) < end + 2035:
+        while end is None or len(errors) < end + 1200:
             self.sample()
             i[state.VELOCITY] = next_velocity(
                 i[state.VELOCITY], (target << 16) - i[state.COMMANDED], max_velocity, rate
