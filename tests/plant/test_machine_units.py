@@ -17,19 +17,9 @@ MM = MachineUnits.given({"per": 80, "of": "mm"})
 
 @pytest.mark.parametrize(
     ("per", "text", "counts"),
-    [
-        (80, "12.5 mm", 1000),
-        (80, "-0.0125mm", -1),
-        (6.4, "10 mm", 64),
-        (0.1, "30 mm", 3),
-        ("2000/360", "90 mm", 500),
-        ("400/2.5", "1 mm", 160),
-        (80, "0.00625 mm", 0),
-        (80, "0.01875 mm", 2),
-        (80, "17", 17),
-        (80, 17, 17),
-    ],
-)
+    [(80, "12.5 mm", 1000), (80, "-0.0125mm", -1), (6.4, "10 mm", 64), (0.1, "30 mm", 3), ("2000/360", "90 mm", 500),
+     ("400/2.5", "1 mm", 160), (80, "0.00625 mm", 0), (80, "0.01875 mm", 2), (80, "17", 17), (80, 17, 17)],
+)  # fmt: skip
 def test_a_position_is_the_nearest_count(per, text, counts):
     """A half is rounded to the even count."""
     assert position(text, MachineUnits.given({"per": per, "of": "mm"})) == counts

@@ -163,14 +163,10 @@ def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, mes
 
 @pytest.mark.parametrize(
     ("suffix", "model", "text"),
-    [
-        ("181x", "1811", f"go_relative {'9' * 5000}\n"),
-        ("181x", "1811", f"+{'9' * 5000}\n"),
-        ("if1", "if1", f"+{'9' * 5000}\n"),
-        ("if1", "if1", f"! X.load {'9' * 5000}\n"),
-        ("181x", "1811", "! joystick 1e12\n"),
-    ],
-)
+    [("181x", "1811", f"go_relative {'9' * 5000}\n"), ("181x", "1811", f"+{'9' * 5000}\n"),
+     ("if1", "if1", f"+{'9' * 5000}\n"), ("if1", "if1", f"! X.load {'9' * 5000}\n"),
+     ("181x", "1811", "! joystick 1e12\n")],
+)  # fmt: skip
 def test_a_program_with_long_numbers(tmp_path, capsys, suffix, model, text):
     (tmp_path / f"a.{suffix}").write_text(text)
     assert execute(["run", model, str(tmp_path / f"a.{suffix}"), "--for", "3"]) == 1

@@ -39,25 +39,12 @@ RECORD = Record(
 
 @pytest.mark.parametrize(
     ("sentence", "value"),
-    [
-        ("final x", 2),
-        ("max x", 4),
-        ("min x", -6),
-        ("max |x|", 6),
-        ("mean x", (4 - 12 + 10) / 10),
-        ("integral x", 2),
-        ("rms x", ((16 + 72 + 20) / 10) ** 0.5),
-        ("max x while y high", 2),
-        ("min x while y high and x < 0", -6),
-        ("integral x while y low", 4 - 6 + 4),
-        ("from t.o rises to t.o falls", 2),
-        ("from t.o rises to t.o falls last", 4),
-        ("from t.o rises to t.o falls each", [2, 4]),
-        ("from t.o rises to t.o rises each", [3, 1]),
-        ("count t.o rises", 3),
-        ("count t.i rises", 0),
-    ],
-)
+    [("final x", 2), ("max x", 4), ("min x", -6), ("max |x|", 6), ("mean x", (4 - 12 + 10) / 10), ("integral x", 2),
+     ("rms x", ((16 + 72 + 20) / 10) ** 0.5), ("max x while y high", 2), ("min x while y high and x < 0", -6),
+     ("integral x while y low", 4 - 6 + 4), ("from t.o rises to t.o falls", 2),
+     ("from t.o rises to t.o falls last", 4), ("from t.o rises to t.o falls each", [2, 4]),
+     ("from t.o rises to t.o rises each", [3, 1]), ("count t.o rises", 3), ("count t.i rises", 0)],
+)  # fmt: skip
 def test_measures(sentence, value):
     assert measure(sentence).answer(RECORD).value == pytest.approx(value)
 
