@@ -51,6 +51,27 @@ def test_profiles_of_any_rates(segments, offset):
     assert np.abs(executed(plan(wanted, 0, TOLERANCE), 0) - wanted).max() <= TOLERANCE
 
 
+def possible(low, high):
+    """Return all commands for pulses within these bounds, by trying each interval and each change of the interval."""
+    return [
+        (interval, add)
+        for interval in range(1, max(high) + 1)
+        for add in range(-max(high), max(high) + 1)
+        if interval + add * (len(low) - 1) >= 1
+        and all(a <= tick <= b for a, tick, b in zip(low, Steps(interval, len(low), add).times(0), high, strict=True))
+    ]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(4, 12), min_size=1, max_size=4), st.sampled_from([0.0, 1.0, 3.0]))
+def test_a_command_outputs_as_many_pulses_as_possible(gaps, tolerance):
+    wanted = np.cumsum(gaps).astype(float)
+    count = next(plan(wanted, 0, tolerance)).count
+    for pulses in range(1, len(gaps) + 1):
+        low, high = ([int(time + sign * tolerance) for time in wanted[:pulses]] for sign in (-1, 1))
+        assert bool(possible(low, high)) is (pulses <= count)
+
+
 def test_a_move_of_20_000_pulses_takes_at_most_150_commands():
     levels = [Fraction(rate) for rate in range(400, 4001, 200)]
     up = [Segment(rate, Fraction(1, 50)) for rate in levels]
