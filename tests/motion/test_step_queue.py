@@ -91,6 +91,10 @@ def test_a_command_knows_its_times():
     assert Steps(100, 3, -10).ticks == 270
 
 
+def test_times_between_two_ticks_without_tolerance():
+    assert list(plan(np.array([10.5, 21.0]), 0, 0.2)) == [Steps(10, 1, 0), Steps(11, 1, 0)]
+
+
 def test_a_pulse_before_the_last_one_is_refused():
     with pytest.raises(ValueError, match="interval of -92 ticks between two pulses: expected 1 to"):
         list(plan(np.array([900.0]), 1000, 8.0))

@@ -98,6 +98,8 @@ def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkey
         (0, "killed", "the worker was killed"), (1, "error", "ValueError: broken"),
         (2, "rest", None), (3, "limit", "not finished after 0.8 s of real time"),
     ]  # fmt: skip
+    (row,) = Sweep(scene, host="sweephost:host").vary("seed", "2").run(workers=0).to_pylist()
+    assert (row["ended"], row["notes"]) == ("error", "ValueError: broken")
     with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
         Sweep(scene, host="nowhere:at").vary("seed", "1").check()
 
