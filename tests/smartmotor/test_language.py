@@ -101,6 +101,7 @@ def test_what_is_no_command(text):
         ("b=ABC", (2, "there is no variable ABC: expected e.g. aa, al[0] or CLK")),
         ("b=XX", (2, "there is no variable XX: expected e.g. xx")),
         ("a=(1+2", (6, "the closing ) is missing: expected e.g. (a+1)*2 or aw[5]")),
+        ("VST(a,3", (7, "the closing ) is missing: expected VST(variable,number)")),
         ("GOSUB1000", (5, "1000 is out of range: expected label 0…999")),
         ("endif", (0, "unknown command endif: commands are upper case")),
         ("=5", (0, "=5: blanks around = are not allowed")),
