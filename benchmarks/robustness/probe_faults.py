@@ -51,9 +51,9 @@ class Planted:
 class Shortened(VirtualEnd):
     """A line that loses each CR."""
 
-    def receive(self) -> bytes:
+    def receive(self, silence_s: float = 0.0) -> bytes:
         """Return received data without CR."""
-        return super().receive().replace(b"\r", b"")
+        return super().receive(silence_s).replace(b"\r", b"")
 
 
 class Fast(VirtualEnd):
@@ -68,9 +68,9 @@ class Fast(VirtualEnd):
 class SeventhBit(VirtualEnd):
     """A receiver that clears bit 7 of each byte."""
 
-    def receive(self) -> bytes:
+    def receive(self, silence_s: float = 0.0) -> bytes:
         """Return received data without bit 7."""
-        return bytes(byte & 0x7F for byte in super().receive())
+        return bytes(byte & 0x7F for byte in super().receive(silence_s))
 
 
 @contextmanager

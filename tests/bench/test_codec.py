@@ -10,17 +10,9 @@ from axistwin.errors import ProgramError
 
 @pytest.mark.parametrize(
     ("data", "text"),
-    [
-        (b"U61\r", r"U61\r"),
-        (b"\r\n", r"\r\n"),
-        (b"\\", r"\\"),
-        (b"\x00\x13\xff", r"\x00\x13\xFF"),
-        (b"X 1000", "X 1000"),
-        (b" X ", r"\x20X\x20"),
-        (b"  ", r"\x20\x20"),
-        (b"", ""),
-    ],
-)
+    [(b"U61\r", r"U61\r"), (b"\r\n", r"\r\n"), (b"\\", r"\\"), (b"\x00\x13\xff", r"\x00\x13\xFF"),
+     (b"X 1000", "X 1000"), (b" X ", r"\x20X\x20"), (b"  ", r"\x20\x20"), (b"", "")],
+)  # fmt: skip
 def test_characters_are_shown(data, text):
     assert CHARACTERS.show(data) == text
     assert CHARACTERS.read(text) == data

@@ -89,7 +89,7 @@ def computer(bench, board, program, **options):
 
 def test_a_move_and_its_messages_by_interrupt(bench):
     """The host sets a default velocity, requests a message at the end of motion, and moves one revolution."""
-    board = bench.add("1811")
+    board = bench.add("1811", initialisation_s=0.1)
     enable = code("BE 00 09 ; MOV SI,COMMANDS", "C6 06 00 08 FF ; MOV BYTE [STATE],0FFh")
     pc = computer(bench, board, enable + SEND + THEN_SLEEP)
     pc.load(CODE, COMMANDS, commands("31 00 00 00 00 61 A8 00 03 D0 90", "A4 01", "33 00 00 61 A8", "01 2A"))
@@ -99,22 +99,22 @@ def test_a_move_and_its_messages_by_interrupt(bench):
     assert pc.memory(CODE, BUFFER, 2) == b"\x01\x2a"  # only the first message, because the move takes longer
     assert pc.memory(CODE, BUFFER + 16, 2) == b"\xa4\x00"
     assert (board.axes["motor"].position, len(board.axes["motor"].pulse_times())) == (25_000, 25_000)
-    assert bench.seconds < 2.5
+    assert bench.seconds < 1.6
 
 
 def test_virtual_time_passes_with_the_instructions(bench):
-    """The board needs a second to initialise; polling takes three instructions of 2 microseconds."""
-    board = bench.add("1811")
+    """The board needs 100 ms to initialise; polling takes three instructions of 2 microseconds."""
+    board = bench.add("1811", initialisation_s=0.1)
     pc = computer(bench, board, code("E4 61", "A8 10", "74 FA", "F4"))  # IN AL,61h; TEST AL,10h; JZ; HLT
     pc.run(2)
     assert pc.stopped
-    assert 1.0 <= bench.seconds < 1.0001
-    assert pc.instructions == pytest.approx(500_000, rel=0.001)
+    assert 0.1 <= bench.seconds < 0.1001
+    assert pc.instructions == pytest.approx(50_000, rel=0.001)
 
 
 def test_an_interrupt_waits_until_it_is_let_in(bench):
     """With interrupts disabled the line stays active; after STI, one instruction is executed before the interrupt."""
-    board = bench.add("1811", interrupts=("input_ready",))
+    board = bench.add("1811", interrupts=("input_ready",), initialisation_s=0.1)
     program = code(
         "B0 40     ; MOV AL,40h       ; enable the board's interrupts",
         "E6 61     ; OUT 61h,AL",

@@ -28,14 +28,9 @@ def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
 
 @pytest.mark.parametrize(
     "wrong",
-    [
-        (0, 1, 0x00, *i32(1)),
-        (4, 1, 0x00, *i32(1)),
-        (1, 1, 0x60, *i32(1)),
-        (1, 1, 0x00, *i32(-1)),
-        (1, 1, 0x00, *i32(546_134)),
-    ],
-)
+    [(0, 1, 0x00, *i32(1)), (4, 1, 0x00, *i32(1)), (1, 1, 0x60, *i32(1)), (1, 1, 0x00, *i32(-1)),
+     (1, 1, 0x00, *i32(546_134))],
+)  # fmt: skip
 def test_a_law_out_of_range_is_ignored(bench, board, wrong):
     send(bench, board, 0xB3, *wrong)
     assert ask(bench, board, 0x9F)[:8] == bytes.fromhex("9F 01 14 00 0000C350")

@@ -75,7 +75,7 @@ ACTS = st.one_of(
 )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(ACTS, max_size=60))
 def test_any_bytes_on_either_register_at_any_time_neither_raise_nor_hang(acts):
     bench = Bench()

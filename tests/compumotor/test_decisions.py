@@ -387,7 +387,7 @@ def test_a_jammed_motor_in_a_correction_is_pushed_until_it_is_free(bench, end_on
     send_all(bench, board, (0x18, 1), (0x19, end_on_stall), (0xA7, 1))
     motor.jam(True)
     motor.encoder.displace(100)
-    bench.run(10)
+    bench.run(2)
     assert motor.velocity == -2_000
     assert number(bench, board, 0x99) == -100
     assert ask(bench, board, 0x8C)[1] == 0xFF

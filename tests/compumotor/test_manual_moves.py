@@ -54,14 +54,9 @@ def test_the_default_move_is_move_zero(bench, board):
 
 @pytest.mark.parametrize(
     "wrong",
-    [
-        (0x31, 0, 0x60, *i32(1), *i32(1)),
-        (0x31, 0, 0x03, *i32(1), *i32(1)),
-        (0x31, 0, 0, *i32(-1), *i32(1)),
-        (0x31, 0, 0, *i32(1), *i32(-1)),
-        (0x31, 0, 0, *i32(1), 0, 0, 0),
-    ],
-)
+    [(0x31, 0, 0x60, *i32(1), *i32(1)), (0x31, 0, 0x03, *i32(1), *i32(1)), (0x31, 0, 0, *i32(-1), *i32(1)),
+     (0x31, 0, 0, *i32(1), *i32(-1)), (0x31, 0, 0, *i32(1), 0, 0, 0)],
+)  # fmt: skip
 def test_a_default_out_of_range_is_ignored(bench, board, wrong):
     """31h: "negative velocity and a negative acceleration are invalid parameters"; such a default is ignored."""
     default(bench, board, 500, 600)

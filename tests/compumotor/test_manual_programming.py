@@ -224,7 +224,7 @@ def test_the_pace_of_the_bytes_does_not_matter(commands, gaps):
     assert hear(commands, repeat(0)) == hear(commands, cycle(gaps))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     st.lists(
         st.tuples(st.integers(0, 1), st.booleans(), st.one_of(st.integers(0, 255), COMMANDS), st.integers(0, 4_000)),

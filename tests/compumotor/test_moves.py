@@ -206,7 +206,7 @@ def test_limit_switches_at_positions(bench):
     assert position(bench, board, 0x81) == 5_000 - board.axes["motor"].position
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     distance=st.integers(-20_000, 20_000),
     velocity=st.integers(1, 546_133),

@@ -146,14 +146,9 @@ def test_the_memory_is_as_large_as_the_option_says(bench, size):
 
 @pytest.mark.parametrize(
     ("sources", "byte"),
-    [
-        ((), 0x08),
-        (("message_ready",), 0x88),
-        (("failed",), 0x08),
-        (("input_ready",), 0x98),
-        (("input_ready", "failed"), 0x98),
-    ],
-)
+    [((), 0x08), (("message_ready",), 0x88), (("failed",), 0x08), (("input_ready",), 0x98),
+     (("input_ready", "failed"), 0x98)],
+)  # fmt: skip
 def test_only_what_a_jumper_connects_interrupts(bench, sources, byte):
     """Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only."""
     board = bench.add("1811", interrupts=sources)

@@ -125,7 +125,7 @@ STEPS = st.sampled_from([
 ACTS = st.sampled_from([0x48, 0x71, 0x72, 0x79, 0x7A, "trigger1", "trigger6", "trigger2"])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(STEPS, min_size=1, max_size=6), st.lists(st.tuples(ACTS, st.integers(0, 400)), max_size=6))
 def test_nothing_that_is_done_with_a_sequence_touches_the_hosts_move(steps, acts):
     """Whatever a sequence contains, and however it is suspended, killed and continued, the host's move is completed."""

@@ -264,7 +264,7 @@ class Host(RuleBasedStateMachine):
 
 
 Host.TestCase.settings = settings(
-    max_examples=25,
+    max_examples=15,
     stateful_step_count=30,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],

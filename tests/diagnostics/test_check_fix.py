@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import product
@@ -62,19 +62,10 @@ def test_fixes(fix, name, text):
 
 @pytest.mark.parametrize(
     ("name", "text"),
-    [
-        ("a.if1", "next$\n"),
-        ("a.if1", "X100\n"),
-        ("a.if1", "S2\n"),
-        ("a.181x", "go_relatve 25000\n"),
-        ("a.sms", "end of the loop\n"),
-        ("a.sms", "----- a=1\n"),
-        ("a.sms", "UCI UDI G\n"),
-        ("a.sms", "a =\n 1\n"),
-        ("a.sms", "a= S\n"),
-        ("a.sms", "VT=5 ADT=5\n"),
-    ],
-)
+    [("a.if1", "next$\n"), ("a.if1", "X100\n"), ("a.if1", "S2\n"), ("a.181x", "go_relatve 25000\n"),
+     ("a.sms", "end of the loop\n"), ("a.sms", "----- a=1\n"), ("a.sms", "UCI UDI G\n"), ("a.sms", "a =\n 1\n"),
+     ("a.sms", "a= S\n"), ("a.sms", "VT=5 ADT=5\n")],
+)  # fmt: skip
 def test_fixes_that_need_a_decision_are_not_applied(fix, name, text):
     result, mended = fix(name, text)
     assert mended == text
@@ -141,6 +132,7 @@ PIECES = st.sampled_from(
 
 
 @pytest.mark.parametrize(("suffix", "model"), [(".if1", "if1"), (".sms", "smartmotor"), (".181x", "1811")])
+@settings(max_examples=50)
 @given(pieces=st.lists(PIECES, max_size=15))
 def test_fixing_adds_no_errors_and_is_idempotent(suffix, model, pieces):
     made, text = product(model), "".join(pieces)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import product
@@ -60,6 +60,7 @@ WORDS = st.sampled_from(
 
 
 @pytest.mark.parametrize(("suffix", "model"), PROGRAMS, ids=lambda value: value.strip("."))
+@settings(max_examples=50)
 @given(words=st.lists(WORDS, max_size=12))
 def test_each_diagnostic_has_a_known_code_and_its_severity(suffix, model, words):
     severities = {rule.code: rule.severity for _, rule in RULES}

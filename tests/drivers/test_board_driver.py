@@ -1,13 +1,8 @@
-"""The driver of the 1810 and 1811 at a served bus."""
+"""The driver of the 1810 and 1811 at a bus."""
 
 import pytest
 
-import axistwin
 from axistwin.drivers import MESSAGE, BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
-
-from .devices import answering, model_of, url_of
-
-pytestmark = pytest.mark.usefixtures("arrival")
 
 
 @pytest.fixture(params=[False, True], ids=["polling", "interrupts"])
@@ -16,33 +11,32 @@ def interrupts(request):
 
 
 @pytest.fixture
-def twin():
-    with axistwin.serve("1811", speed=5.0) as twin:
-        yield twin
+def twin(ports):
+    return ports.add("1811")
 
 
 @pytest.fixture
 def board(twin, interrupts):
-    with connect(url_of(twin), "1811", interrupts=interrupts) as controller:
+    with connect("1811", "1811", interrupts=interrupts) as controller:
         yield controller
 
 
 def true_position(twin):
-    return twin.do(lambda: model_of(twin).axes["motor"].position)
+    return twin.axes["motor"].position
 
 
 def test_moves_end_at_the_exact_position(twin, board):
     motor = board.axes["motor"]
     motor.move_to(400)
-    assert motor.wait(5).position == 400
+    assert motor.wait(25).position == 400
     motor.move_by(-1000)
-    assert motor.wait(5).position == true_position(twin) == -600
+    assert motor.wait(25).position == true_position(twin) == -600
     motor.move_to(-600)
     assert not motor.status().moving
     motor.set_position(70)
     motor.set_profile(velocity=60_000, acceleration=1_000_000)
     motor.move_to(80)
-    assert motor.wait(5).position == 80 and true_position(twin) == -590
+    assert motor.wait(25).position == 80 and true_position(twin) == -590
 
 
 @pytest.mark.parametrize("ending", ["stop", "abort"])
@@ -58,7 +52,7 @@ def test_a_run_that_is_stopped_has_its_true_position(twin, board, ending):
     with pytest.raises(BusyError):
         motor.set_position(0)
     getattr(motor, ending)()
-    assert motor.wait(5).position == true_position(twin) < 0
+    assert motor.wait(25).position == true_position(twin) < 0
     motor.move_at(0)
 
 
@@ -67,34 +61,34 @@ def test_a_limit_ends_a_move_and_refuses_the_next(twin, board):
     motor.move_at(900)
     while not motor.status().position:
         pass
-    twin.do(lambda: model_of(twin).pins["cw_limit"].drive(not model_of(twin).pins["cw_limit"].level))
-    status = motor.wait(5)
+    twin.pins["cw_limit"].drive(not twin.pins["cw_limit"].level)
+    status = motor.wait(25)
     assert status.limit_plus and status.position == true_position(twin)
     with pytest.raises(RefusedError, match="limit is active"):
         motor.move_by(10)
     motor.move_by(-10)
-    assert motor.wait(5).position == status.position - 10
+    assert motor.wait(25).position == status.position - 10
 
 
 def test_a_reset_by_another_host_loses_the_position(twin, board):
     motor = board.axes["motor"]
     motor.move_to(300)
-    motor.wait(5)
-    twin.do(lambda: model_of(twin).power_cycle())
+    motor.wait(25)
+    twin.power_cycle()
     assert "was reset" in motor.status().lost
     with pytest.raises(PositionLostError):
         motor.move_to(5)
     motor.set_position(300)
     motor.move_to(310)
-    assert motor.wait(5).position == 310
+    assert motor.wait(25).position == 310
     board.reset()
     assert "was reset" in motor.status().lost
 
 
-def test_messages_before_a_new_connection_are_discarded(twin, board):
+def test_messages_before_a_new_connection_are_discarded(ports, twin, board):
     board.command(0xA5, 1)  # a message at each end of motion
     board.axes["motor"].move_to(50)
-    assert twin.run_until(lambda: model_of(twin).bus.read(1) & MESSAGE, 5)
+    assert ports.run_until(lambda: twin.bus.read(1) & MESSAGE, 25)
     board.close()
     assert board.request(0x97) and not board.take_messages()
 
@@ -106,18 +100,18 @@ def test_a_distance_beyond_the_counter_is_refused(board):
         motor.move_to(-10)
 
 
-def test_without_a_marker_a_reset_is_not_noticed(twin):
-    with connect(url_of(twin), "1811", marker_bit=None) as board:
+def test_without_a_marker_a_reset_is_not_noticed(ports, twin):
+    with connect("1811", "1811", marker_bit=None) as board:
         board.axes["motor"].move_to(30)
-        board.axes["motor"].wait(5)
-        twin.do(lambda: model_of(twin).power_cycle())
-        twin.run_until(lambda: False, 0.3)
+        board.axes["motor"].wait(25)
+        twin.power_cycle()
+        ports.run(1.5)
         assert not board.axes["motor"].status().lost
 
 
-def test_a_failed_board_says_so(twin, board):
+def test_a_failed_board_says_so(ports, twin, board):
     board.command(0xFF)  # the test function ends in the Fail state after 10 s
-    assert twin.run_until(lambda: model_of(twin).bus.read(1) & 0x20, 5)
+    assert ports.run_until(lambda: twin.bus.read(1) & 0x20, 25)
     assert board.axes["motor"].status().faults[0].name == "board failure"
     with pytest.raises(RefusedError, match="call reset"):
         board.command(0x70)
@@ -125,15 +119,13 @@ def test_a_failed_board_says_so(twin, board):
     assert not board.axes["motor"].status().faults
 
 
-def test_home(interrupts):
-    with (
-        axistwin.serve("1811", speed=5.0, motor={"home": [150, 5000]}) as twin,
-        connect(url_of(twin), "1811", interrupts=interrupts, home_edge_ccw=True) as board,
-    ):
+def test_home(ports, interrupts):
+    twin = ports.add("1811", motor={"home": [150, 5000]})
+    with connect("1811", "1811", interrupts=interrupts, home_edge_ccw=True) as board:
         motor = board.axes["motor"]
         motor.set_profile(velocity=2000, acceleration=100_000)
         motor.home(1)
-        status = motor.wait(10)
+        status = motor.wait(50)
         assert (status.position, status.faults) == (0, ())
         assert abs(true_position(twin) - 150) <= 1 or abs(true_position(twin) - 5000) <= 1
 
@@ -141,7 +133,7 @@ def test_home(interrupts):
 def test_events_sequences_closed_loop_and_streams(twin, board):
     board.command(0xA5, 1)  # a message at each end of motion
     board.axes["motor"].move_to(50)
-    board.axes["motor"].wait(5)
+    board.axes["motor"].wait(25)
     while not (messages := board.take_messages()):
         pass
     assert messages[0][0] == 0xA5
@@ -169,17 +161,18 @@ def test_events_sequences_closed_loop_and_streams(twin, board):
 
 def test_a_stream_longer_than_the_buffer_is_refilled(twin, board):
     board.stream_times(20, 1, 1, [100] * 250 + [-40] * 99 + [0])
-    assert not board.axes["motor"].wait(10).moving
+    assert not board.axes["motor"].wait(50).moving
     updates = 13_107_200 / 3 / 65_536 * 0.02
     expected = updates * (250 * 100 - 99 * 40)
     assert abs(true_position(twin) - expected) < 350  # each update may lose the fraction of a pulse
 
 
-def test_a_stream_that_the_board_has_used_up_is_stopped():
-    with axistwin.serve("1811", speed=50.0) as twin, connect(url_of(twin), "1811") as board:
+def test_a_stream_that_the_board_has_used_up_is_stopped(ports, twin):
+    ports.access_s = 5e-3
+    with connect("1811", "1811") as board:
         with pytest.raises(RefusedError, match="the stream of velocities was interrupted"):
             board.stream_times(2, 4, 1, [100] * 5_000 + [0])
-        assert not board.axes["motor"].wait(5).moving
+        assert not board.axes["motor"].wait(25).moving
 
 
 def test_a_wrong_command_and_a_silent_request(board):
@@ -196,36 +189,29 @@ def test_a_wrong_command_and_a_silent_request(board):
     ("answer", "says"),
     [(b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")],
 )
-def test_garbage_raises_a_clear_error(answer, says):
-    with answering(lambda data: answer if data.strip() else b"") as url, pytest.raises(WrongAnswerError, match=says):
-        connect(url, "1811", timeout=0.1)
+def test_garbage_raises_a_clear_error(ports, answer, says):
+    with pytest.raises(WrongAnswerError, match=says):
+        connect(ports.answering(lambda data: answer if data.strip() else b""), "1811", timeout=0.1)
 
 
-def test_a_write_that_is_not_accepted():
-    def answer(data):
-        return b"10\n" if b"r" in data else b"?\n" if data.strip() else b""
-
-    with answering(answer) as url, pytest.raises(WrongAnswerError, match="expected ok"):
-        connect(url, "1811", timeout=0.1)
+def test_a_write_that_is_not_accepted(ports):
+    port = ports.answering(lambda data: b"10\n" if b"r" in data else b"?\n" if data.strip() else b"")
+    with pytest.raises(WrongAnswerError, match="expected ok"):
+        connect(port, "1811", timeout=0.1)
 
 
-def test_a_board_that_is_never_ready():
-    def answer(data):
-        return b"00\n" if data.strip() else b""
-
-    with answering(answer) as url, pytest.raises(SilentError, match="not ready"):
-        connect(url, "1811", timeout=0.2)
+def test_a_board_that_is_never_ready(ports):
+    with pytest.raises(SilentError, match="not ready"):
+        connect(ports.answering(lambda data: b"00\n" if data.strip() else b""), "1811", timeout=0.2)
 
 
-def test_a_home_that_is_not_found_is_a_fault():
-    with (
-        axistwin.serve("1811", speed=5.0, motor={"limits": [-300, 300]}) as twin,
-        connect(url_of(twin), "1811") as board,
-    ):
+def test_a_home_that_is_not_found_is_a_fault(ports):
+    twin = ports.add("1811", motor={"limits": [-300, 300]})
+    with connect("1811", "1811") as board:
         motor = board.axes["motor"]
         motor.set_profile(velocity=2000, acceleration=100_000)
         motor.home(1)
-        status = motor.wait(10)
+        status = motor.wait(50)
         assert status.faults[0].name == "home not found" and status.position == true_position(twin)
         motor.clear_faults()
         assert not motor.status().faults

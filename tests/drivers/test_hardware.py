@@ -30,19 +30,26 @@ def real_or_virtual(model, given):
         yield url_of(twin)
 
 
-@pytest.fixture(params=MODELS)
-def axis(request):
+@pytest.fixture(scope="module", params=MODELS)
+def first_axis(request):
+    """Return the first axis of a controller, and its velocity."""
     name, velocity = MODELS[request.param]
     with (
         real_or_virtual(request.param, request.config.getoption("--hardware")) as url,
         connect(url, request.param) as controller,
     ):
-        axis = controller.axes[name]
-        axis.clear_faults()
-        axis.set_position(0)
-        axis.set_profile(velocity, 10 * velocity)
-        yield axis
-        axis.stop()
+        yield controller.axes[name], velocity
+
+
+@pytest.fixture
+def axis(first_axis):
+    axis, velocity = first_axis
+    axis.clear_faults()
+    axis.set_position(0)
+    axis.set_profile(velocity, 10 * velocity)
+    yield axis
+    axis.stop()
+    axis.wait(20)
 
 
 def test_moves_to_both_sides_end_at_the_target(axis):

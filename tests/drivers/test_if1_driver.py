@@ -1,8 +1,7 @@
-"""The driver of the IF1 at served ports."""
+"""The driver of the IF1."""
 
 import pytest
 
-import axistwin
 from axistwin.drivers import (
     BusyError,
     PositionLostError,
@@ -13,41 +12,35 @@ from axistwin.drivers import (
     connect,
 )
 
-from .devices import answering, model_of, url_of
-
-pytestmark = pytest.mark.usefixtures("arrival")
-QUICK = {"self_test_s": 0.1}
-
 
 @pytest.fixture
-def twin():
-    with axistwin.serve("if1", speed=50.0, **QUICK) as twin:
-        yield twin
+def twin(ports):
+    return ports.add("if1")
 
 
 @pytest.fixture
 def if1(twin):
-    with connect(url_of(twin), "if1", home_input=1) as controller:
+    with connect("if1", "if1", home_input=1) as controller:
         yield controller
 
 
 def true_position(twin, axis="X"):
-    return twin.do(lambda: model_of(twin).axes[axis].position)
+    return twin.axes[axis].position
 
 
 def drive(twin, pin, level):
-    twin.do(lambda: model_of(twin).pins[pin].drive(level))
+    twin.pins[pin].drive(level)
 
 
 def test_moves_of_each_axis_end_at_the_exact_position(twin, if1):
     if1.axes["Y"].move_to(-300)
-    assert if1.axes["Y"].wait(5).position == -300
+    assert if1.axes["Y"].wait(60).position == -300
     if1.axes["X"].move_by(120)
-    if1.axes["X"].wait(5)
+    if1.axes["X"].wait(60)
     if1.axes["X"].move_to(120)  # the distance is 0, so nothing is sent
     assert (true_position(twin), true_position(twin, "Y")) == (120, -300)
     if1.move_together({"X": 220, "Y": -400})
-    assert (if1.axes["X"].wait(5).position, if1.axes["Y"].position()) == (220, -400)
+    assert (if1.axes["X"].wait(60).position, if1.axes["Y"].position()) == (220, -400)
     assert (true_position(twin), true_position(twin, "Y")) == (220, -400)
     with pytest.raises(RefusedError, match="equal distances"):
         if1.move_together({"X": 0, "Y": 0})
@@ -79,7 +72,7 @@ def test_one_axis_moves_at_a_time(twin, if1):
         with pytest.raises(BusyError, match="is moving"):
             command()
     if1.stop()
-    assert if1.axes["X"].wait(5).position == true_position(twin)
+    assert if1.axes["X"].wait(60).position == true_position(twin)
 
 
 @pytest.mark.parametrize("ending", ["stop", "abort"])
@@ -88,7 +81,7 @@ def test_a_run_that_is_stopped_has_its_true_position(twin, if1, ending):
     x.move_at(-900)
     assert x.status().velocity == -900
     getattr(x, ending)()
-    status = x.wait(5)
+    status = x.wait(60)
     assert status.position == true_position(twin) < 0
     x.move_at(0)
     assert x.position() == true_position(twin)
@@ -96,7 +89,7 @@ def test_a_run_that_is_stopped_has_its_true_position(twin, if1, ending):
 
 def test_a_port_that_is_opened_again_finds_the_controller_as_it_was(twin, if1):
     if1.axes["X"].move_to(70)
-    if1.axes["X"].wait(5)
+    if1.axes["X"].wait(60)
     if1.close()
     assert {name: status.position for name, status in if1.statuses().items()} == {"X": 70, "Y": 0, "Z": 0}
 
@@ -106,7 +99,7 @@ def test_home_is_the_place_of_the_input_and_becomes_zero(twin, if1):
     x.home(1)
     assert x.status().moving
     drive(twin, "input1", True)
-    status = x.wait(5)
+    status = x.wait(60)
     assert (status.position, status.at_home) == (0, True)
     with pytest.raises(RefusedError, match="already high"):
         x.home(1)
@@ -116,7 +109,7 @@ def test_a_limit_is_kept_until_it_is_cleared(twin, if1):
     x = if1.axes["X"]
     x.move_at(900)
     drive(twin, "limit_plus", False)
-    status = x.wait(5)
+    status = x.wait(60)
     assert status.limit_plus and status.faults[0].name == "limit"
     assert status.position == true_position(twin)
     with pytest.raises(RefusedError, match="limit is active"):
@@ -125,12 +118,12 @@ def test_a_limit_is_kept_until_it_is_cleared(twin, if1):
         x.move_by(-10)
     x.clear_faults()
     x.move_by(-10)
-    assert x.wait(5).position == true_position(twin) == status.position - 10
+    assert x.wait(60).position == true_position(twin) == status.position - 10
 
 
 @pytest.mark.parametrize(("pin", "level", "fault"), [("estop", False, "emergency stop"), ("x_fault", True, "drive")])
 def test_a_controller_in_a_fault_says_what_to_do(twin, if1, pin, level, fault):
-    drive(twin, pin, level if pin == "estop" else not twin.do(lambda: model_of(twin).pins[pin].level))
+    drive(twin, pin, level if pin == "estop" else not twin.pins[pin].level)
     with pytest.raises(RefusedError, match=fault):
         if1.axes["X"].move_to(5)
 
@@ -138,11 +131,11 @@ def test_a_controller_in_a_fault_says_what_to_do(twin, if1, pin, level, fault):
 def test_a_drive_fault_in_motion_loses_the_position(twin, if1):
     x = if1.axes["X"]
     x.move_at(900)
-    drive(twin, "x_fault", not twin.do(lambda: model_of(twin).pins["x_fault"].level))
-    assert "drive fault" in x.wait(5).lost
+    drive(twin, "x_fault", not twin.pins["x_fault"].level)
+    assert "drive fault" in x.wait(60).lost
     with pytest.raises(PositionLostError, match="home the axis, or call set_position"):
         x.position()
-    drive(twin, "x_fault", not twin.do(lambda: model_of(twin).pins["x_fault"].level))
+    drive(twin, "x_fault", not twin.pins["x_fault"].level)
     x.clear_faults()
     x.set_position(70)
     assert x.position() == 70
@@ -151,7 +144,7 @@ def test_a_drive_fault_in_motion_loses_the_position(twin, if1):
 def test_a_power_cut_is_noticed_and_the_position_is_lost(twin, if1):
     x = if1.axes["X"]
     x.move_to(500)
-    twin.do(lambda: model_of(twin).power_cycle())
+    twin.power_cycle()
     if1.core.timeout = 0.2
     with pytest.raises(SilentError, match="check the power"):
         x.status()
@@ -161,12 +154,13 @@ def test_a_power_cut_is_noticed_and_the_position_is_lost(twin, if1):
         x.move_to(5)
 
 
-def test_another_host_that_moves_an_axis_is_noticed(twin, if1):
+def test_another_host_that_moves_an_axis_is_noticed(ports, if1):
     x = if1.axes["X"]
     x.move_to(500)
-    x.wait(5)
+    x.wait(60)
     if1.message("X77$")
-    assert "another host" in (x.wait(5).lost or x.status().lost)
+    ports.run(5)
+    assert x.status().lost == "another host has moved the IF1"
 
 
 @pytest.mark.parametrize(("own", "other", "says"), [(False, "X+@900G$", "is moving"), (True, "X77$", "has moved")])
@@ -179,13 +173,17 @@ def test_another_host_in_motion_is_noticed(if1, own, other, says):
     assert says in status.lost
 
 
-def test_a_controller_that_moves_at_the_connection_has_no_position():
-    bench = axistwin.Bench()
-    serial = bench.add("if1").serial
-    for sent in (b"", b"(", b"U62\r", b"X@900G$\r"):
-        serial.write(sent)
-        bench.run(2)
-    with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
+def sent_before(ports, twin, *messages):
+    """Let another host send messages after power-up."""
+    ports.run(2)
+    for message in messages:
+        twin.serial.write(message)
+        ports.run(2)
+
+
+def test_a_controller_that_moves_at_the_connection_has_no_position(ports, twin):
+    sent_before(ports, twin, b"(", b"U62\r", b"X@900G$\r")
+    with connect("if1", "if1") as if1:
         assert "was moving" in if1.axes["X"].status().lost
         with pytest.raises(RefusedError, match="home_input=1"):
             if1.axes["X"].home(1)
@@ -194,7 +192,7 @@ def test_a_controller_that_moves_at_the_connection_has_no_position():
 def test_a_sequence_with_inputs_and_outputs(twin, if1):
     if1.outputs(on=[1, 3], off=[2])
     assert not if1.busy()
-    assert [twin.do(lambda n=n: model_of(twin).pins[f"output{n}"].level) for n in (1, 2, 3)] == [True, False, True]
+    assert [twin.pins[f"output{n}"].level for n in (1, 2, 3)] == [True, False, True]
     if1.sequence(["H2", "X40@100", "Y"])
     assert if1.busy()
     assert if1.inputs() == {1: False, 2: False, 3: False}
@@ -218,22 +216,18 @@ def test_a_message_that_is_refused_moves_nothing(if1):
 
 
 @pytest.mark.parametrize("formats", [b"U61\r", b"U62\r", b"V61\r\n", b"V62\r\n"])
-def test_an_initialised_controller_is_adopted_whatever_its_format(formats):
-    bench = axistwin.Bench()
-    serial = bench.add("if1").serial
-    for sent in (b"", b"(", formats, b"X10"):  # the last one is half a message of another host
-        serial.write(sent)
-        bench.run(2)
-    with axistwin.serve(bench, speed=50.0) as twin, connect(url_of(twin), "if1") as if1:
+def test_an_initialised_controller_is_adopted_whatever_its_format(ports, twin, formats):
+    sent_before(ports, twin, b"(", formats, b"X10")  # the last one is half a message of another host
+    with connect("if1", "if1") as if1:
         if1.axes["X"].move_to(30)
-        assert if1.axes["X"].wait(5).position == true_position(twin) == 30
+        assert if1.axes["X"].wait(60).position == true_position(twin) == 30
         assert not if1.busy()
 
 
-def test_the_other_families_are_not_an_if1(monkeypatch):
-    monkeypatch.setattr("axistwin.drivers.if1.STARTUP_TRIES", 1)
-    with axistwin.serve("smartmotor", speed="max") as twin, pytest.raises((SilentError, WrongAnswerError), match="IF1"):
-        connect(url_of(twin), "if1")
+def test_the_other_families_are_not_an_if1(ports):
+    ports.add("smartmotor")
+    with pytest.raises((SilentError, WrongAnswerError), match="IF1"):
+        connect("smartmotor", "if1")
 
 
 @pytest.mark.parametrize(
@@ -246,10 +240,10 @@ def test_the_other_families_are_not_an_if1(monkeypatch):
         ([b"I\r5\r", b"F", b"x"], "after the message F"),
     ],
 )
-def test_garbage_raises_a_clear_error(answers, says):
+def test_garbage_raises_a_clear_error(ports, answers, says):
     left = iter(answers)
-    with answering(lambda _: next(left, b"")) as url, pytest.raises(WrongAnswerError, match=says):
-        connect(url, "if1", timeout=0.1)
+    with pytest.raises(WrongAnswerError, match=says):
+        connect(ports.answering(lambda _: next(left, b"")), "if1", timeout=0.1)
 
 
 def test_the_estimate_of_a_triangle_and_a_trapezoid():

@@ -105,11 +105,11 @@ def test_a_driver_inside_waits_in_virtual_time():
         x = driver.axes["X"]
         await x.move_at(100)
         began = bench.seconds
-        with pytest.raises(SilentError, match="still moving after 60 s"):
-            await x.wait(60)
-        assert 60 <= bench.seconds - began < 61
+        with pytest.raises(SilentError, match="still moving after 15 s"):
+            await x.wait(15)
+        assert 15 <= bench.seconds - began < 15.3
         await x.stop()
-        assert (await x.wait(5)).position == bench["if1"].axes["X"].position > 6000
+        assert (await x.wait(5)).position == bench["if1"].axes["X"].position > 1500
         bench["if1"].power(False)
         with pytest.raises(SilentError, match=r"no answer to N|no answer to K"):
             await x.status()

@@ -9,7 +9,7 @@ import pytest
 import axistwin
 from axistwin.drivers import DriverError, PortError, RefusedError, Scale, SilentError, connect, connect_async
 
-from .devices import answering, model_of, url_of
+from .devices import answering, url_of
 
 
 @pytest.mark.filterwarnings("ignore:set:DeprecationWarning")  # pyserial
@@ -57,13 +57,13 @@ def test_a_cancelled_request_does_not_shift_the_answers():
     async def session(url):
         async with await connect_async(url, "smartmotor") as motor:
             shaft = motor.axes["shaft"]
-            await shaft.move_to(400)
+            await shaft.move_to(40)
             await shaft.wait(5)
             for _ in range(3):
                 task = asyncio.create_task(motor.number("RA"))
                 await asyncio.sleep(0.001)
                 task.cancel()
-                assert (await shaft.status()).position == 400
+                assert (await shaft.status()).position == 40
 
     with axistwin.serve("smartmotor", speed=1.0) as twin:
         asyncio.run(session(url_of(twin)))
@@ -117,9 +117,10 @@ def test_invalid_options(model, options, says):
         connect("socket://127.0.0.1:9", model, **options)
 
 
-def test_a_reversed_axis_has_its_limits_exchanged():
-    with axistwin.serve("smartmotor", speed=5.0) as twin, connect(url_of(twin), "smartmotor", limits=True) as motor:
-        twin.do(lambda: model_of(twin).pins["C"].drive(False))
+def test_a_reversed_axis_has_its_limits_exchanged(ports):
+    twin = ports.add("smartmotor")
+    with connect("smartmotor", "smartmotor", limits=True) as motor:
+        twin.pins["C"].drive(False)
         shaft = motor.axes["shaft"]
         assert (shaft.status().limit_plus, shaft.status().limit_minus) == (False, True)
         shaft.scale = Scale(-1)

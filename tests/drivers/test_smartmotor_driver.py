@@ -1,11 +1,11 @@
-"""The driver of SmartMotors at served ports."""
+"""The driver of SmartMotors."""
 
 import asyncio
 from contextlib import suppress
 
 import pytest
 
-import axistwin
+from axistwin import Bench
 from axistwin.drivers import (
     AsyncController,
     DriverError,
@@ -19,34 +19,29 @@ from axistwin.drivers import (
 )
 from axistwin.integrations import InnerPort, driver_inside
 
-from .devices import answering, model_of, url_of
-
-pytestmark = pytest.mark.usefixtures("arrival")
-
 
 @pytest.fixture
-def twin():
-    with axistwin.serve("smartmotor", speed=5.0) as twin:
-        yield twin
+def twin(ports):
+    return ports.add("smartmotor")
 
 
 @pytest.fixture
 def motor(twin):
-    with connect(url_of(twin), "smartmotor") as controller:
+    with connect("smartmotor", "smartmotor") as controller:
         yield controller
 
 
-def true_position(twin, name=None):
-    return twin.do(lambda: model_of(twin, name).axes["shaft"].position)
+def true_position(twin):
+    return twin.axes["shaft"].position
 
 
 def test_moves_end_at_the_exact_position(twin, motor):
     shaft = motor.axes["shaft"]
     shaft.move_to(400)
     shaft.move_to(-250)  # a new target during the motion
-    assert shaft.wait(5).position == true_position(twin) == -250
+    assert shaft.wait(25).position == true_position(twin) == -250
     shaft.move_by(100)
-    assert shaft.wait(5).position == -150
+    assert shaft.wait(25).position == -150
     shaft.set_position(7)
     assert shaft.position() == 7 and true_position(twin) == -150
 
@@ -58,23 +53,23 @@ def test_a_run_that_is_stopped_has_its_true_position(twin, motor, ending):
     while not shaft.status().velocity < -800:
         pass
     getattr(shaft, ending)()
-    assert shaft.wait(5).position == true_position(twin) < 0
+    assert shaft.wait(25).position == true_position(twin) < 0
 
 
 def test_home_is_the_index(twin, motor):
     shaft = motor.axes["shaft"]
     shaft.move_to(500)
-    shaft.wait(5)
+    shaft.wait(25)
     shaft.home(1)
-    status = shaft.wait(5)
+    status = shaft.wait(25)
     assert status.position == true_position(twin) - 2500  # index marks are at 500, 2500 …
     shaft.home(1)
     shaft.stop()
-    assert not shaft.wait(5).moving
+    assert not shaft.wait(25).moving
 
 
 def test_a_limit_says_what_to_do(twin):
-    with connect(url_of(twin), "smartmotor", limits=True) as motor:  # the limits are enabled, but not wired
+    with connect("smartmotor", "smartmotor", limits=True) as motor:  # the limits are enabled, but not wired
         shaft = motor.axes["shaft"]
         assert {"positive limit", "negative limit"} <= {fault.name for fault in shaft.status().faults}
         with pytest.raises(RefusedError, match="call clear_faults"):
@@ -83,18 +78,18 @@ def test_a_limit_says_what_to_do(twin):
         assert shaft.status().limit_plus
 
 
-def test_a_power_cut_loses_the_position(twin, motor):
+def test_a_power_cut_loses_the_position(ports, twin, motor):
     shaft = motor.axes["shaft"]
     shaft.move_to(300)
-    shaft.wait(5)
-    twin.do(lambda: model_of(twin).power_cycle())
-    twin.run_until(lambda: False, 0.1)
+    shaft.wait(25)
+    twin.power_cycle()
+    ports.run(0.5)
     assert "power" in shaft.status().lost
     with pytest.raises(PositionLostError):
         shaft.move_to(5)
     shaft.set_position(300)
     shaft.move_to(310)
-    assert shaft.wait(5).position == 310
+    assert shaft.wait(25).position == 310
 
 
 def test_a_power_cut_between_the_check_and_the_move_is_noticed(twin, motor, monkeypatch):
@@ -102,7 +97,7 @@ def test_a_power_cut_between_the_check_and_the_move_is_noticed(twin, motor, monk
     set_profile = shaft.core._set_profile
 
     def after_a_power_cut():
-        twin.do(lambda: model_of(twin).power_cycle())
+        twin.power_cycle()
         yield Pause(0.1)
         yield from set_profile()
 
@@ -129,20 +124,18 @@ def test_pins_programs_cams_and_streams(twin, motor):
     motor.cam([0, 100, 200, 300, 400, 300, 200, 100], 800)
 
 
-def test_a_chain_gets_its_addresses():
-    scene = {
-        "controller": [{"model": "smartmotor", "name": "left"}, {"model": "smartmotor", "name": "right"}],
-        "chain": [{"name": "chain", "motors": ["left", "right"]}],
-    }
-    with axistwin.serve(scene, speed=5.0) as twin, connect(twin.ports["chain"], "smartmotor", addresses=[1, 2]) as line:
+def test_a_chain_gets_its_addresses(ports):
+    left, right = (ports.add("smartmotor", name) for name in ("left", "right"))
+    ports.chain(left, right, name="chain")
+    with connect("chain", "smartmotor", addresses=[1, 2]) as line:
         line.axes["shaft1"].move_to(50)
         line.axes["shaft2"].move_to(-60)
-        assert line.axes["shaft1"].wait(5).position == true_position(twin, "left") == 50
-        assert line.axes["shaft2"].wait(5).position == true_position(twin, "right") == -60
+        assert line.axes["shaft1"].wait(25).position == true_position(left) == 50
+        assert line.axes["shaft2"].wait(25).position == true_position(right) == -60
         with pytest.raises(RefusedError, match="expected one of shaft1, shaft2"):
             line.command("RP", "shaft3")
         line.stream([(0, 50), (256, 60), (512, 70), (512, 70)], "shaft1")
-        assert line.axes["shaft1"].wait(5).moving is False
+        assert line.axes["shaft1"].wait(25).moving is False
         line.load("a=1\nEND\n", "shaft2")
         assert line.program("shaft2").startswith("a=1")
 
@@ -152,16 +145,16 @@ def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
     shaft.set_profile(velocity=50)
     shaft.home(1)
     motor.send(b"", "S")  # a stop, as at a limit
-    assert shaft.wait(5).position == true_position(twin)
+    assert shaft.wait(25).position == true_position(twin)
 
 
-def test_a_program_that_is_not_stored_and_one_that_is_not_sent():
+def test_a_program_that_is_not_stored_and_one_that_is_not_sent(ports):
     answers = {b"RSP": b"24576/476\r", b"RPW": b"0,128\r5\r", b"LOAD": b"\x06", b"RBk": b"1\r"}
 
     def answer(data):
         return next((found for request, found in answers.items() if request in data), b"")
 
-    with answering(answer) as url, connect(url, "smartmotor") as motor:
+    with connect(ports.answering(answer), "smartmotor") as motor:
         with pytest.raises(RefusedError, match="did not store the program"):
             motor.load("END")
         with pytest.raises(SilentError, match="did not send the end of its program"):
@@ -187,28 +180,24 @@ def test_bad_values_are_refused(motor):
         ([b"RSP\r24576/476\r", b"XXXXXXX"], WrongAnswerError, "check the line for noise"),
     ],
 )
-def test_garbage_raises_a_clear_error(answers, error, says):
+def test_garbage_raises_a_clear_error(ports, answers, error, says):
     left = iter(answers)
-    with answering(lambda _: next(left, b"")) as url, pytest.raises(error, match=says):
-        connect(url, "smartmotor", timeout=0.15)
+    with pytest.raises(error, match=says):
+        connect(ports.answering(lambda _: next(left, b"")), "smartmotor", timeout=0.15)
 
 
-def test_two_motors_on_an_rs485_line():
-    bench = axistwin.Bench()
-    motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
-    bench.run(0.3)
+def test_two_motors_on_an_rs485_line(ports):
+    motors = [ports.add("smartmotor", f"m{number}") for number in (1, 2)]
+    ports.run(0.3)
     for number, motor in enumerate(motors, 1):
         motor.serial.write(f"SADDR{number} OCHN(RS4,1,N,9600,1,8,C) ".encode())
-    bench.run(0.3)
-    bench.rs485(*motors, name="line")
-    with (
-        axistwin.serve(bench, speed=5.0) as twin,
-        connect(twin.ports["line"], "smartmotor", addresses=[1, 2], rs485=True) as line,
-    ):
+    ports.run(0.3)
+    ports.rs485(*motors, name="line")
+    with connect("line", "smartmotor", addresses=[1, 2], rs485=True) as line:
         for name, target in (("shaft1", 200), ("shaft2", -300)):
             line.axes[name].move_to(target)
-        assert [line.axes[name].wait(5).position for name in ("shaft1", "shaft2")] == [200, -300]
-        assert [twin.do(lambda motor=motor: motor.axes["shaft"].position) for motor in motors] == [200, -300]
+        assert [line.axes[name].wait(25).position for name in ("shaft1", "shaft2")] == [200, -300]
+        assert list(map(true_position, motors)) == [200, -300]
         assert {name: status.position for name, status in line.statuses().items()} == {"shaft1": 200, "shaft2": -300}
 
 
@@ -231,7 +220,7 @@ class Interrupted(InnerPort):
 
 async def move_with_a_power_cut(rs485, acceleration, message, after):
     """Return true if the driver notices that the power was cut while it sets the acceleration of a move."""
-    bench = axistwin.Bench()
+    bench = Bench()
     motor = bench.add("smartmotor")
 
     async def port():
@@ -240,7 +229,7 @@ async def move_with_a_power_cut(rs485, acceleration, message, after):
     driver = AsyncController("", make("smartmotor", {"rs485": rs485}), opening=port)
     shaft = driver.axes["shaft"]
     await shaft.move_to(100)
-    await shaft.wait(5)
+    await shaft.wait(25)
     shaft.set_profile(acceleration=acceleration)
     with suppress(DriverError):
         await shaft.move_to(200)
@@ -249,7 +238,7 @@ async def move_with_a_power_cut(rs485, acceleration, message, after):
     await shaft.set_position(100)
     shaft.set_profile(acceleration=50_000)
     await shaft.move_to(50)
-    assert (await shaft.wait(5)).position == motor.axes["shaft"].position == 50
+    assert (await shaft.wait(25)).position == motor.axes["shaft"].position == 50
     return lost == "the power of shaft was cut"
 
 
@@ -265,14 +254,14 @@ def test_a_power_cut_while_a_move_begins_is_noticed(rs485, acceleration, message
 
 def test_accelerations_and_a_cut_line_leave_the_position():
     async def session():
-        bench = axistwin.Bench()
+        bench = Bench()
         motor = bench.add("smartmotor")
         driver = driver_inside(bench, "smartmotor", timeout=0.2)
         shaft = driver.axes["shaft"]
         for number, acceleration in enumerate((20_000, 40_000, 80_000, 7_000, 300), 1):
             shaft.set_profile(acceleration=acceleration)
             await shaft.move_to(10 * number)
-            assert (await shaft.wait(5)).position == 10 * number
+            assert (await shaft.wait(25)).position == 10 * number
             shaft.core._setting = shaft.core._set_acceleration + 1  # as after a request that was not answered
             await driver.close()
             assert not (await shaft.status()).lost

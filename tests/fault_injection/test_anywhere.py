@@ -65,7 +65,7 @@ def run(faults):
                                                     if axis.name in ("X", "motor", "shaft")]  # fmt: skip
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(fault(), min_size=1, max_size=3))
 def test_any_faults_at_any_time(faults):
     assert run(faults) == run(faults)

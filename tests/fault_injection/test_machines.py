@@ -395,17 +395,9 @@ def test_every_kind_has_descriptions(name):
 
 @pytest.mark.parametrize(
     ("model", "pin", "level"),
-    [
-        ("if1", "input2", False),
-        ("if1", "estop", False),
-        ("if1", "limit_minus", False),
-        ("1811", "home", True),
-        ("1811", "cw_limit", True),
-        ("1811", "trigger3", True),
-        ("smartmotor", "A", True),
-        ("smartmotor", "C", True),
-    ],
-)
+    [("if1", "input2", False), ("if1", "estop", False), ("if1", "limit_minus", False), ("1811", "home", True),
+     ("1811", "cw_limit", True), ("1811", "trigger3", True), ("smartmotor", "A", True), ("smartmotor", "C", True)],
+)  # fmt: skip
 def test_an_open_wire_gives_an_input_the_level_without_current(model, pin, level):
     bench = Bench()
     controller = bench.add(model)

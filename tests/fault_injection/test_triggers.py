@@ -21,17 +21,10 @@ def bench():
 
 @pytest.mark.parametrize(
     ("when", "nth", "at_position"),
-    [
-        ("if1.X passes 100", 1, 100),
-        ("if1.X passes 100", 2, 100),
-        ("X passes 150 down", 1, 150),
-        ("input2 rises", 1, 400),
-        ("input2 falls", 1, 0),
-        ("input2 changes", 2, 0),
-        (r"if1 hears N\r", 1, 400),
-        ("if1 says 00", 1, 400),
-    ],
-)
+    [("if1.X passes 100", 1, 100), ("if1.X passes 100", 2, 100), ("X passes 150 down", 1, 150),
+     ("input2 rises", 1, 400), ("input2 falls", 1, 0), ("input2 changes", 2, 0), (r"if1 hears N\r", 1, 400),
+     ("if1 says 00", 1, 400)],
+)  # fmt: skip
 def test_a_fault_begins_at_the_exact_time(bench, when, nth, at_position):
     axis = bench["if1"].axes["X"]
     fault = bench.faults.add("stuck", "input3", level="high", when=when, nth=nth, here="if1")

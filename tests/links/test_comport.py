@@ -1,7 +1,7 @@
 """RFC 2217 byte by byte, without sockets."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.links import ComPort, Control, Purge, SetBreak, SetFlow, SetLines, Suspend, escape
@@ -234,6 +234,7 @@ TALK = st.lists(
 ).map(b"".join)
 
 
+@settings(max_examples=50)
 @given(TALK)
 def test_fed_whole_or_byte_by_byte_the_client_gets_the_same_answers(data):
     whole, slow = ComPort(USUAL, "x"), ComPort(USUAL, "x")

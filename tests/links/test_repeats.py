@@ -104,7 +104,7 @@ class Session:
                 self.plug.disconnect(self.plug.client)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(LINES, SPEEDS, st.lists(STEPS, max_size=25))
 def test_moments_kept_and_done_again_are_the_same_run(line, speed, steps):
     session = Session(line, speed)

@@ -1,7 +1,7 @@
 """Telnet: separation of data and commands."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.links import (
@@ -66,6 +66,7 @@ def test_a_subnegotiation_without_end_is_forgotten():
     assert items == [b"x"]
 
 
+@settings(max_examples=50)
 @given(PIECES)
 def test_fed_whole_or_byte_by_byte_it_means_the_same(data):
     whole, slow = Parser(), Parser()

@@ -29,15 +29,9 @@ def test_a_url_names_a_port(text, url):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "tcp://127.0.0.1:5001",
-        "rfc2217://[::1]:2217",
-        "rfc2217://h:1?cts=dtr",
-        "pty:/tmp/if1",
-        "pty:",
-        "serial:///dev/ttyS0?baud=110",
-    ],
-)
+    ["tcp://127.0.0.1:5001", "rfc2217://[::1]:2217", "rfc2217://h:1?cts=dtr", "pty:/tmp/if1", "pty:",
+     "serial:///dev/ttyS0?baud=110"],
+)  # fmt: skip
 def test_a_url_is_written_as_it_is_read(text):
     assert str(parse(text)) == text
 

@@ -33,7 +33,7 @@ durations = st.builds(Fraction, st.integers(0, 50), st.sampled_from([1000, 999, 
 profiles = st.lists(st.builds(Segment, rates, durations), max_size=6)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(profiles)
 def test_pulses_happen_at_their_exact_times(segments):
     profile, expected = Profile(segments), reference_pulses(segments)
@@ -43,7 +43,7 @@ def test_pulses_happen_at_their_exact_times(segments):
     assert times.tolist() == expected == [profile.pulse_ns(n + 1) for n in range(len(expected))]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(profiles, st.integers(0, 2 * S))
 def test_counting_agrees_with_the_pulse_times(segments, time_ns):
     profile = Profile(segments)

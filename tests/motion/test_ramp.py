@@ -64,7 +64,7 @@ def test_a_deceleration_begins_at_once_with_the_next_lower_level():
     assert ramp(1000).down_from(Fraction(400)) == ()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     st.integers(1, 40),
     st.integers(1, 25_000),

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.motion import MOST_INTERVAL, Profile, Segment, Steps, plan
@@ -27,6 +27,7 @@ def executed(commands, last):
     return np.array(times, np.int64)
 
 
+@settings(max_examples=50)
 @given(
     st.lists(st.integers(50, 400_000), min_size=1, max_size=200),
     st.sampled_from([2.0, 8.0, 40.0]),
@@ -37,6 +38,7 @@ def test_each_pulse_is_within_the_tolerance(gaps, tolerance, last):
     assert np.abs(executed(plan(wanted, last, tolerance), last) - wanted).max() <= tolerance
 
 
+@settings(max_examples=50)
 @given(
     st.lists(st.tuples(st.integers(100, 60_000), st.integers(1, 300)), min_size=1, max_size=8),
     st.floats(0, 1000),
@@ -47,6 +49,27 @@ def test_profiles_of_any_rates(segments, offset):
     profile.fill_pulse_times(1, 100_000, times)
     wanted = (times + offset) * MHZ / 1000
     assert np.abs(executed(plan(wanted, 0, TOLERANCE), 0) - wanted).max() <= TOLERANCE
+
+
+def possible(low, high):
+    """Return all commands for pulses within these bounds, by trying each interval and each change of the interval."""
+    return [
+        (interval, add)
+        for interval in range(1, max(high) + 1)
+        for add in range(-max(high), max(high) + 1)
+        if interval + add * (len(low) - 1) >= 1
+        and all(a <= tick <= b for a, tick, b in zip(low, Steps(interval, len(low), add).times(0), high, strict=True))
+    ]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(4, 12), min_size=1, max_size=4), st.sampled_from([0.0, 1.0, 3.0]))
+def test_a_command_outputs_as_many_pulses_as_possible(gaps, tolerance):
+    wanted = np.cumsum(gaps).astype(float)
+    count = next(plan(wanted, 0, tolerance)).count
+    for pulses in range(1, len(gaps) + 1):
+        low, high = ([int(time + sign * tolerance) for time in wanted[:pulses]] for sign in (-1, 1))
+        assert bool(possible(low, high)) is (pulses <= count)
 
 
 def test_a_move_of_20_000_pulses_takes_at_most_150_commands():
@@ -66,6 +89,10 @@ def test_a_move_of_20_000_pulses_takes_at_most_150_commands():
 def test_a_command_knows_its_times():
     assert Steps(100, 3, -10).times(1000).tolist() == [1100, 1190, 1270]
     assert Steps(100, 3, -10).ticks == 270
+
+
+def test_times_between_two_ticks_without_tolerance():
+    assert list(plan(np.array([10.5, 21.0]), 0, 0.2)) == [Steps(10, 1, 0), Steps(11, 1, 0)]
 
 
 def test_a_pulse_before_the_last_one_is_refused():

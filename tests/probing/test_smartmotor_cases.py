@@ -128,7 +128,7 @@ def test_program_variables_and_eeprom_are_restored_and_nothing_moves():
 def test_a_stored_program_is_neither_run_nor_overwritten():
     _, end = motor()
     load(end, 'PRINT("mine") END\n')
-    found = probe("smartmotor", end, MEMORY)
+    found = probe("smartmotor", end, MEMORY, twin())
     skipped = [result for result in found.of(Verdict.INCONCLUSIVE) if result.case.stores]
     assert len(skipped) == 37
     assert all(result.reason.startswith("a program is stored") and not result.received for result in skipped)
@@ -139,7 +139,7 @@ def test_open_limit_switches_forbid_programs_and_motion():
     bench = Bench()
     end = VirtualEnd(bench, bench.add("smartmotor"))
     bench.run(2)
-    found = probe("smartmotor", end, Settings(Motion.SMALL, memory=True, find_options=False))
+    found = probe("smartmotor", end, Settings(Motion.SMALL, memory=True, find_options=False), twin())
     reasons = {result.reason for result in found.results if result.case.stores or result.case.moves}
     assert reasons == {"a limit switch is open: close it"}
     assert report(end, "CKS") == ["000000 000000 P"]
@@ -160,8 +160,10 @@ def test_a_memory_that_cannot_be_restored_is_named(monkeypatch):
 
 
 def test_the_report_names_what_has_not_been_restored():
-    _, end = motor()
-    found = probe("smartmotor", end)
+    bench = Bench()
+    end = VirtualEnd(bench, bench.add("1811"))
+    bench.run(2)
+    found = probe("1811", end)
     found.not_restored = "the program"
     assert json.loads(json.dumps(found.as_dict()))["not_restored"] == "the program"
 

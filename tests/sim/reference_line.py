@@ -1,11 +1,12 @@
-"""A simple reference receiver: it stores all signals of a wire and reads them bit by bit, in exact fractions of a
-nanosecond.
+"""A simple reference receiver: it stores all signals of a wire and reads them bit by bit, in an exact fraction of a
+nanosecond that divides all bits.
 
 It is slow and simple; `axistwin.sim.serial` must give the same characters at the same nanoseconds.
 """
 
 from dataclasses import dataclass
 from fractions import Fraction
+from math import lcm
 
 from axistwin.sim import LineError
 
@@ -19,18 +20,18 @@ class Sent:
     bit_ns: Fraction
     own: bool = False
 
-    def spaces(self, cut_ns=None):
-        """Return the begin and end of each maximal run of low bits."""
-        bounds, begin = [], None
+    def spaces(self, per_ns, cut_ns=None):
+        """Return the begin and end of each maximal run of low bits, in parts of a nanosecond."""
+        bounds, begin, bit_time = [], None, int(self.bit_ns * per_ns)
         for bit, level in enumerate((*self.levels, True)):
-            time = self.start_ns + bit * self.bit_ns
+            time = self.start_ns * per_ns + bit * bit_time
             if not level and begin is None:
                 begin = time
             if level and begin is not None:
                 bounds.append((begin, time))
                 begin = None
         if cut_ns is not None:
-            bounds = [(begin, min(end, Fraction(cut_ns))) for begin, end in bounds if begin < cut_ns]
+            bounds = [(begin, min(end, cut_ns * per_ns)) for begin, end in bounds if begin < cut_ns * per_ns]
         return bounds
 
 
@@ -53,10 +54,13 @@ def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
 
     `resynchronises`: after a framing error it looks for a start bit from the middle of the last data or parity bit on.
     """
-    spaces = [space for one in sent for space in one.spaces(cut_ns)]
-    edges = sorted({begin for one in sent if not one.own for begin, _ in one.spaces(cut_ns)})
+    bit_ns = Fraction(10**9, fmt.baudrate)
+    per_ns = 2 * lcm(bit_ns.denominator, *(one.bit_ns.denominator for one in sent))
+    bit, found, idle_from = int(bit_ns * per_ns), [], 0
+    of_each = [(one.own, one.spaces(per_ns, cut_ns)) for one in sent]
+    spaces = [space for _, of_one in of_each for space in of_one]
+    edges = sorted({begin for own, of_one in of_each if not own for begin, _ in of_one})
     falls = [edge for edge in edges if not any(begin < edge < end for begin, end in spaces)]
-    bit_ns, found, idle_from = Fraction(10**9, fmt.baudrate), [], Fraction(0)
 
     def level(time):
         return not any(begin <= time < end for begin, end in spaces)
@@ -64,16 +68,16 @@ def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
     for edge in falls:
         if edge < idle_from:
             continue
-        if level(edge + bit_ns / 2):
-            idle_from = edge + bit_ns / 2  # this was a false start
+        if level(edge + bit // 2):
+            idle_from = edge + bit // 2  # this was a false start
             continue
         count = 2 + fmt.bytesize + (fmt.parity != "N")
-        levels = [level(edge + (Fraction(1, 2) + bit) * bit_ns) for bit in range(count)]
+        levels = [level(edge + bit // 2 + number * bit) for number in range(count)]
         receive_ns = round(count * bit_ns)
-        found.append((int(edge) + receive_ns, *decode(levels, fmt)))
-        idle_from = edge + receive_ns - bit_ns / 2
+        found.append((edge // per_ns + receive_ns, *decode(levels, fmt)))
+        idle_from = edge + receive_ns * per_ns - bit // 2
         if resynchronises and LineError.FRAMING in found[-1][2]:
-            idle_from -= bit_ns
+            idle_from -= bit
     return found
 
 

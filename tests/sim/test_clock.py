@@ -115,7 +115,7 @@ PLANS = st.lists(st.lists(st.integers(0, 3), max_size=5), max_size=4)
 MOMENTS = st.lists(st.integers(0, 12), max_size=5).map(sorted)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(PLANS, MOMENTS)
 def test_what_is_done_after_all_is_done_where_it_would_be_after_running_to_that_time(plans, moments):
     first, second = Busy(plans), Busy(plans)

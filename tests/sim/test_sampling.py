@@ -51,7 +51,7 @@ def run_out(clock):
         clock.run_to(due_ns)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(FORMATS, FORMATS, ITEMS, st.booleans())
 def test_whatever_is_sent_to_a_receiver_in_any_format_is_what_the_reference_finds(sender, fmt, items, resynchronises):
     clock = Clock()
@@ -64,7 +64,7 @@ def test_whatever_is_sent_to_a_receiver_in_any_format_is_what_the_reference_find
     assert second.found == reference.receive(sent, fmt, resynchronises=resynchronises)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(FORMATS, CHARACTERS), max_size=4), FORMATS)
 def test_a_sender_that_changes_its_format_between_characters(parts, fmt):
     clock, sent, start_ns = Clock(), [], 0
@@ -80,7 +80,7 @@ def test_a_sender_that_changes_its_format_between_characters(parts, fmt):
     assert second.found == reference.receive(sent, fmt)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(st.lists(st.tuples(FORMATS, TIMES, ITEMS), min_size=2, max_size=4), FORMATS)
 def test_any_number_of_senders_that_talk_at_once_on_one_pair(senders, fmt):
     """The first sender is the receiver's own transmitter."""
@@ -109,7 +109,7 @@ def test_a_wire_that_is_cut_at_any_moment(sender, fmt, data, cut_ns):
     assert second.found == reference.receive(on_the_wire(0, sender, data)[0], fmt, cut_ns)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(FORMATS, FORMATS, CHARACTERS, st.integers(0, 255))
 def test_characters_whose_bits_are_flipped_on_the_way(sender, fmt, data, mask):
     clock = Clock()
@@ -122,7 +122,7 @@ def test_characters_whose_bits_are_flipped_on_the_way(sender, fmt, data, mask):
     assert second.found == reference.receive(sent, fmt)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(FORMATS, FORMATS, CHARACTERS, TIMES, st.integers(1, 10**7))
 def test_a_wire_that_is_held_at_space_whatever_is_sent(sender, fmt, data, start_ns, duration_ns):
     """The receiver reads space until the short ends, even long after the last character."""

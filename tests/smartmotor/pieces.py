@@ -1,9 +1,5 @@
-"""A long scripted run of a motor, divided in any way, and a record of all its outputs.
+"""A long scripted run of a motor, divided in any way, and a record of all its outputs."""
 
-`python -m tests.smartmotor.pieces` prints it, for another process to compare.
-"""
-
-import json
 from random import Random
 
 from axistwin import Bench
@@ -149,7 +145,3 @@ def look(random, day):
     ])()  # fmt: skip
     if random.random() < 0.2:
         day.said += motor.serial.read()
-
-
-if __name__ == "__main__":
-    print(json.dumps(Day().live(whole)))

@@ -19,25 +19,9 @@ LAST = {"ab": 203, "aw": 101, "al": 50}
 
 @pytest.mark.parametrize(
     "words",
-    [
-        "A100",
-        "V100",
-        "P100",
-        "D100",
-        "E100",
-        "T100",
-        "KP100",
-        "x5",
-        "aa5",
-        "ab[0]5",
-        "BASE8",
-        "SIZE8",
-        "AMPS9",
-        "SLN0",
-        "P1000",
-        "aw[0]5",
-    ],
-)
+    ["A100", "V100", "P100", "D100", "E100", "T100", "KP100", "x5", "aa5", "ab[0]5", "BASE8", "SIZE8", "AMPS9", "SLN0",
+     "P1000", "aw[0]5"],
+)  # fmt: skip
 def test_the_equal_sign_must_be_present(bench, motor, words):
     """8.1: "A100 is no longer accepted": the command is a syntax error (base 3) and has no other effect."""
     name = words.rstrip("0123456789")
@@ -123,19 +107,10 @@ def test_without_the_overlay_names_and_arrays_are_apart(bench):
 
 @pytest.mark.parametrize(
     ("where", "stored", "read"),
-    [
-        ("ab[7]", 127, 127),
-        ("ab[7]", 128, -128),
-        ("ab[7]", 256, 0),
-        ("ab[7]", -129, 127),
-        ("aw[7]", 32_767, 32_767),
-        ("aw[7]", 32_768, -32_768),
-        ("aw[7]", 65_536, 0),
-        ("aw[7]", -32_769, 32_767),
-        ("al[7]", 2_147_483_647, 2_147_483_647),
-        ("al[7]", -2_147_483_648, -2_147_483_648),
-    ],
-)
+    [("ab[7]", 127, 127), ("ab[7]", 128, -128), ("ab[7]", 256, 0), ("ab[7]", -129, 127), ("aw[7]", 32_767, 32_767),
+     ("aw[7]", 32_768, -32_768), ("aw[7]", 65_536, 0), ("aw[7]", -32_769, 32_767),
+     ("al[7]", 2_147_483_647, 2_147_483_647), ("al[7]", -2_147_483_648, -2_147_483_648)],
+)  # fmt: skip
 def test_storing_truncates_and_reading_extends_the_sign(bench, motor, where, stored, read):
     """6: an element keeps the low 8 or 16 bits of a value, and reading it extends the sign."""
     send(bench, motor, f"{where}={stored}", 0)
@@ -202,7 +177,7 @@ def stores(draw):
     return kind, draw(st.integers(-1, LAST[kind] + 1)), draw(st.integers(-(2**31), 2**31 - 1))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(written=st.lists(stores(), max_size=25))
 def test_the_three_arrays_are_one_memory_of_204_bytes(written):
     """8.2 item 3: the three arrays share 204 bytes."""

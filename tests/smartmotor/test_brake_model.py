@@ -79,7 +79,7 @@ def said(bench: Bench, motor: Controller) -> tuple[bool, bool, bool]:
     return off == b"1", busy == b"1", mode == b"B"
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=50)
 @given(words=st.lists(st.sampled_from(WORDS), max_size=14))
 def test_any_order_of_brake_commands(words):
     """The internal brake, the signal on pin C or G, Bo, Bt and RMODE agree with the model after each command."""

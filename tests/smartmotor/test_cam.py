@@ -277,7 +277,7 @@ def test_the_cam_lags_the_master_by_less_than_two_samples(bench, motor):
 # Any table, any walk
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=12)
 @given(
     table=st.lists(st.integers(-2000, 2000), min_size=5, max_size=102),
     interval=st.integers(2, 60),

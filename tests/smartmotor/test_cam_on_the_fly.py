@@ -346,7 +346,7 @@ CHANGES = st.lists(
 )  # fmt: skip
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=15)
 @given(changes=CHANGES, way=st.integers(-20_000, 20_000))
 def test_any_order_of_changes_leaves_the_motor_operable(changes, way):
     """After any commands while the master turns, the motor answers, and a run in pieces gives the same result."""

@@ -1,7 +1,7 @@
 """The checker: errors of programs and conversations on 4.76, and changes of meaning since older firmware."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers import Sent, Session
@@ -221,6 +221,7 @@ def test_no_command_of_4_76_is_taken_for_one_of_class_5():
     assert [c.code for c in COMMANDS if class5.find(str(c.code), class5.COMMANDS) is not None] == []
 
 
+@settings(max_examples=50)
 @given(st.text(alphabet=st.characters(max_codepoint=255), max_size=80), st.booleans())
 def test_any_text_can_be_checked(text, stored):
     shown(text, stored)

@@ -1,7 +1,7 @@
 """Expressions: operators, precedence, 32 bits, variables and arrays (7 of the base language, 8 of the manual)."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.chapters import TABLE, find
@@ -227,6 +227,7 @@ def calculated(tree):
     return result
 
 
+@settings(max_examples=50)
 @given(trees)
 def test_every_expression_has_the_value_that_python_calculates(tree):
     i, v = machine(**VALUES)
@@ -238,6 +239,7 @@ def test_every_expression_has_the_value_that_python_calculates(tree):
     assert i[state.BD] == (expected is None)
 
 
+@settings(max_examples=50)
 @given(st.text(alphabet="ab[]()1-+*/%^&|!=<>.#@PUBtwl ", max_size=60))
 def test_any_text_is_an_expression_or_malformed(text):
     i, v = machine()

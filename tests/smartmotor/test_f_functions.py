@@ -291,7 +291,7 @@ def test_an_invalid_value_of_f_changes_nothing(bench, motor, text):
     assert f_of(bench, motor) == (0 if text == "F=x y" else 9)
 
 
-@settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=st.lists(st.integers(-300, 300) | st.integers(-(2**31), 2**31 - 1), min_size=1, max_size=20))
 def test_any_values_while_moving(values):
     """Any sum of bits is accepted at any time; the motor answers, and a repeated run gives the same result."""

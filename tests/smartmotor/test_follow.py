@@ -221,7 +221,7 @@ def test_steps_and_direction_on_the_pins_themselves(bench, motor):
 # Any ratio, any path
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=15)
 @given(
     mul=st.integers(-32_768, 32_767),
     div=st.integers(-32_768, 32_767).filter(bool),

@@ -318,7 +318,7 @@ RECORDS = st.one_of(
 )
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(said=st.lists(RECORDS, max_size=12))
 def test_any_records_and_commands_leave_the_motor_operable(said):
     """Records, commands and invalid text in any order: the motor answers, and a repeated run gives the same result."""

@@ -23,7 +23,7 @@ def records_of(segments, omit):
     return words + clock(at) + clock(at), stations
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(segments=SEGMENTS, omit=st.lists(st.booleans(), min_size=12, max_size=12))
 def test_any_stream_is_followed_to_the_count(segments, omit):
     """10.1: positions are exact at each clock, and within a count of a straight line between clocks."""
@@ -42,7 +42,7 @@ def test_any_stream_is_followed_to_the_count(segments, omit):
     assert send(bench, motor, "RMODE RBs RBo", 0) == b"P\r0\r0\r"
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=10)
 @given(segments=SEGMENTS, cut=st.lists(st.integers(1, 40), min_size=1, max_size=8))
 def test_a_stream_in_pieces_is_the_same_stream(segments, cut):
     """Any grouping of bytes and division of time gives the same path."""

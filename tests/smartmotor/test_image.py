@@ -1,6 +1,6 @@
 """Section 15 of the base language: the text of a program, and its image (.smx)."""
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.language import Decoder, encode, labels, strip, sums
@@ -102,6 +102,7 @@ words = st.sampled_from(
 )  # fmt: skip
 
 
+@settings(max_examples=50)
 @given(st.lists(st.tuples(words, st.sampled_from(["\n", " ", "\r\n", " 'note\n"])), max_size=30))
 def test_every_program_survives_its_image(parts):
     text = strip("".join(word + end for word, end in parts))

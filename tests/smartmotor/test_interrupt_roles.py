@@ -145,7 +145,7 @@ def played(acts: list[tuple[str, int]], pieces: int) -> tuple[bytes, int, int]:
 GAPS = st.sampled_from([0, 1, SAMPLE_NS - 1, SAMPLE_NS, SAMPLE_NS + 1, 2 * SAMPLE_NS]) | st.integers(0, 12_000_000)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=25)
 @given(acts=st.lists(st.tuples(st.sampled_from(ACTS.split()), GAPS), max_size=30))
 def test_any_order_of_edges_faults_and_commands_is_repeatable(acts):
     """The same actions, repeated and in pieces, give the same bytes and counts at the same times."""

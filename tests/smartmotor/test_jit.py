@@ -3,6 +3,7 @@
 import logging
 import os
 import sys
+from functools import cache
 from types import FunctionType
 
 import pytest
@@ -107,11 +108,11 @@ def only_these(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(jit, "_sampled", {})
-    forget_compiled()
+    for function in ("_compiled", "_spaces"):  # the compiled kernel stays for other tests
+        monkeypatch.setattr(jit, function, cache(getattr(jit, function).__wrapped__))
     jit.sampled(inner)
     jit.sampled(outer)
-    yield tmp_path / "cache"
-    forget_compiled()
+    return tmp_path / "cache"
 
 
 def forget_compiled():

@@ -45,7 +45,7 @@ def check_rate(places, rate):
         assert abs(after - before) <= rate
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(velocity=SPEEDS, top=st.integers(1, 2**24), rate=RATES, target=TARGETS)
 def test_a_position_move_keeps_to_a_and_v_in_every_sample(velocity, top, rate, target):
     """4 of the base language: speed changes by at most A per sample, stays within V once below it, and is 0 at P."""
@@ -59,7 +59,7 @@ def test_a_position_move_keeps_to_a_and_v_in_every_sample(velocity, top, rate, t
         assert abs(places[-1][1]) <= rate
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(top=st.integers(1, 2**24), rate=RATES, target=TARGETS)
 def test_a_move_from_rest_never_turns_round(top, rate, target):
     places = course(moving("position", 0, target=target, top=top, rate=rate))

@@ -24,7 +24,7 @@ from .reference.trajectory import Run, Trajectory
 CHANCE = st.randoms(use_true_random=True)
 """Of a seed that Hypothesis chooses and repeats: a failure is not shrunk, so that it need not know each number."""
 THOROUGH = settings(
-    max_examples=40,
+    max_examples=25,
     deadline=None,
     suppress_health_check=list(HealthCheck),
     phases=[Phase.explicit, Phase.reuse, Phase.generate],  # shrinking such a failure takes minutes and helps little

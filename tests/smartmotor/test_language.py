@@ -1,7 +1,7 @@
 """The command language: single commands and their ends (3 of the base language; 1.1, 1.3, 8.1 of the manual)."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor import COMMANDS
@@ -101,6 +101,7 @@ def test_what_is_no_command(text):
         ("b=ABC", (2, "there is no variable ABC: expected e.g. aa, al[0] or CLK")),
         ("b=XX", (2, "there is no variable XX: expected e.g. xx")),
         ("a=(1+2", (6, "the closing ) is missing: expected e.g. (a+1)*2 or aw[5]")),
+        ("VST(a,3", (7, "the closing ) is missing: expected VST(variable,number)")),
         ("GOSUB1000", (5, "1000 is out of range: expected label 0…999")),
         ("endif", (0, "unknown command endif: commands are upper case")),
         ("=5", (0, "=5: blanks around = are not allowed")),
@@ -149,6 +150,7 @@ def test_where_the_statements_of_a_program_end(text, expected):
     assert [text[begin:end] for begin, end in lexer.statements(text)] == expected
 
 
+@settings(max_examples=50)
 @given(st.text(alphabet=st.characters(max_codepoint=255), max_size=70))
 def test_any_text_is_read(text):
     statement = read(text)

@@ -263,7 +263,7 @@ def test_the_program_runs_on(bench, motor):
     send(bench, motor, "END")
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=25)
 @given(st.lists(st.sampled_from(ACTS), max_size=20), st.sampled_from([UNIT, 6553, 655]), st.sampled_from([0, 1]))
 def test_after_any_commands_the_shaft_never_moves_into_an_open_switch(acts, rate, f):
     """Safety: V/A samples (the time of a stop with F=1) after any command, no motion goes towards an open switch."""

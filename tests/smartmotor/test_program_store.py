@@ -364,13 +364,9 @@ def test_a_program_that_is_not_compiled_yet_can_be_run_in_the_same_nanosecond() 
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "SWITCH a\n" + "CASE 1\n" * 2000 + "ENDS\n",
-        "IF a\n" + "ELSEIF a\n" * 2000 + "ENDIF\n",
-        "WHILE 1\n" * 2000 + "BREAK\n" * 2000,
-        "IF a\nELSE\n" + "ELSE\n" * 2000 + "ENDIF\n",
-    ],
-)
+    ["SWITCH a\n" + "CASE 1\n" * 2000 + "ENDS\n", "IF a\n" + "ELSEIF a\n" * 2000 + "ENDIF\n",
+     "WHILE 1\n" * 2000 + "BREAK\n" * 2000, "IF a\nELSE\n" + "ELSE\n" * 2000 + "ENDIF\n"],
+)  # fmt: skip
 def test_blocks_cost_the_same_for_each_of_their_parts(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     count, word = 0, program.word
 

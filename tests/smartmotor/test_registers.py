@@ -1,5 +1,6 @@
 """Followers of registers: each follower has its own registers, and others do not affect it."""
 
+from functools import cache
 from itertools import groupby
 
 import pytest
@@ -51,18 +52,23 @@ def run(bench, motor, also=lambda step: None):
     motor.axes["shaft"].catch_up()
 
 
-def followed_alone(names):
+@cache
+def all_followed_alone():
     bench, motor = a_motor()
-    follower = Follower(motor, names)
+    follower = Follower(motor, NAMES)
     run(bench, motor)
     return follower.course()
+
+
+def followed_alone(names):
+    return {name: all_followed_alone()[name] for name in names}
 
 
 STEPS = st.sampled_from([step / 2 for step in range(2 * len(SAYINGS))])
 SOME = st.lists(st.sampled_from(NAMES), min_size=1, max_size=4, unique=True).map(tuple)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(SOME, SOME, STEPS, STEPS)
 def test_a_follower_is_told_the_same_whoever_else_comes_and_goes(names, others, comes, goes):
     bench, motor = a_motor()
@@ -78,7 +84,7 @@ def test_a_follower_is_told_the_same_whoever_else_comes_and_goes(names, others, 
     assert follower.course() == followed_alone(names)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(SOME, SOME, STEPS)
 def test_who_comes_later_or_stays_longer_is_told_all_of_his_own(names, others, step):
     bench, motor = a_motor()

@@ -366,7 +366,7 @@ def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
 # Any bytes
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.one_of(st.binary(max_size=12), st.sampled_from(
     [b"\x80", b"\xfa", b"\r", b" ", b'"', b"aw[0] ", b"1 ", b"2.", b"LOAD ", b"\xff\xff", b"MD G ", b"RW ", b"ECHO "]
 )), max_size=20).map(b"".join))  # fmt: skip

@@ -1,27 +1,23 @@
-"""Motor and servo law against the reference, bit by bit: in plain Python and compiled."""
+"""Motor and servo law against the reference, bit by bit; `test_kernel_reference.py` does it compiled too."""
 
 from dataclasses import replace
 from random import Random
 
 import pytest
 
-from axistwin.controllers.smartmotor.kernel import jit, machine, state
+from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.plant import SERVO_MOTORS, ServoLoad
 
 from .reference.machine import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
 from .rig import Rig, tune
 
-PLAIN_AND_COMPILED = [
-    False,
-    pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed")),
-]
 LAW = state.PID_RATE, state.AMPS, state.DIRECTION
 
 
 class Pair:
     """A motor and its reference with the same inputs."""
 
-    def __init__(self, seed, compiled):
+    def __init__(self, seed):
         self.random = random = Random(seed)
         load = ServoLoad(
             inertia_kg_m2=random.choice((0.0, random.uniform(0, 1e-4))),
@@ -35,7 +31,7 @@ class Pair:
             housing_time_constant_s=random.uniform(0.05, 2),
             winding_inductance_h=random.choice((0.0, random.uniform(1e-4, 5e-3))),
         )
-        self.rig = Rig(motor, load, compiled=compiled)
+        self.rig = Rig(motor, load)
         self.machine, self.law = ReferenceMachine(motor, load), ReferenceServo(motor.tuning)
         self.drive, self.mode = ON, state.M_POSITION
 
@@ -89,11 +85,10 @@ class Pair:
         assert (i[state.TEMP], i[state.OVERLOAD], i[state.HOT]) == (heat.housing // 1, heat.overload, heat.hot)
 
 
-@pytest.mark.parametrize("compiled", PLAIN_AND_COMPILED)
 @pytest.mark.parametrize("seed", range(12))
-def test_random_runs_agree_to_the_bit(seed, compiled):
-    pair = Pair(seed, compiled)
-    for _ in range(40):
+def test_random_runs_agree_to_the_bit(seed):
+    pair = Pair(seed)
+    for _ in range(25):
         for _ in range(pair.random.randint(1, 300)):
             protests, reference_protests = pair.sample()
             assert protests == reference_protests

@@ -208,7 +208,7 @@ def test_real_time_bits_have_no_z(bench, motor, command):
     assert bits(bench, motor) == "os"
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(st.lists(st.binary(max_size=30).map(lambda data: bytes(b & 0x7F for b in data)), max_size=8))
 def test_after_any_bytes_the_motor_answers(chunks):
     """No exception, endless loop or lost command; the same bytes one by one give the same result."""

@@ -98,3 +98,23 @@ def test_it_says_why_it_is_silent(bench):
     assert motor.hint == "held in reset: its supply is below 18 V (option reset_below_v)"
     bench.faults.mend("supply_dip")
     assert motor.hint == ""
+
+
+OPEN = (
+    "in a limit fault, as pins C and D are not held low: give the shaft limits, or UCI UDI ZS at the top of the program"
+)
+
+
+def test_it_says_why_it_does_not_move(bench):
+    """At power-up the limit switches are open; ZS clears each fault before the next one."""
+    motor = bench.add("smartmotor", line="instant", shaft=FRAME23)
+    motor.axes["shaft"].jam(True)
+    for before, command, hint in (
+        ("", "G", OPEN),
+        ("UDI ZS", "UCI G", "a limit fault has not been cleared: ZS, Zr or Zl"),
+        ("ZS E=5 A=65536 V=999999 MV G", "G", "a position error has not been cleared: ZS or Ze"),
+        ("ZS E=32000 THD=1 TH=10", "G", "an overheat fault has not been cleared: ZS or Zh, 5 °C below TH"),
+    ):
+        send(bench, motor, before, 0.3)
+        send(bench, motor, command)
+        assert motor.hint == hint

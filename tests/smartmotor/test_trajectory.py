@@ -142,7 +142,7 @@ def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
     assert stopping_distance(speed, rate) <= distance < stopping_distance(speed + 1, rate)
 
 
-@settings(deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     target=st.integers(-3000, 3000),
     top=st.integers(65_536, 5_000_000),

@@ -18,8 +18,9 @@ BLOCK = 5
 class Metal:
     """A Board and a simulated board that advance together; `lines` is the journal, `wire` may change bytes."""
 
-    def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), **wiring):
+    def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), tick_s=TICK_S, **wiring):
         self.small, self.wire, self.lines, self.now, self.alive = small or SmallBoard(), wire, [], 10.0, True
+        self.tick_s = tick_s
         self.small.levels |= {8: 1, 9: 1}
         self.small.run_to(self.now)
         made = Wiring("small", axes, wiring.pop("inputs", (LIMIT, INPUT)), wiring.pop("outputs", (OUTPUT,)), **wiring)
@@ -29,7 +30,7 @@ class Metal:
     def run(self, seconds, each=lambda now: None):
         end = self.now + seconds
         while self.now < end - 1e-9:
-            self.now += TICK_S
+            self.now += self.tick_s
             self.small.run_to(self.now)
             each(self.now)
             if self.alive:

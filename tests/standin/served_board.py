@@ -12,7 +12,8 @@ class ServedBoard:
     """A driver and a board that advance with the bench."""
 
     def __init__(self, bench, axes):
-        self.metal, self.lines, self._bench = Metal(axes=axes, inputs=(), outputs=()).start(), [], bench
+        self.metal = Metal(axes=axes, inputs=(), outputs=(), tick_s=PERIOD_NS / 2e9).start()
+        self.lines, self._bench = [], bench
         self._driver = Driver(bench, [self.metal.board], self.lines.append)
         self._take(self.metal.now)
         self._driver.begin(self.metal.now)

@@ -67,7 +67,7 @@ class SmallBoard:
 
     def off(self):
         """Delete the configuration, as at power-off."""
-        self.oids, self.crc, self.configured, self.shutdown = {}, 0, False, 0
+        self.oids, self.crc, self.configured, self.shutdown, self.endstops = {}, 0, False, 0, []
 
     # Time
 
@@ -77,13 +77,20 @@ class SmallBoard:
     def run_to(self, seconds):
         """Advance to this time of the host's clock."""
         end = self.start + round(seconds * self.hz)
+        self._look()
         while self._later and self._later[0][0] <= end:
             self.ticks, _, action = heapq.heappop(self._later)
             try:
                 action()
             except ShutdownError as reason:
                 self._stop(str(reason))
+            self._look()
         self.ticks = end
+
+    def _look(self):
+        """Let the endstops look at their levels, which change only at events or between two calls of `run_to`."""
+        for endstop in self.endstops:
+            endstop.look()
 
     def time_s(self, ticks):
         return (ticks - self.start) / self.hz
@@ -153,7 +160,7 @@ class SmallBoard:
         self.shutdown = 0
 
     def do_allocate_oids(self, number):
-        self.oids = {}
+        self.oids, self.endstops = {}, []
 
     def do_finalize_config(self, crc):
         self.crc, self.configured = crc & 0xFFFF_FFFF, True
@@ -163,6 +170,7 @@ class SmallBoard:
 
     def do_config_endstop(self, oid, pin, pull_up):
         self.oids[oid] = Endstop(self, pin)
+        self.endstops.append(self.oids[oid])
 
     def do_config_trsync(self, oid):
         self.oids[oid] = Trsync(self, oid)
@@ -273,27 +281,39 @@ class Trsync:
 
 
 class Endstop:
+    """An input that is sampled at tick `first` and each `rest` ticks later, until it has a level."""
+
     def __init__(self, board, pin):
-        self.board, self.pin, self.trsync, self.next, self.era = board, pin, None, 0, 0
+        self.board, self.pin, self.trsync, self.sampled, self.ended, self.due = board, pin, None, False, 0, False
+
+    @property
+    def next(self):
+        """Return the tick of the next sample."""
+        if not self.sampled:
+            return self.ended
+        return self.first + max(0, (self.board.ticks - self.first) // self.rest + 1) * self.rest
 
     def home(self, clock, number, rest, level, trsync, reason):
-        self.era += 1
-        self.trsync = trsync if number else None
-        if number:
-            era = self.era
-            self.board.at(max(clock, self.board.ticks), lambda: self._sample(era, rest, level, reason))
+        self.trsync, self.sampled, self.due = trsync if number else None, bool(number), False
+        self.first, self.rest, self.level, self.reason = max(clock, self.board.ticks), rest, level, reason
 
-    def _sample(self, era, rest, level, reason):
-        if era != self.era:
+    def look(self):
+        """Plan the trigger by the next sample if the input has the level."""
+        if self.sampled and not self.due and self.board.levels[self.pin] == self.level:
+            self.due = True
+            first = self.first
+            self.board.at(max(self.next, first), lambda: self._sample(first))
+
+    def _sample(self, first):
+        if not self.sampled or first != self.first:
             return
-        self.next = self.board.ticks + rest
-        if self.board.levels[self.pin] == level:
-            self.trsync.trigger(reason)
-        else:
-            self.board.at(self.next, lambda: self._sample(era, rest, level, reason))
+        self.due = False
+        if self.board.levels[self.pin] == self.level:
+            self.sampled, self.ended = False, self.board.ticks + self.rest
+            self.trsync.trigger(self.reason)
 
     def stop(self):
-        self.era += 1
+        self.sampled, self.ended = False, self.board.ticks
 
 
 class Output:

@@ -77,9 +77,9 @@ def test_a_change_of_direction_and_an_inverted_pin():
 @pytest.mark.parametrize("drift", [-200e-6, 200e-6])
 def test_a_drifting_clock(drift):
     metal = Metal(SmallBoard(drift)).start()
-    times = metal.even(2000, 250)
+    times = metal.even(1000, 250)
     metal.move("table.X", +1, times)
-    assert len(metal.small.pulses[2]) == 2000
+    assert len(metal.small.pulses[2]) == 1000
     assert np.abs(metal.errors_us(2, times)).max() < 25
 
 
@@ -96,7 +96,7 @@ def test_late_responses_do_not_delay_the_start():
     """The clock's line is fitted to 40 samples at intervals of 20 ms, with one pause of 60 ms."""
     metal = Metal(LateResponses()).start(1.1)
     assert metal.board.connection.clock.error_s < 50e-6
-    times = metal.even(2000, 250)
+    times = metal.even(1000, 250)
     metal.move("table.X", +1, times)
     assert np.abs(metal.errors_us(2, times)).max() < 50
 

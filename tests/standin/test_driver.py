@@ -47,14 +47,14 @@ class Twin:
         return self.controller.serial.read()
 
     def initialise(self):
-        self.run(1.6)
+        self.run(0.3 + self.controller.given.get("self_test_s", 1.3))
         self.say(b"(")
         self.say(b"U61\r", 1.3)
 
 
 @pytest.fixture
 def if1():
-    twin = Twin(line="instant")
+    twin = Twin(line="instant", self_test_s=0.1)
     twin.initialise()
     return twin
 
@@ -212,7 +212,7 @@ def homing():
 
 def test_homing_finds_the_switch_again_after_a_stop(homing):
     """The switch is detected a horizon and 20 ms late each time, so the home position is the same each time."""
-    send(homing, 0x39, 0, seconds=12.0)
+    send(homing, 0x39, 0, seconds=6.0)
     found = net(homing)
     assert 690 < found < 740
     send(homing, 0x33, *(-1700 & 0xFFFF_FFFF).to_bytes(4, "big"), seconds=0.5)
@@ -221,7 +221,7 @@ def test_homing_finds_the_switch_again_after_a_stop(homing):
     assert found - 1700 < net(homing) < found
     homing.driver.go_on(homing.metal.now)
     homing.run(0.2)
-    send(homing, 0x39, 0, seconds=14.0)
+    send(homing, 0x39, 0, seconds=7.0)
     assert abs(net(homing) - found) <= 2
     assert homing.controller.axes["motor"].position == net(homing)
 

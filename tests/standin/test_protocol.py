@@ -5,7 +5,7 @@ import random
 import zlib
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.errors import LinkError
@@ -16,14 +16,8 @@ from .small_board import DESCRIBED
 
 @pytest.mark.parametrize(
     ("low", "high", "size"),
-    [
-        (-32, 95, 1),
-        (-4096, 12287, 2),
-        (-524288, 1572863, 3),
-        (-67108864, 201326591, 4),
-        (-2147483648, 2147483647, 5),
-    ],
-)
+    [(-32, 95, 1), (-4096, 12287, 2), (-524288, 1572863, 3), (-67108864, 201326591, 4), (-2147483648, 2147483647, 5)],
+)  # fmt: skip
 def test_sizes_of_integers_as_the_protocol_lists_them(low, high, size):
     assert [len(frames.integer(low)), len(frames.integer(high))] == [size, size]
 
@@ -38,6 +32,7 @@ def test_the_crc():
     assert frames.crc16(b"123456789") == 0x6F91  # CRC-16/MCRF4XX
 
 
+@settings(max_examples=50)
 @given(st.lists(st.binary(max_size=frames.MOST_CONTENT), max_size=8), st.lists(st.integers(1, 40), max_size=30))
 def test_blocks_are_found_in_any_pieces(contents, pieces):
     stream = b"".join(frames.block(number, content) for number, content in enumerate(contents))
@@ -72,6 +67,7 @@ def test_a_damaged_dictionary_is_refused(data):
         Dictionary.unpack(data)
 
 
+@settings(max_examples=50)
 @given(st.binary(max_size=40))
 def test_any_response_can_be_decoded(content):
     _name, values = Dictionary(DESCRIBED).decode(content)
@@ -118,7 +114,7 @@ def test_commands_arrive_once_and_in_order(expected, chance):
     rng = random.Random(expected)
     channel, board, now = Channel(), Echo(expected), 0.0
     channel.send(b"hello")
-    wanted = [bytes([n % 251, n // 251]) * 9 for n in range(300)]
+    wanted = [bytes([n % 251, n // 251]) * 9 for n in range(150)]
     for _ in range(100):  # both ends agree on the number of the first block
         now += 0.001
         list(channel.receive(board.receive(channel.due(now)), now))
@@ -148,7 +144,7 @@ def test_the_time_without_acknowledgement():
 def test_a_drifting_clock_is_fitted(drift):
     rng, fit, hz = random.Random(3), ClockFit(16e6), 16e6 * (1 + drift)
     start, errors = 0xFFFF_0000, []
-    for n in range(3600):
+    for n in range(1200):
         sent = float(n)
         trip = 0.0005 + rng.random() * 0.00005 + (0.02 if rng.random() < 0.1 else 0)
         fit.add(sent, sent + trip, (start + int((sent + trip / 2) * hz)) & 0xFFFF_FFFF)
@@ -158,7 +154,7 @@ def test_a_drifting_clock_is_fitted(drift):
     spread = max(errors[100:]) - min(errors[100:])
     assert fit.error_s < 50e-6
     assert abs(fit.hz / hz - 1) < 2e-6
-    assert spread / hz < 3600 * 2e-6
+    assert spread / hz < 1200 * 2e-6
 
 
 def test_a_late_reading_of_the_clock_moves_a_steady_line_by_20_us():

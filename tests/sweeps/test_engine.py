@@ -70,30 +70,38 @@ def test_workers_and_this_process_agree_even_if_a_worker_is_killed(tmp_path):
     assert expected == digest(made.run(workers=0))
 
 
+SWEEP_HOST = """
+import os
+from threading import Event
+
+
+def host(bench):
+    print("said by a host")
+    match bench.origin["seed"]:
+        case "1":
+            os._exit(1)
+        case "2":
+            raise ValueError("broken")
+        case "4":
+            Event().wait()
+"""
+
+
 def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkeypatch):
-    (tmp_path / "sweephost.py").write_text(
-        "def stick(bench):\n    print('said by a host')\n    while bench.now == 0:\n        pass\n"
-        "def fail(bench):\n    raise ValueError('broken')\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
-    scene = stepper(tmp_path)
-    (row,) = Sweep(scene, host="sweephost:fail").vary("seed", "1").run(workers=0).to_pylist()
-    assert (row["ended"], row["notes"]) == ("error", "ValueError: broken")
-    rows = Sweep(scene, host="sweephost:stick").vary("seed", "[1]").run(workers=1, limit=0.5).to_pylist()
-    assert [(row["ended"], row["notes"]) for row in rows] == [("limit", "not finished after 0.5 s of real time")]
-    with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
-        Sweep(scene, host="nowhere:at").vary("seed", "1").check()
-
-
-def test_a_run_that_kills_its_worker_has_its_reason_and_the_others_go_on(tmp_path, monkeypatch):
-    (tmp_path / "deadly.py").write_text(
-        "import os\n\n\ndef die(bench):\n    if bench.origin['seed'] == '2':\n        os._exit(1)\n"
-    )
+    """The first run kills its worker, the second one fails, and the last one never ends; the other one goes on."""
+    (tmp_path / "sweephost.py").write_text(SWEEP_HOST)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(workers, "TRIES", 1)
-    rows = Sweep(stepper(tmp_path), host="deadly:die").vary("seed", "1..4").run(workers=1).to_pylist()
-    found = [(row["run"], row["ended"], row["notes"]) for row in rows]
-    assert found == [(0, "rest", None), (1, "killed", "the worker was killed"), (2, "rest", None), (3, "rest", None)]
+    scene = stepper(tmp_path)
+    rows = Sweep(scene, host="sweephost:host").vary("seed", "1..4").run(workers=1, limit=0.8).to_pylist()
+    assert [(row["run"], row["ended"], row["notes"]) for row in rows] == [
+        (0, "killed", "the worker was killed"), (1, "error", "ValueError: broken"),
+        (2, "rest", None), (3, "limit", "not finished after 0.8 s of real time"),
+    ]  # fmt: skip
+    (row,) = Sweep(scene, host="sweephost:host").vary("seed", "2").run(workers=0).to_pylist()
+    assert (row["ended"], row["notes"]) == ("error", "ValueError: broken")
+    with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
+        Sweep(scene, host="nowhere:at").vary("seed", "1").check()
 
 
 def test_drawn_values_are_checked_as_drawn(tmp_path):

@@ -30,19 +30,10 @@ def test_listed_values(text, listed):
 
 @pytest.mark.parametrize(
     ("text", "fraction", "value"),
-    [
-        ("normal(5, 2)", 0.5, 5.0),
-        ("normal(0, 1)", 0.8413447460685429, 1.0),
-        ("uniform(2, 4)", 0.25, 2.5),
-        ("triangular(0, 1, 3)", 1 / 3, 1.0),
-        ("triangular(0, 0, 2)", 0.75, 1.0),
-        ("0..9", 0.999, 9),
-        ("0..9", 0.0, 0),
-        ("1..10000:log", 0.5, 100),
-        ("1.0..100.0:log", 0.5, 10.0),
-        ("[3, 1]", 0.5, 1),
-    ],
-)
+    [("normal(5, 2)", 0.5, 5.0), ("normal(0, 1)", 0.8413447460685429, 1.0), ("uniform(2, 4)", 0.25, 2.5),
+     ("triangular(0, 1, 3)", 1 / 3, 1.0), ("triangular(0, 0, 2)", 0.75, 1.0), ("0..9", 0.999, 9), ("0..9", 0.0, 0),
+     ("1..10000:log", 0.5, 100), ("1.0..100.0:log", 0.5, 10.0), ("[3, 1]", 0.5, 1)],
+)  # fmt: skip
 def test_drawn_values(text, fraction, value):
     assert read_values(text).at(fraction) == pytest.approx(value)
 

@@ -104,10 +104,39 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
         return None
     k = np.arange(1, count + 1, dtype=np.int64)
     triangle = k * (k - 1) // 2
-    middle = (first + last) / 2
-    for add in sorted(range(first, last + 1), key=lambda each: abs(each - middle)):
-        at_least = max(1, int(np.max(-(-(low - add * triangle) // k))))
-        at_most = min(MOST_INTERVAL, int(np.min((high - add * triangle) // k)))
+    lowest, highest = first, last
+    below = (first + last) // 2
+    above = below + 1
+    while lowest <= highest:
+        below, above = min(below, highest), max(above, lowest)
+        possible = [each for each in (below, above) if lowest <= each <= highest]
+        if not possible:
+            break
+        add = min(possible, key=lambda each: abs(2 * each - first - last))
+        shift = add * triangle
+        least, most = -((shift - low) // k), (high - shift) // k
+        m, n = int(least.argmax()), int(most.argmin())
+        at_least, at_most = max(1, int(least[m])), min(MOST_INTERVAL, int(most[n]))
         if at_least <= at_most and at_least + add * (count - 1) >= 1:
             return Steps((at_least + at_most) // 2, count, add)
+        lowest, highest = _narrowed(lowest, highest, add, (m + 1, int(low[m])), (n + 1, int(high[n])))
+        if add == below:
+            below -= 1
+        else:
+            above += 1
     return None
+
+
+def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
+    """Return the range of `add` in which one interval may be long enough for one pulse and short enough for another.
+
+    `late`: number and lower bound of the first pulse.  `early`: number and upper bound of the second pulse.
+    The range stays as it is if the value `add` itself is possible.
+    """
+    (m, low), (n, high) = late, early
+    gap, slope = 2 * (low * n - high * m), (m - n) * m * n  # an interval exists if gap <= add * slope
+    if gap <= add * slope:
+        return lowest, highest
+    if not slope:
+        return 0, -1
+    return (max(lowest, -(-gap // slope)), highest) if slope > 0 else (lowest, min(highest, gap // slope))

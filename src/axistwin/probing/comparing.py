@@ -182,13 +182,15 @@ class Twin:
         family.initialise(self.end)
         family.examine(self.end, made)
         self.first = [self.end.ask(family.first) for _ in range(EXCHANGES)][-1]
-        self.answers = {
-            case: tuple(
-                self.end.ask(said, 0, case.wait(number, case.wait_s if case.moves else family.patience_s))
-                for number, said in enumerate(case.says)
-            )
-            for case in cases
-        }
+        self._patience_s = family.patience_s
+        self.answers = {case: self.answer(case) for case in cases}
+
+    def answer(self, case: Case) -> tuple[Answer, ...]:
+        """Return the answers of the virtual controller to a test case."""
+        return tuple(
+            self.end.ask(said, 0, case.wait(number, case.wait_s if case.moves else self._patience_s))
+            for number, said in enumerate(case.says)
+        )
 
 
 def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
@@ -277,29 +279,36 @@ def _fits(
     tolerance: float | None,
     facts: Mapping[str, str],
 ) -> list[str]:
-    """Return the options with which the twin is most similar to the controller."""
+    """Return the options with which the twin is most similar to the controller.
+
+    A twin with more differences than the best one so far is not asked further.
+    """
     received = {result.case: result.received for result in found.results if result.received}
     suggested = family.candidates(
         {case.name: b"".join(answer.data for answer in answers) for case, answers in received.items()}
     )
-    fitting = []
+    fitting: list[str] = []
+    best = len(found.of(Verdict.DIFFERS)) - 1
     for name, value in other_values(made, suggested):
+        left = 0
         try:
-            answers = Twin(made, family, cases, settings.line, {name: value}, facts).answers
+            twin = Twin(made, family, (), settings.line, {name: value}, facts)
+            for case in cases:
+                verdict, _ = _judge(case, twin.answer(case), received[case], family, settings, tolerance)
+                left += verdict is Verdict.DIFFERS
+                if left > best:
+                    break
         except AxistwinError:  # with this option value, the twin does not answer: try the next value
             continue
-        left = sum(
-            _judge(case, answers[case], received[case], family, settings, tolerance)[0] is Verdict.DIFFERS
-            for case in cases
-        )
-        if left < len(found.of(Verdict.DIFFERS)):
-            text = f'"{value}"' if isinstance(value, str) else str(value).lower()
-            fitting.append((left, f"{name}={text}"))
-            if not left and name in suggested:
-                break
-    fitting.sort()
-    best = fitting[0][0] if fitting else 0
-    return [f"{text} ({left} differences left)" if left else text for left, text in fitting if left == best]
+        if left > best:
+            continue
+        if left < best:
+            best, fitting = left, []
+        text = f'"{value}"' if isinstance(value, str) else str(value).lower()
+        fitting.append(f"{name}={text}")
+        if not left and name in suggested:
+            break
+    return [f"{text} ({best} differences left)" if best else text for text in sorted(fitting)]
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:

@@ -61,10 +61,12 @@ class End(ABC):
         while True:
             since = self.now - began
             silent = since if not received else self.now - last
-            complete = len(received) >= expected or since > wait_s + LONGEST_S + patience_s
-            if complete and silent >= (QUIET_S if received else max(wait_s, QUIET_S)):
+            silence_s = (QUIET_S if received else max(wait_s, QUIET_S)) - silent
+            missing_s = wait_s + LONGEST_S + patience_s - since
+            complete = len(received) >= expected or missing_s < 0
+            if complete and silence_s <= 0:
                 return Answer(bytes(received), last - began)
-            if more := self.receive():
+            if more := self.receive(silence_s if complete else max(silence_s, missing_s)):
                 received += more
                 last = self.now
 
@@ -78,8 +80,11 @@ class End(ABC):
         """Send characters to a serial controller, or one command to a board on a bus."""
 
     @abstractmethod
-    def receive(self) -> bytes:
-        """Return the received data, or no bytes if no data arrive within some milliseconds."""
+    def receive(self, silence_s: float = 0.0) -> bytes:
+        """Return the received data, or no bytes if no data arrive within some milliseconds.
+
+        `silence_s`: time without data that the caller waits for in any case; the function may use it up to 20 ms.
+        """
 
     @abstractmethod
     def drain(self) -> None:
@@ -106,7 +111,7 @@ class VirtualEnd(End):
 
     grain_s = 0.0005
     exact = True
-    _STEP_S, _PHASE_NS = 0.02, 10 * MS
+    _STEP_S, _STEP_NS, _PHASE_NS = 0.02, 20 * MS, 10 * MS
     _BUS_GRAIN_S = 0.00002
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
@@ -146,10 +151,19 @@ class VirtualEnd(End):
         else:
             self.controller.serial.write(data)
 
-    def receive(self) -> bytes:
-        """Advance virtual time until the controller sends data, but by at most 20 ms.  Return the data."""
-        if not self._messages:
-            self.bench.run_until(lambda: self._messages, self._STEP_S)
+    def receive(self, silence_s: float = 0.0) -> bytes:
+        """Advance virtual time until the controller sends data, and return the data.
+
+        Virtual time advances by at most 20 ms, or by the multiple of 20 ms that is 20 to 40 ms less than `silence_s`.
+        """
+        clock = self.bench.clock
+        end_ns = clock.later(max(1, int(silence_s / self._STEP_S) - 1) * self._STEP_NS)
+        while not self._messages:  # data arrive only at events, so the samples of a servo need no look
+            due_ns = clock.next_event_ns()
+            if due_ns is None or due_ns > end_ns:
+                clock.run_to(end_ns)
+                break
+            clock.step()
         data = bytes(self._messages)
         self._messages.clear()
         return data
@@ -199,7 +213,7 @@ class SerialEnd(End):
         """Send characters to the controller."""
         self._call(lambda: self.port.write(data))
 
-    def receive(self) -> bytes:
+    def receive(self, silence_s: float = 0.0) -> bytes:  # noqa: ARG002  # real time passes in steps of some ms
         """Return the characters that the controller has sent."""
         return self._call(lambda: self.port.read(max(1, self.port.in_waiting))) or b""
 
@@ -257,7 +271,7 @@ class BusEnd(End):
         self._request("w 0 " + data.hex(" "))
         self._request(f"w 1 {COMMAND_READY:02x}")
 
-    def receive(self) -> bytes:
+    def receive(self, silence_s: float = 0.0) -> bytes:  # noqa: ARG002  # real time passes in steps of some ms
         """Return the next message of the board, or no bytes if no message is ready."""
         if not self._status() & MESSAGE_READY:
             time.sleep(self._POLL_S)

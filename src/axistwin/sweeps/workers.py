@@ -159,7 +159,10 @@ class Workers:
             self._tell(f"{worker.name} was killed in run {task[0]}: the run is repeated")
         if row is not None:
             worker.drop()
-        worker.start()
+        if worker.tasks:
+            worker.start()
+        else:
+            worker.stopped = True
         return row
 
 
@@ -175,13 +178,15 @@ class _Worker:
         """Number of times that the process was killed in the first task."""
         self.ahead = 1
         """Number of tasks that the process may have."""
+        self.stopped = False
+        """True if the process was killed and is not needed until the next task."""
         self._setup, self._ready = setup, False
         self._since_s: float | None = None
         """Time at which the first task began; None: the process is not ready, or has no task."""
 
     def start(self) -> None:
         """Start the worker process and send its tasks, without waiting until the process is ready."""
-        self._ready = False
+        self._ready = self.stopped = False
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
         self.process = subprocess.Popen(
@@ -195,9 +200,15 @@ class _Worker:
             self._write(task)
 
     def send(self, task: Task) -> None:
-        """Send a task to the worker process, which then performs the run."""
+        """Send a task to the worker process, which then performs the run.
+
+        A stopped worker process is started again.
+        """
         self.tasks.append(task)
-        self._write(task)
+        if self.stopped:
+            self.start()
+        else:
+            self._write(task)
         if self._ready and self._since_s is None:
             self._since_s = monotonic()
 

@@ -1,6 +1,7 @@
 """Options for differences between installed boards, and for values that the manual gives only as "about"."""
 
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Literal, get_args, get_type_hints
 
 from axistwin.errors import UsageError
@@ -78,7 +79,7 @@ class Options:
             if interrupt not in get_args(Interrupt):
                 raise UsageError(f"interrupts={interrupt!r}: expected one of {valid_interrupts}")
         for option in ("interrupt_command", "encoder_commands", "stop_after_stream"):
-            choices = get_args(get_type_hints(Options)[option])
+            choices = _choices(option)
             if (given := getattr(self, option)) not in choices:
                 valid_values = ", ".join(choices)
                 raise UsageError(f"{option}={given!r}: expected one of {valid_values}")
@@ -96,6 +97,12 @@ class Options:
             raise UsageError("step_ms=0: expected a number above 0, e.g. 1")
         if not (self.part_number.isascii() and len(self.part_number) in (13, 14)):
             raise UsageError(f"part_number={self.part_number!r}: expected 13 or 14 characters, e.g. 94-003657-01A")
+
+
+@cache
+def _choices(option: str) -> tuple[str, ...]:
+    """Return the valid values of an option; the result is cached, because type hints are slow to read."""
+    return get_args(get_type_hints(Options)[option])
 
 
 def _check_number(option: str, value: object, low: int, high: int, types: tuple[type, ...]) -> None:

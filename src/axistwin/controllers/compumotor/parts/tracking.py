@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 from math import isqrt
 
 from axistwin.controllers.compumotor.parts.library import Move
@@ -35,9 +36,15 @@ class Law:
         """
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
-        velocities = VELOCITY_RANGES[self.ranges >> 4]
-        rate = velocities.rate(min(wish, self.maximum)) or velocities.resolution
-        return VelocityProfile(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)
+        return _endless(self.ranges >> 4, min(wish, self.maximum))
+
+
+@lru_cache(maxsize=64)
+def _endless(velocity_range: int, number: int) -> VelocityProfile:
+    """Return an endless motion at the velocity `number`, or at the lowest velocity of the range."""
+    velocities = VELOCITY_RANGES[velocity_range]
+    rate = velocities.rate(number) or velocities.resolution
+    return VelocityProfile(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)
 
 
 class Encoder:
