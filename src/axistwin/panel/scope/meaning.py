@@ -79,7 +79,7 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
     """Yield the names of the position signals and the velocity signals of axes.
 
-    Only axes that have options are included, e.g. an axis with a motor or a load.
+    The result includes only axes for which the scene has settings, e.g. a motor or a load.
     """
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
