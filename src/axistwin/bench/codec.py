@@ -34,7 +34,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield where each byte begins in `text`, and how many characters it has, e.g. (1, 4) for `\x0d` in `X\x0d`."""
+        r"""Yield where each byte begins in `text`, and how many characters it has: (1, 4) for `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Return an explanation of a message in plain words; "" if the message needs no explanation."""
@@ -75,7 +75,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield where each byte begins in `text`, and how many characters it has, e.g. (1, 2) for `\r` in `X\r`."""
+        r"""Yield where each byte begins in `text`, and how many characters it has: (1, 2) for `\r` in `X\r`."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -102,7 +102,7 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield where each byte begins in `text`, and how many characters it has, e.g. (3, 2) for `A5` in `20 A5`.
+        """Yield where each byte begins in `text`, and how many characters it has: (3, 2) for `A5` in `20 A5`.
 
         The text is a command: the bytes in hex, or the name of the command and its values.
         """
