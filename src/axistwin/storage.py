@@ -133,7 +133,10 @@ class FileStore:
         self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:
-        """Return the contents of the file, or None if the file does not exist.  Raises UsageError."""
+        """Return the contents of the file; None if the file does not exist.
+
+        Raises UsageError if the file exists, but cannot be read.
+        """
         try:
             if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
                 raise UsageError(f"cannot read {self.path}: expected a regular file")

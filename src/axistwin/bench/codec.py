@@ -34,10 +34,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the column and the width of each byte in a text that the host sends.
-
-        The first column is 0.
-        """
+        r"""Yield where each byte begins in `text`, and how many characters it has: (1, 4) for `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Return an explanation of a message in plain words; "" if the message needs no explanation."""
@@ -78,10 +75,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Return the column and the width of each character in `text`.
-
-        The first column is 0.  An escape sequence is one character, e.g. `\r` with the width 2.
-        """
+        r"""Yield where each byte begins in `text`, and how many characters it has: (1, 2) for `\r` in `X\r`."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -108,9 +102,9 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and the width of each byte of the command that `text` contains.
+        """Yield where each byte begins in `text`, and how many characters it has: (3, 2) for `A5` in `20 A5`.
 
-        The first column is 0.  The text contains the bytes in hex, or the name of the command and its values.
+        The text is a command: the bytes in hex, or the name of the command and its values.
         """
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 

@@ -188,7 +188,7 @@ class Controller:
         return self._abilities.awaited()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(hint)` for each new status hint.  Return an unsubscribe function."""
+        """Call `watcher(hint)` when the controller has a new hint for the user.  Return an unsubscribe function."""
         return self._abilities.subscribe_hint(watcher)
 
     @property

@@ -56,11 +56,10 @@ class Conversation:
 
         For example `; model: if1`, `; options: …`, `; line: …`.
         """
-        return {key: value for key, (_, value) in self._heads.items()}
+        return {key: value for key, (_, value) in self._header_comments.items()}
 
     @property
-    def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """The comment with each header, and the value of the header; by the key of the header."""
+    def _header_comments(self) -> dict[str, tuple[Comment, str]]:
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -109,7 +108,7 @@ class Conversation:
         if key not in self.headers:
             yield
             return
-        with self.placing_errors(self._heads[key][0]):
+        with self.placing_errors(self._header_comments[key][0]):
             yield
 
     @contextmanager

@@ -8,7 +8,7 @@ from axistwin.drivers.errors import PositionLostError
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of an axis or of its controller, and a remedy."""
+    """A fault of an axis or of its controller, with an instruction how the user removes the fault."""
 
     name: str
     remedy: str

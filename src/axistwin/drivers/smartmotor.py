@@ -293,7 +293,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # avoid the difference `before`: after a power cut (A=0), A=A+before would restore the old acceleration
+            # after a power cut A=0, so A=A+before would give the old A and hide the power cut: add 1 to the difference
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")

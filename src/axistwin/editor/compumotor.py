@@ -105,9 +105,9 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter of the command to which the word with the index `here` belongs.
+        """Return the parameter that contains word number `here` of `text`; None if no parameter contains the word.
 
-        The command is word 0 of `text`.  Return None if the word belongs to no parameter.
+        Word 0 of `text` is the command.
         """
         given = text.split()
         if given[0] in self.names:

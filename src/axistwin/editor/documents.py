@@ -78,9 +78,9 @@ class Text:
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
-        """Convert a position that an editor sends to a line number and an index in the line.
+        """Return the line number and the character index of a position that an editor has sent.
 
-        Lines are counted from 1, indexes from 0.
+        Lines are counted from 1, characters from 0.
         """
         here = self.document.position_codec.position_from_client_units(self.lines, position)
         line = min(here.line, len(self.lines) - 1)

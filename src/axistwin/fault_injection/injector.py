@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the call that begins the fault has not returned: end the fault in the next event
+            if self._mend is None:  # `kind.begin` is still being executed: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -229,9 +229,10 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return a dictionary with the names of the objects on which a fault can act, e.g. of all axes of the bench.
+        """Find all objects on which a fault can act, e.g. all axes of the bench.
 
-        Each value is a function that returns the object.  `on`: the type of the objects.
+        The keys are the names of the objects.  Each value is a function that returns the object.  `on`: the type of the
+        objects.
         """
         return places.names(PLACES[on](self.world), here)
 
@@ -278,7 +279,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # background event: a host that waits for an idle bench does not wait for it
+            clock.background += 1  # background event: a bench with only background events counts as idle
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

@@ -102,7 +102,7 @@ def check_wire(spot: Spot) -> None:
         raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
         raise UsageError(
-            f"the manual does not state the level of the input {terminal} without a connection: "
+            f"the manual does not state the level of the input {terminal} when its wire is open: "
             "use the fault `stuck` instead of `open_wire`"
         )
 

@@ -110,9 +110,9 @@ class SetBreak:
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request to set the flow control for data to the device.
+    """Request to set the flow control of the serial port, e.g. FLOW_NONE or FLOW_HARDWARE.
 
-    Examples are FLOW_NONE and FLOW_HARDWARE.
+    The flow control applies to the data that the port sends to the device.
     """
 
     outbound: Control

@@ -97,7 +97,7 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Register a host program.  Virtual time that follows the wall clock needs no registration."""
+        """Register a host program with a `ManualClock`.  Other clocks ignore the call."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()

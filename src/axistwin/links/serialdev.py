@@ -121,7 +121,7 @@ class SerialDevice:
         return False
 
     def drop(self) -> None:
-        """Disconnect a client that can be disconnected.  A real device always stays connected."""
+        """Ignore a request to end the connection: a real device always stays connected."""
 
     def pause(self) -> None:
         """Stop reading from the device."""

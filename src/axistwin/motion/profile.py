@@ -131,7 +131,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the number of pulses since the start at a time: the whole pulses, and the fraction of a pulse."""
+        """Return how many pulses the move has output by the given time: whole pulses, and the fraction of a pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 

@@ -88,7 +88,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """List in which element k is the number of pulses in the first k levels of the acceleration."""
+        """Pulses of the acceleration: element k is the number of pulses in the first k levels."""
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

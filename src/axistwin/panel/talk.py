@@ -47,9 +47,9 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the number of all events at an endpoint, and the newest events.
+        """Return the total number of events at an endpoint, and a list of the newest events.
 
-        `count`: the number of events to skip.
+        `count`: the number of events that the caller already has.  The list contains only later events.
         """
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)

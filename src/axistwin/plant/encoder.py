@@ -63,9 +63,9 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the encoder count at a position that the shaft has passed in the present motion.
+        """Return the encoder count at an earlier position of the present motion, which has no reversal.
 
-        The present motion has no reversal.
+        `position`: in pulses.
         """
         return self._count(self._dragged(self._began, position))
 

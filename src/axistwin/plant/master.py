@@ -216,7 +216,7 @@ class Master:
             below = below.follows
 
     def stop(self) -> None:
-        """Stop the motion of the encoder.  Remove an encoder that is mounted on an axis from the axis."""
+        """Stop the encoder.  If the encoder is mounted on an axis, detach the encoder from the axis."""
         self.move(0, 0)
 
     def _moves(self) -> None:

@@ -38,7 +38,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Add a simulated defect that overrides the setting: the value in use is then `value`.
+        """Simulate a defect: use `value` instead of the value that was set.
 
         Return a function that ends the defect.
         """

@@ -128,7 +128,7 @@ class AtRest:
         return 0.0
 
     def moving(self) -> bool:
-        """Return False, because a shaft without power is at rest."""
+        """Return False, because the shaft does not move while the power is off."""
         return False
 
     def next_sample_ns(self) -> int | None:

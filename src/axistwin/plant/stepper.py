@@ -81,7 +81,10 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count has changed since the motor was at the position `since` of the present move."""
+        """True if the present encoder count differs from the count at the motor position `since`.
+
+        `since`: a position that the motor has passed in the present move.
+        """
         return self.count != self._encoder.count_at(since)
 
     @property
@@ -245,7 +248,7 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """The axis that turns the controller's external encoder.  Always None: there is no external encoder."""
+        """Always None, because a stepper axis follows no other axis."""
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:

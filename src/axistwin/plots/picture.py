@@ -100,7 +100,7 @@ def show(chart: Chart) -> None:
 
 
 def _layout_engine() -> "LayoutEngine":
-    """Return a layout engine that rounds the position of each diagram in a picture.
+    """Return a layout engine that rounds the positions of diagrams to 6 decimals.
 
     The positions can differ by 1e-16 between two runs, and rounding makes the SVG files of two runs equal.
     """

@@ -130,10 +130,9 @@ class Copy:
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return an action of the script for the copied scene.
+        """Change the file name in an action `load` to the name of the file in the copied scene.
 
-        If the action loads a program, the result contains the file name in the copied scene.  A file whose name must
-        change is copied.
+        Other actions are returned unchanged.  A file whose name must change is copied.
         """
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])

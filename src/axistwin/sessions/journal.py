@@ -90,7 +90,7 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return all actions of the next moment after the position `cursor`, and the position after these actions.
+        """Return the moment (time and actions) at `cursor` in the journal, and the cursor of the next moment.
 
         Return None at the end of the journal.
         """

@@ -143,7 +143,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the replay has ended before the time of this setting: make the setting now
+                if set_ns > now_ns:  # the replay has ended too early to repeat this setting
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)

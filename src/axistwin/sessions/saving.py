@@ -37,12 +37,12 @@ def files(
         found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # at equal times, hosts act in the sequence of their ranks: new conversations have the highest rank, and act last
+    # if several hosts act at one time, the host with the lowest rank acts first: give new hosts the highest rank
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # a scene with saved conversations gets no script: at equal times, a script would act before the saved hosts
+        # at equal times, a script acts before all hosts: write a script only if the scene has no saved conversations
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -120,9 +120,9 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Copy an action for the conversation of the endpoint `name`.
+        """Copy an action, but leave out the controller's name if the action is for the endpoint `name`.
 
-        The copy names a controller only if the action is for another endpoint.
+        The copy becomes part of the conversation of the endpoint `name`.
         """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)

@@ -187,7 +187,7 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # check the command: `read` raises ProgramError if no recording can contain it
+            codec.read(codec.show(data))  # `read` raises ProgramError for a command that a recording cannot contain
         else:
             self.bench.port(name)  # `port` raises UsageError for an unknown endpoint
         self._do(Say(data, controller=name))
@@ -539,7 +539,7 @@ class Session:
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """End a complete replay, and discard the characters sent to ports without a client."""
+        """End a finished replay.  Discard the characters sent to ports without a client."""
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:

@@ -52,11 +52,11 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step if a message is in progress, because no further character of the message follows."""
+        """End the step after an incomplete message: no more characters of the message will come."""
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at an event.  The characters of a message end the step only after the whole message."""
+        """End the step at an event, e.g. a fault, or at the last character of a message."""
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return

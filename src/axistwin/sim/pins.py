@@ -352,7 +352,7 @@ class UserPin(Pin):
 
     @property
     def drivable(self) -> bool:
-        """True if a test lead can set the level of the terminal.  Always True, even for an output."""
+        """Always True: a test lead can set the level of every terminal, even of an output."""
         return True
 
     def drive(self, level: bool | float) -> None:

@@ -55,7 +55,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or a break signal to no receiver.  Return the transmission time in ns."""
+        """Return the transmission time of a character or a break signal in ns.  No receiver is connected."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -130,10 +130,9 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put the device's own transmission on the shared wire.
+        """Add the device's own signal to a wire that the device shares with other devices.
 
-        Several devices share the wire.  The device's receiver ignores the signal, but the signal garbles
-        characters of other transmitters.
+        The device's receiver ignores the signal, but the signal garbles characters of other transmitters.
         """
         if self.instant:
             return

@@ -99,7 +99,7 @@ class InputPin(Sensed):
 
 @dataclass(frozen=True)
 class Switched:
-    """An output of an emulated controller whose level a motion board copies to a real output.
+    """Output of an emulated controller.  A motion board copies the level of this output to a real output.
 
     The real output has the level `safe` after all motors have been stopped.
     """
@@ -138,8 +138,8 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"this board cannot use the stop input {given.to}, because this board drives no axis of "
-                f"{given.controller}: expected an input of {' or '.join(names)}"
+                f"invalid stop input {given.to}, because this board drives no axis of {given.controller}: "
+                f"expected an input of {' or '.join(names)}"
             )
 
 

@@ -42,7 +42,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions for a comparison with a number, e.g. for "> 100".
+    """Return functions that calculate the truth and the margin of a comparison, e.g. of "> 100".
 
     The first function returns 1 (true) or 0.  The second function returns the margin by which the comparison is true;
     the margin is negative if the comparison is false.
@@ -53,10 +53,10 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions that check a level: for high if `high` is True, otherwise for low.
+    """Return functions that calculate the truth and the margin of the condition "high" or "low".
 
-    The first function returns 1 (true) or 0.  The second function returns an infinite margin, which is negative if the
-    level is wrong.
+    `high`: True selects the condition "high".  The first function returns 1 (true) or 0.  The second function returns
+    an infinite margin, which is negative if the condition is false.
     """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 

@@ -48,7 +48,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the robustness of the worst claim in a run, which is the smallest robustness.
+    """Return the smallest robustness of all claims in a run.
 
     A smaller number means a worse run, so the search minimises the number.  The number is limited to ±`FAR`; it is
     `FAR` if no claim has a robustness.

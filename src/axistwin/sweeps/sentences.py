@@ -39,7 +39,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A parsed measure or claim.
+    """A measure (e.g. `final table.X.position`) or a claim of a sweep, after parsing.
 
     Contains the names of the signals, events and axes that a run must record.
     """
@@ -169,7 +169,7 @@ def _from_to(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _two_events(text: str) -> tuple[str, str]:
-    """Split the text `EVENT to EVENT` into its two events.  Raises UsageError."""
+    """Split the text `EVENT to EVENT` into its two events.  Raises UsageError if an event is invalid."""
     words = text.split(" to ")
     for n in range(1, len(words)):
         begin, end = " to ".join(words[:n]), " to ".join(words[n:])

@@ -74,7 +74,10 @@ class Sweep:
         self.claims: dict[str, str] = {}
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary the value at a path, e.g. `.vary("table.X.load.torque", "0.05..0.4:8")`.  Raises UsageError."""
+        """Vary the value at a path, e.g. `.vary("table.X.load.torque", "0.05..0.4:8")`.
+
+        Raises UsageError for invalid values, or if the path is already varied.
+        """
         if path in self.varied:
             raise UsageError(f"the path {path} is varied twice: expected one range or list, e.g. --vary seed=0..99")
         try:
@@ -221,7 +224,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return the values of a setting to be checked before the sweep, e.g. the smallest and the largest value."""
+    """Choose the values of a setting that are checked before the sweep, e.g. the smallest and the largest value."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

@@ -130,7 +130,10 @@ def _names(message: str, name: str) -> bool:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call a function, and add the line and the column of `keys` in the sweep file to an error of the function."""
+    """Call the function `do`.  If it raises an error, report the error at the place of `keys` in the sweep file.
+
+    The place is a line and a column.
+    """
     try:
         return do()
     except PlacedError:

@@ -63,9 +63,10 @@ class Tuning:
         self.changed: dict[str, Values] = {}
 
     def change(self, path: str, values: Value) -> Self:
-        """Search for the best value of a setting, e.g. `.change("knife.KP", "10..400")`.  Raises UsageError.
+        """Let the search change the value of a setting, e.g. `.change("knife.KP", "10..400")`.
 
-        `path`: the setting.  `values`: a range or a list of values.
+        `path`: the setting.  `values`: a range or a list of values.  Raises UsageError for invalid values, or if the
+        path is given twice.
         """
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:

@@ -75,7 +75,7 @@ class CompumotorGuide(Guide):
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of a command, which is given by its name or in hex.
+        """Yield the meaning of a command.  The text is the name of the command, or the command in hex.
 
         Hex digits can also be a message of the board.
         """

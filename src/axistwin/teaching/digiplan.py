@@ -91,7 +91,7 @@ class DigiplanGuide(Guide):
             )
 
     def _closed(self, name: str, faults: int) -> str:
-        """Return an instruction to close the circuit of a stop input."""
+        """Return a text that tells the user how to close the circuit of a stop input."""
         read = "  and then  K" if faults else ""
         found = at_limit(self.controller, name == "limit_plus") if name in LIMITS else None
         if found is None:
@@ -103,7 +103,7 @@ class DigiplanGuide(Guide):
         )
 
     def _given(self, name: str, level: str) -> str:
-        """Return an instruction to set the input that a sequence waits for."""
+        """Return a text that tells the user how to set the input for which a sequence waits."""
         pin = self.controller.pins[name]
         if pin.held or (pin.wired and not pin.driven):
             return self.restored(name, level)
@@ -181,7 +181,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield three meanings of a number: as an answer to the request K, to F and to I."""
+        """Yield three explanations of a number, which can be an answer to request K, request F or request I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"

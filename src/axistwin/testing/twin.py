@@ -265,9 +265,9 @@ def _bench(
 
 
 def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -> list[tuple[str, PortUrl]]:
-    """Return a URL for each serial port or bus of the simulation; the operating system then chooses a free port.
+    """Return a URL for each serial port or bus of the simulation, e.g. `tcp://127.0.0.1:0`.
 
-    Raises UsageError for an unknown kind of port.
+    For port 0, the operating system chooses a free port.  Raises UsageError for an unknown kind of port.
     """
     if scheme is not None and scheme not in SCHEMES:
         raise UsageError(f"invalid kind of port {scheme!r}: expected one of {', '.join(SCHEMES)}")

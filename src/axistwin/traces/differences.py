@@ -104,7 +104,7 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the earliest time at which the value of `this` matches no value of `that`.
+    """Return the earliest time at which a signal differs between two traces by more than the tolerance.
 
     `this`, `that`: the signal in the two traces.  `that` may have the value of `this` earlier or later, within the time
     tolerance.  It is sufficient to check the times at which `this` changes, and the times at which `that` changes,
@@ -142,7 +142,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # an index in `last` can be len(others)
+    ended = np.append(others, others[-1])  # `reduceat` would reject the index len(others) in `last`: add one element
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

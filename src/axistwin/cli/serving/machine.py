@@ -59,12 +59,15 @@ class Wanted:
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
             raise UsageError(
-                "--model and --baud cannot be used with a scene file: remove these options, or give a PORT"
+                "--model and --baud cannot be used with a scene file: remove these options, "
+                "or give a PORT instead of the scene file"
             )
         if not is_scene and model is None:
             raise UsageError("the model of the controller at the port is missing: add --model, e.g. --model if1")
         if not is_scene and given["speed"] != "1":
-            raise UsageError("--speed cannot be used with a PORT: remove --speed, or give a scene file")
+            raise UsageError(
+                "--speed cannot be used with a PORT: remove --speed, or give a scene file instead of the PORT"
+            )
         if model is not None:
             product(model)
         return cls(

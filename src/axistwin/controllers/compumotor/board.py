@@ -178,7 +178,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that the board requires of a command in the given state."""
+    """Return the attributes that each command of the host must have, e.g. `Accept.STREAMING` in a streaming mode."""
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

@@ -137,7 +137,7 @@ class Card:
         return Awaited(work, *awaited(self.pins, interface.waiting))
 
     def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
-        """Call `callback(hint)` whenever the status hint changes.  Return an unsubscribe function."""
+        """Call `callback(hint)` when the interface has a new hint for the user.  Return an unsubscribe function."""
         return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:

@@ -82,16 +82,17 @@ class Work:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Let the host control the sequence.  Return an event that occurs when the host sends a step.
+        """Pause the sequence, and let the host send commands.  Return an event that occurs when a command arrives.
 
-        The value of the event is the step that the host sends; None means that the sequence continues.
+        The value of the event is the command, as a step of a sequence.  The value is None if the host sends `%`, i.e.
+        lets the sequence continue.
         """
         self.control = self.clock.event()
         self._free()
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the host's control of a sequence.  Return the event that continues the sequence.
+        """Take the control of the sequence from the host.  Return the event for which the sequence waits.
 
         Return None if the host has no control.
         """

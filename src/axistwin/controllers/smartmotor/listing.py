@@ -165,9 +165,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Exchange the motor's program for a copy that notifies subscribers about different statements.
+    """Replace the motor's program by the copy `after`, which notifies subscribers when certain statements begin.
 
-    `after`: the copy.  A program in execution continues.
+    A program in execution continues.
     """
     if after is motor.program:
         return

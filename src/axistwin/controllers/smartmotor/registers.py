@@ -48,10 +48,12 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that forwards changes of the subscriber's registers to the subscriber.
+        """Return a function that receives register changes, and forwards some of them to one subscriber.
 
-        The returned function receives changes of all observed registers.  `names`: the names of all observed registers;
-        a changed register is given by its index in this list.
+        The function receives changes of all observed registers.  It forwards only changes of registers to which the
+        subscriber has subscribed.
+
+        `names`: the names of all observed registers; a changed register is given by its index in this list.
         """
         place = {names.index(name): k for k, name in enumerate(self.names)}
 

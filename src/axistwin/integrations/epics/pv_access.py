@@ -125,7 +125,7 @@ class PvAccess:
         self._channels[name] = channel.pv
 
     async def open(self) -> Server:
-        """Publish the present state, and start and return a server.
+        """Start a server that publishes the state of the motors.  Return the server.
 
         The server serves clients until the caller stops the server.
         """

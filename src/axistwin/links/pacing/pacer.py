@@ -52,7 +52,10 @@ class Pacer(Advancer):
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start virtual time in the event loop `loop`; None: in the running event loop."""
+        """Start virtual time in an event loop.
+
+        `loop`: the event loop; None selects the event loop that calls this method.
+        """
         self.clock.patient = False
         self._loop = loop or asyncio.get_running_loop()
         self._restart()

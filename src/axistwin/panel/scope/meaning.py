@@ -77,7 +77,10 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
-    """Yield the names of the position and velocity signals of all axes with options, e.g. with a motor or a load."""
+    """Yield the names of the position signals and the velocity signals of axes.
+
+    The result includes only axes for which the scene has settings, e.g. a motor or a load.
+    """
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
         if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):

@@ -82,7 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time from which every single change of the signals `names` is stored.
+    """Return the start of the time range in which all changes of the signals `names` are stored.
 
     Earlier changes are merged into intervals.
     """

@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # only intervals of merged changes have an integral
+    if rows.begin is not rows.end:  # single changes need no addition: the area of a single change is 0
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -119,7 +119,7 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time from which every single change of the signal is stored.
+        """Start of the time range in which all changes of the signal are stored.
 
         Earlier changes are merged into intervals.
         """
@@ -253,7 +253,10 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time from which all texts of the signal are stored; earlier texts may have been deleted."""
+        """Start of the time range in which all texts of the signal are stored.
+
+        Earlier texts may have been deleted.
+        """
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

@@ -122,9 +122,10 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Run, pause or stop the session, as the label of the Run button said when the user clicked.
+    """Run, pause or stop the session, after the user has clicked the Run button.
 
-    The state of the session may have changed since the click.
+    `shown`: the label of the button at the time of the click, which selects the action.  The state of the session may
+    have changed since the click.
     """
     session = context.session
     match shown if isinstance(shown, str) else button.text:
@@ -257,7 +258,10 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons for the recording after the present time: `Live from here` deletes it, `Undo` restores it."""
+    """Build two buttons: `Live from here` deletes the rest of the recording, `Undo` restores the rest of the recording.
+
+    `Live from here` also ends the replay of the recording.
+    """
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)

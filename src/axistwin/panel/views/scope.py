@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # show no signals: the screens of all users together have too many
+        except AxistwinError:  # show no signals: all users' screens together may show at most `MOST_SIGNALS` signals
             screen.show(())
         return screen
 

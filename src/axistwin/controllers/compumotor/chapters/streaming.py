@@ -142,10 +142,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command of a marker when the stream has reached the marker.
+        """Start the command that the host has stored for a marker in the stream.
 
-        The stream continues at the same time.  While the command of an earlier marker is executed, the marker is
-        ignored.
+        The stream continues while the command is executed.  While the command of an earlier marker is executed, the
+        marker is ignored.
         """
         if marker is None:
             return
@@ -225,11 +225,11 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, i.e. a command for execution when the stream reaches the value `word`.
+    """Command EEh: store a command that the board executes when the value `word` occurs in the stream.
 
-    The value is a velocity or a distance that the host sends.  Opcode 00 deletes the marker.  EEh is ignored if the
-    command of the marker is not valid while streaming, or has more than two parameters.  EEh is also ignored while ten
-    markers are in use, and in distance-time mode for the values 8000h and 8001h.
+    The value is called a marker.  The value is a velocity or a distance that the host sends.  Opcode 00 deletes the
+    marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more than two parameters.
+    EEh is also ignored while ten markers are in use, and in distance-time mode for the values 8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return

@@ -163,9 +163,10 @@ class Stream:
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Send the alarm "buffer empty" to the host before the streaming buffer is completely empty.
+        """Warn the host if the streaming buffer is almost empty.
 
-        `left`: number of bytes in the buffer.  The alarm is sent when `left` falls to the threshold of the alarm.
+        `left`: number of bytes in the buffer.  The alarm "buffer empty" is sent when `left` falls to the threshold of
+        the alarm.
         """
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:

@@ -14,9 +14,9 @@ from axistwin.storage import excerpt
 
 @dataclass(frozen=True)
 class Retained:
-    """Data that the battery of a locked interface keeps while the power is off.
+    """Data that an IF2 keeps in its battery-backed memory while the power is off.
 
-    An unlocked interface keeps no data.
+    Only a locked IF2 keeps the data.
     """
 
     locked: bool = False

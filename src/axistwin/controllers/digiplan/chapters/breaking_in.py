@@ -42,9 +42,10 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the default format if the present character is `(` in this format; otherwise return None.
+        """Decode the received character with the default data format.  If the character is `(`, return this format.
 
-        `low_ns`: duration of the low level at the beginning of the character.  This duration gives the baud rate.
+        Otherwise return None.  `low_ns`: duration of the low level at the beginning of the character.  This duration
+        gives the baud rate.
         """
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None

@@ -68,10 +68,10 @@ class Frame:
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format of a received message: baud rate, number of data bits, parity, and two bits of the message (`eighth`).
+    """Format of a received message: baud rate, data bits, parity, bit 8 of the command, bit 8 of the terminator.
 
-    `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 bits and no parity reads the parity
-    bit of a 7-bit sender as bit 8.
+    `eighth`: the two values of bit 8.  A receiver with 8 data bits and no parity reads the parity bit of a 7-bit sender
+    as bit 8.
     """
 
     baudrate: int

@@ -17,7 +17,7 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """Variables or array elements that a VST or VLD can use, e.g. the variables c to z.
+    """Consecutive variables (e.g. c to z) or array elements that one command VST or VLD can store or load.
 
     The range begins with the operand of the command, and ends at the end of the operand's group or array.  The fields
     are the kind, the index of the first element, and the number of elements.
@@ -77,7 +77,7 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Check that `count` values fit both into the variables of a range and into the EEPROM.
+    """Check the operands of a VST or VLD: the range `run` and the EEPROM must have room for `count` values.
 
     Return the range.  If the values do not fit, set the flag Bs and return None.
     """

@@ -125,9 +125,9 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's present count, followed by the known counts at later times.
+        """Return a list: the external encoder's present count, followed by the predicted counts.
 
-        `times_ns`: the later times.  The list ends before the first count that is not certain.
+        The predictions are for `times_ns`.  The list ends before the first count that is not certain.
         """
         if not self._follows():
             self.motor.core.read_ahead = None

@@ -95,7 +95,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # MD empties the buffer of points, except while host mode is in progress.
             host_mode.clear(motor)
-        # Keep BUFFERED_MODE, because this mode starts when host mode ends (manual, section 10.2).
+        # Do not change BUFFERED_MODE: the buffered mode starts when host mode ends (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:

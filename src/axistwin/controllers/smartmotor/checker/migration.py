@@ -57,7 +57,7 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each useless test of the flag Be or Bh: the fault ends the program before the test is executed.
+    """Report each test of the flag Be or Bh, because the program ends as soon as the flag becomes 1.
 
     Tests are IF, ELSEIF and WHILE.  A position error sets Be, and overheating sets Bh.  Without F=32, both faults end
     the program (manual, section 4.1).

@@ -28,7 +28,7 @@ def entry(i: Ints, v: Ints, n: int) -> int:
 
 @sampled
 def take_over(i: Ints) -> None:
-    """Make the buffered cam parameters effective, as the command G or CI requires."""
+    """Commands G and CI: make the buffered cam parameters effective."""
     i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_FACTOR] = i[s.MC_BASE], i[s.MC_SIZE], i[s.MC_FACTOR]
     i[s.CAM_F] = i[s.F] & DWELLING
     i[s.CAM_DWELL] = max(i[s.D], 0) if i[s.CAM_F] else 0

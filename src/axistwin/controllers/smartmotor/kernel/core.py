@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """Stage in the computation of a motor's samples: e.g. the next block of samples is planned, or computed."""
+    """State of a motor's simulation, e.g. `ASLEEP` while the motor rests."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -144,12 +144,10 @@ class Core:
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's present position, followed by the known positions at later times.
+        """Return a list: the shaft's present position, followed by the predicted positions.
 
-        The list ends before the first position that is not certain.
-
-        `times_ns`: the later times, one sample apart.  A position is certain before the end of the block, and always
-        while the motor sleeps.
+        The predictions are for `times_ns`, which are one sample apart.  The list ends before the first position that is
+        not certain.  A position is certain before the end of the block, and always while the motor sleeps.
         """
         block, first, here = self._block, self.i[s.SAMPLE], self.position_now()
         if self._phase is Phase.ASLEEP:
@@ -158,15 +156,15 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # If the first of the later times belongs to the present sample, the position at this time is `here`.
-        if due == first < following:
+        if due == first < following:  # the first time of `times_ns` is in the present sample: the position is `here`
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Compute the samples again, because the predicted edges of the external encoder are outdated.
+        """Keep only the edges of the external encoder that were already read.  Discard the predicted edges.
 
-        The edges of the next sample are kept, because these edges were read before now.
+        The prediction is outdated, because the motion of the external encoder has changed.  The edges of the next
+        sample were read before now.  All later samples are computed again.
         """
         block = self._block
         if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
@@ -429,7 +427,7 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST  # Number of samples in the last block, if all earlier blocks have LONGEST samples.
-        # Make the next block 25 % longer, because a host often sends commands at equal intervals.
+        # Hosts often send commands at equal intervals: compute at most 25 % more samples than in the last interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -444,7 +442,9 @@ class Core:
 
 
 class Engine:
-    """Computes the samples of a motor, i.e. the servo cycles, with a copy of the motor's state.
+    """Computes the servo cycles of a motor.
+
+    The engine changes a copy of the motor's state.  The method `commit` replaces the motor's state by the copy.
 
     The kernel is executed in plain Python.  For long simulations, the kernel is compiled.
 

@@ -137,9 +137,9 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """Wrapper that calls a compiled function, and stores checksums of the function's cached machine code.
+    """Compiled function that marks the machine code in the cache as complete after the first call.
 
-    The wrapper stores the checksums after the first call of the function.
+    The mark is a file with checksums of the machine code.
     """
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
@@ -204,9 +204,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Compile the given functions.  For each module, return a copy of the global variables.
+    """Return a copy of each module's global variables, in which compiled functions replace the Python functions.
 
-    In the copy, the compiled functions replace the Python functions.
+    The keys are the names of the modules.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}

@@ -28,8 +28,8 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 )
 
 # Each event that interrupts the computation of samples has a bit of its own.
-# Events in the bit mask BEFORE_SAMPLE interrupt the computation before the next sample.
-# Events outside the bit mask BEFORE_SAMPLE interrupt the computation after the present sample.
+# The three events in the bit mask BEFORE_SAMPLE interrupt the computation before a sample is computed.
+# All other events interrupt the computation after a sample has been computed.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # Event: Python must execute the next statement of the program.
 VALUE_WAITS = 2  # Event: the next statement needs a value from Python, e.g. GETCHR.

@@ -35,8 +35,8 @@ COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
 JAM = next(_slots)  # Additional deceleration by a jammed shaft: 0 or infinite.
 VISCOUS = next(_slots)  # Fraction (0 to 1) by which viscous friction reduces the speed in each sample.
 # In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
-# OPEN_GAIN is the factor for viscous friction alone (windings open, or current at its limit).
-# CLOSED_GAIN is the factor for viscous friction and back-EMF.
+# OPEN_GAIN: only viscous friction damps the shaft, because the windings are open or the current is limited.
+# CLOSED_GAIN: viscous friction and back-EMF damp the shaft.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the current at standstill for a PWM value of 1, in A.
@@ -50,12 +50,12 @@ MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
-# At a steady current of 1 A, the winding becomes WINDING_RISE (in K) warmer than the housing.
-# At a steady current of 1 A, the housing becomes HOUSING_RISE (in K) warmer than the air.
-# Both differences (winding to housing, housing to air) are proportional to the square of the current.
+# At a steady current I (in A), the winding becomes WINDING_RISE * I² K warmer than the housing.
+# At a steady current I (in A), the housing becomes HOUSING_RISE * I² K warmer than the air.
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# Every 256 samples, the temperatures change in proportion to temperature differences.
-# WINDING_STEP, HOUSING_STEP and AIR_STEP are the factors (0 to 1) of the temperature differences.
+# Temperature change of the winding in 256 samples: WINDING_STEP * (steady-state temperature - winding)
+# Temperature change of the housing in 256 samples: HOUSING_STEP * (winding - housing) + AIR_STEP * (air - housing)
+# The factors WINDING_STEP, HOUSING_STEP and AIR_STEP are between 0 and 1.
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².

@@ -160,10 +160,10 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 # HEAT is the sum of the squared currents of HEAT_SAMPLES samples, in units of (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder reports COUNTS_OF counts when the shaft moves by COUNTS_OUT_OF counts.
+# A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF true counts, e.g. 9 for every 10.
 # While the encoder has no defect, COUNTS_OF and COUNTS_OUT_OF are both 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of motion * COUNTS_OF / COUNTS_OUT_OF; added in the next sample.
+UNCOUNTED = next(_slots)  # Counts that a defective encoder has not reported yet, in units of 1/COUNTS_OUT_OF count.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 

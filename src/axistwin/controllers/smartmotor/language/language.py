@@ -86,7 +86,7 @@ class Statement:
 
     @property
     def computed(self) -> tuple[Computed, ...]:
-        """The operands whose values the interpreter computes."""
+        """The operands that contain an expression, e.g. `a+1`."""
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:

@@ -50,7 +50,7 @@ def silent(motor: Processor, channel: int = 0) -> None:
 
 
 def talk(motor: Processor, channel: int = 0) -> None:
-    """TALK (channel 0), TALK1 (channel 1): allow the output of the program after SILENT or SILENT1."""
+    """TALK (channel 0), TALK1 (channel 1): end SILENT or SILENT1, so that the program can send output again."""
     motor.channels[channel].silent = False
 
 
