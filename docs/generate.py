@@ -52,8 +52,8 @@ def write(folder: Path, *, with_playground: bool) -> None:
 
 def status_bits(model: str) -> Iterator[str]:
     """Return the bits of the status answers: value, name and meaning, as the front panel shows them."""
-    yield "**Status answers.** Each bit of a status answer has a value, e.g. 1, 2 or 4. The answer is the sum of the"
-    yield "values of all bits that are 1. To see which bits of a status answer are 1, enter"
+    yield "**Status answers.** A status answer is the sum of the values of all bits that are 1. In the tables, the"
+    yield "column *bit* gives the value of each bit. To see which bits of a status answer are 1, enter"
     yield "`:explain NUMBER` in `axistwin term`, where `NUMBER` is the status answer.\n"
     for group in product(model).front:
         bits = [lamp for lamp in group.items if isinstance(lamp, Lamp) and lamp.bit is not None]

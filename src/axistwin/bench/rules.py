@@ -17,8 +17,8 @@ RULES = (
     ),
     NO_ACT := Rule(
         "AX101", "a line begins with a wrong character", E, PAGE,
-        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!` or `=`.  Before this first character, a line "
-        "can contain the name of a controller and a colon, for example `table: > K`.",
+        "Each line of a conversation begins with `;`, `+`, `>`, `<`, `!`, `=` or the name of a controller, for example "
+        "`table: > K`.",
         "?what", ".talk",
     ),
     NO_TIME := Rule(
@@ -28,7 +28,7 @@ RULES = (
     ),
     NO_VALUE := Rule(
         "AX103", "a name or a value is missing", E, PAGE,
-        "After `!` or `=`, write a name and a value, for example `! input1 high` or `= X.position 1000`.",
+        "A line with `!` or `=` needs a name and a value, for example `= X.position 1000` or `!input1 high`.",
         "! input1", ".talk",
     ),
     NO_ASCII := Rule(

@@ -62,8 +62,8 @@ RULES = (
     ),
     NUMBER_OF_VALUES := Rule(
         "CM112", "the command has too few or too many values", E, LANGUAGE,
-        "After the name of a command, write one value for each parameter that the command uses.  Some commands have "
-        "parameter bytes that the board does not use; axistwin adds these bytes.",
+        "After the name of a command, write one value for each parameter that the command uses.  Omit parameter bytes "
+        "that the board does not use: axistwin inserts the omitted bytes.",
         "go_relative",
     ),
     NOT_IN_SEQUENCE := Rule(
@@ -96,8 +96,8 @@ RULES = (
     ),
     LOOP_TOO_LONG := Rule(
         "CM206", "a loop repeats more commands than the sequence contains", W, SEQUENCES,
-        "The loop command states how many of the next commands the loop repeats.  After the loop command, the sequence "
-        "contains fewer commands than this number.  The loop ends at the end of the sequence.",
+        "For example, `repeat 3 2` repeats the next three commands twice.  At least three commands must follow in the "
+        "sequence; otherwise the loop ends at the end of the sequence.",
         "D9 01\nrepeat 3 2\n83\nD8",
     ),
     UNENDED := Rule(

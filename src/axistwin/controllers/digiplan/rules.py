@@ -21,8 +21,8 @@ RULES = (
         "status answer F.  Write commands in upper case.  In a file of command lines, `;` begins a comment.",
         "x1000$"),
     LOST_NUMBER := Rule("DP102", "a number is in a place where no number is allowed", E, ALL,
-        "The command before this number takes no number, or takes only a number in another notation, for example with "
-        "a sign (`B+20`).  The interface refuses the whole message.",
+        "A number must follow a command that takes a number.  Some commands take a number only with a sign, for "
+        "example `B+20`.  The interface refuses the whole message.",
         "B20"),
     ALONE := Rule("DP103", "the command must be the only command in its message", E, ALL,
         "Send this command as a separate message that ends with <CR>.  A message that contains a status request or "
@@ -30,8 +30,8 @@ RULES = (
         "X100 E"),
     SETUP := Rule("DP104", "the command is allowed only during initialisation", E, INITIALISATION,
         "The interface obeys `(`, `*`, `U` and `V` only during initialisation.  After the initialisation, each of "
-        "these four characters sets the data fault bit of the status answer F.  Do not write these four characters in "
-        "a file of command lines, because axistwin itself initialises the interface.",
+        "the four commands sets the data fault bit of the status answer F.  A file of command lines must not contain "
+        "`(`, `*`, `U` or `V`, because axistwin itself initialises the interface.",
         "U61"),
     MISPLACED := Rule("DP105", "`$`, `:`, `+`, `-` or `,` is in a wrong position", E, ALL,
         "`$`, `:`, `+`, `-` and `,` are not commands, but parts of commands and messages.  `$` ends a message, and "
@@ -54,15 +54,15 @@ RULES = (
         "The interface refuses the whole message and sets the out-of-range bit of the status answer F.",
         ">5"),
     TWICE := Rule("DP110", "an axis, `/`, `G` or `B` is not allowed in this place", E, ALL,
-        "Either one message contains the same axis, `/` or `G` twice, or the axis before `/`, `G` or `B` is missing.",
+        "In a message or a step, each axis, `/` and `G` can occur only once.  Before `/`, `G` or `B`, write an axis.",
         "X1X2$"),
     WAITS := Rule("DP111", "a message waits for an input (H or L), but contains no move", E, COMBINING,
         "H and L delay a move until an input has the given level.  This message has no move to delay.  A sequence can "
         "wait for an input and then switch an output, even if the sequence contains no move.",
         "H1$"),
     MINOR := Rule("DP112", "the minor axis is missing", E, INTERPOLATION,
-        "Before `/`, write the axis with the longest distance.  After `/`, write one or two axes whose distances are "
-        "shorter.",
+        "Before `/`, write the major axis, which moves the longest distance.  After `/`, write one or two minor axes, "
+        "for example `X200/Y100$`.",
         "X200/$"),
     CORRECTION := Rule("DP113", "a backlash correction is not possible for this move", E, "Backlash correction",
         "To add the backlash correction to an index move, write `B` without a number after the axis.  A run-mode "

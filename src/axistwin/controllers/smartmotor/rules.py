@@ -57,8 +57,8 @@ RULES = (
     ),
     NO_COMMENT := Rule(
         "SM107", "a line of punctuation marks is not a comment", E, LEXICAL,
-        "A comment begins with an apostrophe and ends at the end of the line.  Write an apostrophe before a line such "
-        "as -----.",
+        "A comment begins with an apostrophe and ends at the end of the line.  For a line of punctuation marks, write "
+        "`'-----` instead of `-----`.",
         "-----",
     ),
     PROGRAM_ONLY := Rule(
@@ -130,9 +130,8 @@ RULES = (
     ),
     BLOCK := Rule(
         "SM201", "the beginning or the end of a block is missing", E, FLOW,
-        "Each IF needs an ENDIF, each WHILE needs a LOOP, and each SWITCH needs an ENDS.  If the beginning or the end "
-        "of a block is missing, another statement of the block sets the status bit Bs (syntax error), for example an "
-        "ELSE without an IF.",
+        "Each IF needs an ENDIF, each WHILE needs a LOOP, and each SWITCH needs an ENDS.  A statement of an incomplete "
+        "block, for example an ELSE without an IF, sets the status bit Bs (syntax error).",
         "IF a",
     ),
     NO_LABEL := Rule(
@@ -235,8 +234,8 @@ RULES = (
     ),
     INVALID := Rule(
         "SM308", "a later command can cancel CI", W, ON_THE_FLY,
-        "CI takes effect at the next zero point of the cam.  Before this zero point, each of the commands D=, BASE=, "
-        "SIZE=, F= and MC cancels CI.",
+        "CI takes effect at the next zero point of the cam.  The commands D=, BASE=, SIZE=, F= and MC cancel CI if "
+        "CI has not taken effect yet.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G CI D=5",
     ),
     STALE := Rule(
