@@ -145,7 +145,7 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Convert a host's action at the serial line to two texts: what the action sets, and the value.
+    """Return the target and the value of an action at the serial port, as text.
 
     For example, an action that switches DTR off gives `dtr` and `low`.  In a conversation file, the line `! dtr low`
     repeats this action.
@@ -251,9 +251,10 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Prepare an action that mounts the external encoder on an axis, e.g. `! master on table.X times 3/2`.
+    """Prepare an action that couples the external encoder to an axis, e.g. `! master on table.X times 3/2`.
 
-    Return a function that performs the action.
+    `master` is the external encoder of a SmartMotor.  In the example, the encoder outputs 3/2 edges per count of the
+    axis.  Return a function that performs the action.
     """
     assert controller.bench is not None, "a controller with actions is part of a bench"
     name, _, axis = sits["axis"].rpartition(".")
