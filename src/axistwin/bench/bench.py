@@ -217,7 +217,10 @@ class Bench:
         motors: tuple[Controller, ...],
         name: str | None,
     ) -> SerialPort:
-        """Connect the same channel of several motors to one shared line."""
+        """Connect several motors to one shared serial line, and return the host's serial port.
+
+        `channel`: the serial channel of each motor, "serial" or "rs485".
+        """
         if not motors:
             raise UsageError(f"{method}() was called without motors: expected one or more motors of the bench")
         for motor in motors:

@@ -37,7 +37,10 @@ class Codec(Protocol):
         r"""Yield where each byte begins in `text`, and how many characters it has: (1, 4) for `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return an explanation of a message in plain words; "" if the message needs no explanation."""
+        """Return an explanation of a message in plain words.
+
+        The explanation is "" for printable text, which the user can read directly.
+        """
 
 
 class Characters:
@@ -79,7 +82,7 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return "" as the explanation of a message, because characters are readable without an explanation."""
+        """Return "", because the user can read the characters directly."""
         return ""
 
 
