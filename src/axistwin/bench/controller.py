@@ -151,7 +151,10 @@ class Controller:
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """Stored programs or sequences by name; each `Listing` contains the line that is being executed."""
+        """Stored programs or sequences, by name.
+
+        A `Listing` contains all lines of a program, and the index of the line that is running.
+        """
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
@@ -184,7 +187,7 @@ class Controller:
 
     @property
     def awaited(self) -> Awaited | None:
-        """The input for which the controller waits; None while the controller waits for no input."""
+        """The input for which the controller waits, or None if the controller is not waiting for an input."""
         return self._abilities.awaited()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:

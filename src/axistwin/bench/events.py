@@ -38,7 +38,10 @@ class Sent:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """Event: a host has received a character, or a bus message is ready for the host."""
+    """Event: data from a controller have arrived at the host.
+
+    On a serial line, the data are one character.  On a bus, the data are one whole message.
+    """
 
     time_ns: int
     controller: str
