@@ -143,7 +143,7 @@ class Computer:
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Advance the virtual time of the bench to the time that the processor has reached."""
+        """Advance the bench to the processor's present time."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
@@ -165,9 +165,10 @@ class Computer:
     # Functions that the processor emulator Unicorn calls
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Stop the processor if an event is due; otherwise advance the processor's time by one instruction.
+        """Advance the processor's time by one instruction, or stop the processor at the planned time.
 
-        The processor does not stop directly after STI, because an interrupt waits for one more instruction.
+        Unicorn calls this function before each instruction.  The processor does not stop directly after STI, because
+        an interrupt waits for one more instruction.
         """
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()
