@@ -117,7 +117,10 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Show that an IF2 keeps a locked sequence during a power cut, and then runs the sequence without a host."""
+    """Show that an IF2 keeps a stored sequence during a power cut.
+
+    The command `[` locks the sequence.  After power-up, the IF2 performs the locked sequence without a host.
+    """
     bench = Bench()
     if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
     _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")
@@ -270,7 +273,10 @@ class _MotorSession(_Session):
 
 
 class _BoardSession(_Session):
-    """Operates a board on a bus in the demonstration, with the handshake of the board's manual."""
+    """Sends commands to a board on a bus in the demonstration, and receives messages.
+
+    The handshake is that of the board's manual, with a control byte and a status byte.
+    """
 
     def say(self, text: str, note: str = "", end: str = "") -> None:
         """Write a command to the board, and set bit 4 of its control byte (CB)."""
