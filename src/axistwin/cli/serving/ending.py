@@ -63,7 +63,10 @@ def _handle_exception(ended: asyncio.Future[int], context: dict[str, Any]) -> No
 
 
 def _is_own(error: BaseException) -> bool:
-    """True if the error comes from axistwin, but not from the panel."""
+    """True if the error began in the code of axistwin.
+
+    The result is False for errors of the panel (the display).  Such errors are only logged.
+    """
     began_in = next((name for name in _modules(error) if not name.startswith("asyncio")), "")
     return began_in.startswith(OWN_MODULES) and not began_in.startswith(DISPLAY_MODULES)
 

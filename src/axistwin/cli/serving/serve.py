@@ -237,9 +237,10 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace and the recording when it receives a bench other than `bench`.
+        """Return a function that closes both files when another bench replaces `bench`.
 
-        The session calls the function with each new bench, e.g. after the user has gone back in time.
+        The files are the trace and the recording.  The session calls the function with each new bench, e.g. after the
+        user has gone back in time.
         """
 
         def end(another: Bench) -> None:
