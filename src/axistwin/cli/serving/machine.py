@@ -82,7 +82,7 @@ class Wanted:
         )
 
     async def machine(self) -> "Machine":
-        """Return a `Machine` with the controllers to serve: one controller at a port, or all controllers of a scene."""
+        """Return a `Machine` with one controller at a port, or with all controllers of a scene."""
         from axistwin.integrations import at_port, of_scene  # this import is lazy because the drivers load slowly
 
         period_s = 1 / self.rate
