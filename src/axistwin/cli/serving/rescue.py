@@ -1,4 +1,4 @@
-"""`axistwin rescue`: save what a controller contains, and start a twin from it."""
+"""`axistwin rescue`: save the programs and the data of a controller."""
 
 import json
 import sys
@@ -28,7 +28,7 @@ SHOWN = {"RSP": "sample period and firmware", "RCKS": "checksums"}
               show_default=True, help="New directory for the files.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print all values as JSON.")
 def rescue(port: str, model: str | None, line: str | None, out: Path, as_json: bool) -> int:
-    """Save all data that the controller at PORT reports, and start a twin with the same data.
+    """Save the programs and the data of the controller at PORT.
 
     PORT is a serial device, tcp://HOST:PORT, rfc2217://HOST:PORT, bus://HOST:PORT or a URL of pyserial.  The baud rate
     and the frame are found.  DIR receives a scene, the program and the whole exchange.  The same requests are then sent
