@@ -252,7 +252,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call the function `said` with each line that the user types."""
+    """Call `said(line)` for each line that the user types."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

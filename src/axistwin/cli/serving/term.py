@@ -293,7 +293,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Convert a typed line to the bytes that a terminal with the given national keyboard sends."""
+    """Convert a typed line to the ASCII codes of a national keyboard, e.g. `Ä` to `[` for a German keyboard."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
