@@ -1,4 +1,4 @@
-"""Tuning with Optuna: search for the values of scene settings that make the worst run as good as possible.
+"""Tuning with Optuna: find the best values for the settings of a scene, such as gains.
 
 from axistwin.sweeps.tuning import Tuning
 

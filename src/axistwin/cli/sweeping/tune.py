@@ -1,4 +1,4 @@
-"""`axistwin tune`: search for the values of scene settings that make the worst run as good as possible."""
+"""`axistwin tune`: find the best values for the settings of a scene, such as gains."""
 
 import json
 import sys
@@ -48,7 +48,7 @@ from axistwin.sweeps.workers import LIMIT_S
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json: bool, **options: Any) -> int:
-    """Search for the values of scene settings, e.g. gains, that make the worst run as good as possible.
+    """Find the best values for the settings of a scene, such as gains.
 
     Each trial chooses the values of --change, and runs the scene once for each point of the --vary values.  The score
     of a trial is its worst run.  The result is compared with the scene as delivered, in the same runs.  The study is
