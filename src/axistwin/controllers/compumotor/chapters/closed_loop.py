@@ -33,9 +33,10 @@ def go(kind: Kind, board: State, target: int) -> Procedure:
 
 
 def resume(board: State) -> Procedure:
-    """Command 37h: move to the target of the last closed-loop move, at the speed of that move.
+    """Command 37h: move again to the target of the last closed-loop move.
 
-    Ignored without an earlier closed-loop move.  Loose sheet on command 37h.
+    The velocity and the acceleration are also those of the last closed-loop move.  Ignored without an earlier
+    closed-loop move.  Loose sheet on command 37h.
     """
     if board.loop.commanded is not None:
         move, target = board.loop.commanded
@@ -60,9 +61,9 @@ def end_on_stall(board: State, on: bool) -> None:
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: define the ratio of motor pulses to encoder pulses.
+    """Command B0h: define that `motor` motor pulses correspond to `encoder` encoder pulses.
 
-    Both numbers of the ratio are positive.  The board counts four encoder pulses for each encoder line.
+    Both numbers are positive.  The board counts four encoder pulses for each encoder line.
     """
     board.loop.ratio = motor, encoder
     wake(board)
