@@ -39,9 +39,9 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the input `pin` after the motor has passed the edge that the search must find.
+        """Return the level of the input after the motor has passed the edge.
 
-        `direction`: direction of the motion, CW (+1) or CCW (-1).
+        The edge is the target of the search.  `direction`: direction of the motion, CW (+1) or CCW (-1).
         """
         return self.active_level if direction == -self.edge else not self.active_level
 

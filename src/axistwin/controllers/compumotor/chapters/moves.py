@@ -119,7 +119,10 @@ def perform_move(board: State, number: int) -> Procedure:
 
 
 def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
-    """Calculate and perform a move, and wait until the command for this move is finished or discontinued."""
+    """Calculate and perform a move.
+
+    Wait until the command for this move is finished, or until another command discontinues the command.
+    """
     speed = move.speed(board.start_stop)
     if speed is None or not may_perform(board, move):
         return
