@@ -24,9 +24,10 @@ def enable_joystick(board: State) -> Procedure:
 
 
 def shut_down(board: State, on: bool) -> None:
-    """Command 12h: switch remote power shutdown on or off.  During shutdown, the board performs no moves.
+    """Command 12h: begin or end the remote power shutdown.
 
-    Ignored if the joystick or the shutdown input is enabled, or while moving.
+    During the shutdown, the board performs no moves.  Ignored if the joystick or the shutdown input is enabled, or
+    while moving.
     """
     if not (board.occupied or board.shutdown.input_enabled):
         board.shutdown.commanded = on
@@ -54,8 +55,8 @@ def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
 
 
 def request_joystick(board: State) -> bytes:
-    """Command 95h: report FF while the input REMOTE ENABLE is high.
+    """Command 95h: report FF if the joystick requests control, otherwise 00.
 
-    By this input the joystick requests control.
+    The joystick requests control with a high level at the terminal `remote_enable`.
     """
     return b"\xff" if board.pins["remote_enable"].level else b"\0"

@@ -63,9 +63,10 @@ class Joystick:
 
 
 class Shutdown:
-    """The remote power shutdown, which is switched by command 12h or by the shutdown input.
+    """The remote power shutdown: a state in which the board performs no moves.
 
-    The joystick or command 13h enables the input; command 12h applies while the input is disabled.
+    The joystick or command 13h enables the shutdown input.  While the input is enabled, the input begins and ends the
+    shutdown.  While the input is disabled, command 12h begins and ends the shutdown.
     """
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:
@@ -74,7 +75,10 @@ class Shutdown:
         self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
-        """Update the shutdown output.  A moving motor is not shut down."""
+        """Update the shutdown output.
+
+        A shutdown never begins while the motor is moving.
+        """
         by_input = self._joystick.enabled or self.input_enabled
         wanted = not self._pins["shutdown_in"].level if by_input else self.commanded
         if not (wanted and (self._pulses.moving or self._joystick.moving)):
