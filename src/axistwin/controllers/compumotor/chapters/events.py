@@ -16,6 +16,9 @@ def arm(opcode: int, board: State, on: bool) -> None:
 
 
 def inhibit(board: State) -> None:
-    """Command AFh: disable all messages that commands A0h to AEh have enabled."""
+    """Command AFh: disable all messages that commands A0h to ACh have enabled.
+
+    Commands A0h to ABh enable messages on events.  Command ACh enables messages on trigger inputs.
+    """
     board.events.armed.clear()
     board.triggers.drop(0xAC)
