@@ -63,10 +63,10 @@ def kill_motion(board: State) -> None:
 
 
 def kill_sequence(board: State) -> None:
-    """Commands 79h, 7Dh: end the sequence in progress, and end the command that the sequence has begun.
+    """Commands 79h, 7Dh: end the sequence in progress and its present command.
 
-    The command that the sequence has begun has the attribute SINGULAR, e.g. a move.  Commands 79h and 7Dh are ignored
-    if no sequence is in progress.
+    The present command has the attribute SINGULAR, e.g. a move.  Commands 79h and 7Dh are ignored if no sequence is in
+    progress.
     """
     if board.sequencer.running:
         board.sequencer.end()
@@ -88,9 +88,10 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> None:
-    """Commands 74h to 77h and 7Ch to 7Fh: perform `action` when the input `trigger` (1 or 6) becomes active.
+    """Commands 74h to 77h and 7Ch to 7Fh: assign an action to the trigger input 1 or 6.
 
-    If `message` is True, also send a message.  If `on` is False, the trigger no longer performs the action.
+    The board performs the action when the trigger becomes active.  If `message` is True, the board also sends a
+    message.  If `on` is False, the trigger no longer performs the action.
     """
     board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
 

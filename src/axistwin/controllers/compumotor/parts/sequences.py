@@ -50,12 +50,12 @@ class Sequences:
 
 
 class Order(Enum):
-    """Requests to the sequence in progress: continue, suspend, kill or leave the sequence."""
+    """Requests to the sequence that is being performed."""
 
-    CONTINUE = auto()
-    SUSPEND = auto()
-    KILL = auto()  # KILL ends the command in progress (a SINGULAR command), then suspends the sequence
-    LEAVE = auto()
+    CONTINUE = auto()  # perform the next command
+    SUSPEND = auto()  # suspend the sequence after its present command
+    KILL = auto()  # end the present command (a SINGULAR command), then suspend the sequence
+    LEAVE = auto()  # end the sequence after its present command
 
 
 SUSPENDED = (Order.SUSPEND, Order.KILL)
