@@ -136,9 +136,10 @@ def in_phase(phase: Phase, board: State) -> bytes:
 
 
 def mode(board: State) -> bytes:
-    """Command 90h: report the opcode of the command that selects the present mode.
+    """Command 90h: report the present mode.
 
-    In a streaming mode, the reply also contains the parameters of this command.
+    The reply is the opcode of the command that enters this mode.  In a streaming mode, the reply also contains the
+    parameters of this command.
     """
     return bytes([board.mode]) + (board.stream.setting.parameters if board.stream.setting else b"")
 

@@ -280,7 +280,10 @@ def kill_buffer(board: State) -> None:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h in a streaming mode: report the present velocity number, with bit 15 set while moving CCW."""
+    """Command 85h in a streaming mode: report the present velocity in units of the velocity resolution.
+
+    Bit 15 of the reply is 1 while the motor moves CCW.
+    """
     setting, pulses = board.stream.setting, board.pulses
     assert setting is not None
     number = min(round(pulses.rate / setting.resolution), FASTEST)
