@@ -178,7 +178,10 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that each command of the host must have, e.g. `Accept.STREAMING` in a streaming mode."""
+    """Return the attributes that the board now requires of a command from the host.
+
+    For example, a streaming mode requires the attribute `Accept.STREAMING`.
+    """
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

@@ -19,10 +19,10 @@ LONGEST = 16
 
 
 class Accept(Flag):
-    """The attributes of a command, which decide when the board may perform the command.
+    """Attributes of a command, e.g. SINGULAR.
 
-    At most two SINGULAR commands are in progress: one that the host has sent, and one that a sequence has begun.
-    Chapter Command attributes.
+    The attributes define the states of the board in which the command is valid.  At most two SINGULAR commands are in
+    progress: one that the host has sent, and one that a sequence has begun.  Chapter Command attributes.
     """
 
     SINGULAR = auto()  # the command takes time, e.g. a move

@@ -115,9 +115,10 @@ class State(ABC):
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
-        """True if the command must not begin, because a SINGULAR command of the host is in progress.
+        """True if a SINGULAR command of the host prevents the start of `command`.
 
-        The result is True only for SINGULAR commands of indexer mode: moves, searches and the joystick.
+        SINGULAR commands take time, e.g. moves.  The result is True only if `command` is also a SINGULAR command of
+        indexer mode: a move, a search or the joystick.
         """
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
