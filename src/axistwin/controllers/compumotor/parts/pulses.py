@@ -203,9 +203,9 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Maximum number of velocities that the next call of `append` can add to the profile.
+        """Maximum number of segments for the next call of `append`.
 
-        If the number is 0, velocities must be output one by one.
+        Each segment outputs one velocity.  If the maximum is 0, velocities must be output one by one.
         """
         if not (self.moving and self.axis.free):
             return 0

@@ -144,9 +144,10 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the next entries that the board can output before the alarm "buffer empty" is due.
+        """Return the next entries that the board can output without the alarm "buffer empty".
 
-        The result has at most `most` entries.  Each entry is one word.
+        The board sends this alarm when the buffer is almost empty.  The result has at most `most` entries.  Each entry
+        is one word.
         """
         assert self.setting is not None
         if self._alarm_on:
