@@ -96,7 +96,10 @@ class Library:
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:
-        """Return the remaining calculation time of a move in ns, and mark the move as calculated."""
+        """Return the time that the board still needs to calculate a move, in ns.
+
+        The board calculates a pre-defined move only once, so the next call for this move returns 0.
+        """
         ready_ns = self._ready_ns.get(number)
         if ready_ns is None:
             return self.calculation_ns

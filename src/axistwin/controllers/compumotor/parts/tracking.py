@@ -13,7 +13,7 @@ from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
-    """Convert an unlimited count to the value of a signed 32-bit counter."""
+    """Return the value of a signed 32-bit counter after an overflow, e.g. -2³¹ for the count 2³¹."""
     return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
 
 
@@ -198,9 +198,10 @@ class Tracking:
         return self._pulses.position - pulses, self.encoder.count - counts
 
     def cannot_stall(self, within_ns: int) -> bool:
-        """True if the board cannot detect a stall in the next `within_ns` nanoseconds.
+        """True if the simulation need not check for stalls in the next `within_ns` nanoseconds.
 
-        The motion and the machine must not change in this time.
+        In this time, the board can detect no stall.  The result is valid only while the motion and the machine do not
+        change.
         """
         if not self.watches:
             return True
@@ -225,9 +226,9 @@ class Tracking:
 
     @property
     def owns_motion(self) -> bool:
-        """True if the present motion is the correction of a position error.
+        """True if the latest motion corrects a position error.
 
-        While the motor is at rest: True if the last motion was such a correction.
+        The latest motion is the present motion, or the last motion of a motor at rest.
         """
         return self._pulses.velocity_profile is self.correction
 
