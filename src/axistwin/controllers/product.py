@@ -79,9 +79,10 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Control lines of a serial port, at the connector and inside the controller."""
+    """Control lines of a serial port, before and after the wiring of the connector."""
 
     plug: ControlLines
+    """The lines at the connector."""
     inside: ControlLines
     """The lines inside the device, which depend on the wiring of the connector."""
 

@@ -51,7 +51,7 @@ ENDED_BY = {
 
 
 class NoBattery:
-    """Memory of an IF1.  An IF1 has no battery, so no data are stored."""
+    """Replacement for the battery-backed memory, which an IF1 does not have."""
 
     def load(self) -> bytes | None:
         """Return None, because an IF1 keeps no data without power."""
@@ -177,7 +177,7 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Connect the inputs DSR and CTS of the interface to the signals that the cable selects.
+    """Wire the inputs DSR and CTS of the interface as in the given cable.
 
     The cable connects each input to the host, to the output DTR or RTS of the interface, or to no signal.  The result
     contains the pins that the interface reads.
