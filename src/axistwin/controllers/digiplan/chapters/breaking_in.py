@@ -57,9 +57,10 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if the UART has decoded the latest character in the default format.
+        """Return True if the UART has decoded the latest character in the default data format.
 
-        If the character is `(`, the UART keeps the default format.
+        The receive buffer then ignores this character.  If the character is `(`, the UART keeps the default format,
+        and the buffer begins with `(`.
         """
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:

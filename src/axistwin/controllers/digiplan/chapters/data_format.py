@@ -54,10 +54,10 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Set bit 8 of a byte to 0 if the data format has no bit 8 or fixes bit 8 at 0.  Return the byte.
+        """Clear bit 8 of a byte in data formats whose bit 8 is missing or always 0.  Return the byte.
 
-        A data format with seven data bits has no bit 8.  The byte does not change if bit 8 is data, or if the data
-        format fixes bit 8 at 1, because the quick status needs all eight bits.
+        A data format with seven data bits has no bit 8.  In all other data formats, the byte does not change, because
+        the quick status needs all eight bits.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
