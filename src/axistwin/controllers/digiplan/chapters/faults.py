@@ -85,7 +85,7 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear old fault bits after a report of the motion status (command K or Q).
+        """Clear fault bits after command K or Q has reported the motion status.
 
         A bit is cleared if the cause of the fault no longer exists.  LIMIT is always cleared, so that the axis can
         leave the switch.  While locked, EMERGENCY_STOP stays set.

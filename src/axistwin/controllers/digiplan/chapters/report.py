@@ -81,9 +81,10 @@ def sequence_status(state: State) -> bytes:
 
 
 def busy_status(state: State) -> bytes:
-    """Command E: report `[` if locked, `F` after a fault, `E` while busy, `C` when ready for new commands.
+    """Command E: report the state of the interface as one character.
 
-    Chapter Busy status.
+    The first state that applies is reported: `[` locked, `F` fault, `E` busy, `C` ready for new commands.  Chapter Busy
+    status.
     """
     return state.frame.answer(busy_letter(state).encode("ascii"))
 
