@@ -70,8 +70,9 @@ def _overshoots(parameters: Parameters, step: Step) -> bool:
 
 
 def cancel(state: State) -> None:
-    """Command `#`: decelerate all axes to rest, and end the present sequence, wait or output pulse.
+    """Command `#`: decelerate all axes to rest, and end all work in progress.
 
-    The rest of an index is lost.  Characters before `#` in the message are dropped.  Chapter Index mode instructions.
+    The work is e.g. a sequence, a wait or an output pulse.  The rest of an index is lost.  Characters before `#` in the
+    message are dropped.  Chapter Index mode instructions.
     """
     state.work.cancel()

@@ -30,9 +30,9 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """Return a Problem if an interpolated move violates a limit of the manual, otherwise None.
+    """Return a Problem if an interpolated move is out of range, otherwise None.
 
-    The manual limits speed, acceleration, distances and speed range.
+    Interpolated moves have limits of speed, acceleration, distances and speed range.
     """
     p = parameters
     if p.speed > MOST_SPEED:

@@ -12,7 +12,9 @@ OUTPUTS = range(1, 6)
 
 
 class Outputs:
-    """The five opto-isolated outputs.  An output is on only if it is programmed on and the 24 V supply is present.
+    """The five opto-isolated outputs.
+
+    All outputs are off without the 24 V supply.
 
     `follow_led`: True if link 3 of the card is in position b; output 5 then follows the LED and cannot be programmed.
     """
