@@ -234,7 +234,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Wait until the interface has begun to carry out the previous message, then carry out this message.
+        """Carry out this message after the start of the previous message.
 
         The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
         that arrive after this message.  The command `#` drops both messages.

@@ -8,7 +8,10 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # not a programming error
-    """Raised to end a move, run or sequence after a refused move or an invalid parameter."""
+    """Raised to end the present work: a move, run or sequence.
+
+    The reason is an inhibited move or an invalid parameter.
+    """
 
 
 class Fault(Enum):

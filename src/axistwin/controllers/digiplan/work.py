@@ -117,7 +117,10 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Delete the messages that wait until a move, a run or a sequence has ended."""
+        """Delete the waiting messages.
+
+        These messages wait for the end of a move, a run or a sequence.
+        """
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)
