@@ -237,9 +237,9 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Report a number without a command, or characters that are not commands.
+        """Report text that belongs to no command, e.g. unknown characters.
 
-        The number after unknown characters is skipped.
+        The text is a number or unknown characters.  A number after unknown characters is skipped.
         """
         if self.text[begin] in NUMBER:
             self._skip_number(end)

@@ -47,7 +47,7 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance that has no effect, because no command `$` starts a move by this distance.
+        """Report a distance without a later start command `$`, because this distance has no effect.
 
         Called at the end of the program.
         """
@@ -243,7 +243,7 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the message has an effect only with the start command `$`.
+    """True if the message must contain the start command `$` to have an effect.
 
     Such a message contains a run or an output command, or sets no parameter.
     """
