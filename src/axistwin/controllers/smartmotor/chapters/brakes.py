@@ -33,7 +33,10 @@ def release(motor: Processor) -> None:
 
 
 def engage(motor: Processor) -> None:
-    """BRKENG: engage the brake, without activating MTB (manual, section 5.2)."""
+    """BRKENG: engage the static brake (manual, section 5.2).
+
+    The mode does not change: BRKENG does not activate mode torque brake (MTB), which shorts the windings.
+    """
     motor.brake_control = Control.ENGAGED
 
 

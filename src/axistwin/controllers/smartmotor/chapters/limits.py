@@ -7,7 +7,10 @@ from axistwin.controllers.smartmotor.processor import Processor
 
 
 def enable_soft(motor: Processor) -> None:
-    """SLE: enable the software limits, so that a position at or beyond SLN or SLP is a fault (manual, section 3.2)."""
+    """SLE: enable the software limits SLN and SLP (manual, section 3.2).
+
+    A position of SLN or less, or of SLP or more, is then a fault.
+    """
     motor.i[s.SOFT_LIMITS] = 1
 
 
