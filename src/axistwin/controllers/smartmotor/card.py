@@ -57,7 +57,10 @@ class SmartMotor:
         )  # fmt: skip
 
     def power(self, on: bool) -> None:
-        """Switch the motor on or off.  The processor is held in reset while the supply is too low."""
+        """Switch the motor on or off.
+
+        The processor runs only while the supply voltage is high enough.
+        """
         self._switched_on = on
         self._update_power()
 

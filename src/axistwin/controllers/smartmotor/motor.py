@@ -215,7 +215,10 @@ class Motor(Processor):
         i[s.INDEX_HIGH] = i[s.INDEX_LOW] + turn
 
     def _boot(self) -> None:
-        """Start the stored program, unless a character has been received since power-up."""
+        """Start the stored program after power-up.
+
+        The program does not start if a channel has received a character since power-up.
+        """
         if self.powered and not any(channel.received for channel in self.channels):
             self.catch_up()
             flow.begin(self)

@@ -35,9 +35,9 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: end the program if power-up has started the program.
+    """RUN?: end a program that power-up has started.
 
-    If the command RUN has started the program, RUN? has no effect.
+    RUN? does not end a program that the command RUN has started.
     """
     if not motor.i[s.RUN_GIVEN]:
         end(motor)
