@@ -77,9 +77,9 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Check the operands of a VST or VLD: the range `run` and the EEPROM must have room for `count` values.
+    """Return `run` if `count` values fit, otherwise set the flag Bs and return None.
 
-    Return the range.  If the values do not fit, set the flag Bs and return None.
+    `run`: the variables or array elements of a VST or VLD.  The values must fit into `run` and into the EEPROM.
     """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run

@@ -51,9 +51,9 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range of variables or array elements that begins with the element `name`.
+        """Return the variables or array elements from `name` to the end of the group or array.
 
-        Returns None if the element does not exist.
+        Returns None if `name` does not exist.
         """
         if "[" not in self.name:
             group = values(self.name)
