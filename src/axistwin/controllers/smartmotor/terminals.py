@@ -14,9 +14,9 @@ from axistwin.sim.signal import Signal
 
 
 class EncoderPin(UserPin):
-    """Pin A or B, whose level the external encoder usually sets.
+    """Pin A or B, to which an external encoder can be connected.
 
-    A stronger source overrides the encoder.
+    The connected encoder sets the level of the pin.  A stronger source at the pin overrides the encoder.
 
     The encoder's level is read on demand.  The edges cause events only while `subscribe_edges` has subscribers.
     """
@@ -143,7 +143,10 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the two nearest axis positions at which the level of the pin changes."""
+        """Subscribe to the next level change of the pin in each direction.
+
+        The external encoder is mounted on an axis, which reports when it crosses the position of the change.
+        """
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)

@@ -97,7 +97,7 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Store the new motion of the external encoder in the state of the motor.
+        """Update the kernel after a change of the external encoder's motion.
 
         The kernel computes as if the run began one sample earlier, so that each sample adds equal counts and carries
         the remainder.
@@ -215,7 +215,7 @@ class Inputs:
         motor.i[s.WINDOW_LOW], motor.i[s.WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:
-        """Handle a switch that the shaft has reached."""
+        """Update the switches after the shaft has reached the position of a switch."""
         self.axis.left_window()
         self.motor.i[s.WINDOW_LOW], self.motor.i[s.WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
 

@@ -77,7 +77,11 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """End the special use of a pin as a limit input, as the go input, or as a wire of channel 1."""
+    """End the special use of a pin, e.g. as a limit input.
+
+    Pins C and D are limit inputs.  Pin G can have the effect of the command G.  Pins E and F are wires of
+    channel 1.
+    """
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
