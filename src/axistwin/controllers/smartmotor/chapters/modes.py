@@ -150,9 +150,9 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return the direction of motion if the given mode starts now: a positive or negative number, or 0.
+    """Return the direction in which a mode would move the shaft now.
 
-    The result 0 means that the direction is unknown.
+    Only the sign of the result counts.  The result 0 means that the direction is unknown.
     """
     i = motor.i
     if mode == s.M_POSITION:
@@ -272,7 +272,10 @@ def off(motor: Processor) -> None:
 
 
 def follow(motor: Processor, factor: int) -> None:
-    """MF1, MF2, MF4: follow the external encoder with 1, 2 or 4 counts per period, and set CTR to 0."""
+    """MF1, MF2, MF4: follow the external encoder, at 1, 2 or 4 counts per encoder period.
+
+    The external counter CTR is set to 0.
+    """
     _follow(motor, s.M_FOLLOW, factor)
 
 
