@@ -22,9 +22,9 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """The values of the cam parameters at the current statement of a program.
+    """Checker for cam commands, with the cam parameters after the last checked statement.
 
-    An unknown value is None.
+    The value of an unknown parameter is None.
     """
 
     findings: Findings

@@ -84,7 +84,10 @@ class Flow:
 
     @cached_property
     def interrupts_only(self) -> frozenset[int]:
-        """The statements that only the interrupt routines C1 and C2 and their subroutines execute."""
+        """Statements of the interrupt routines C1 and C2 that the main program never executes.
+
+        Statements in subroutines of the interrupt routines are included.
+        """
         called = {number for label in self.interrupts for number in self._reached(label)}
         return frozenset(called - self._reached(None))
 
@@ -138,7 +141,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index of the first element of the compiled code that follows an expression.
+        """Return the index directly after an expression in the compiled code.
 
         `at`: index of the first element of the expression.
         """

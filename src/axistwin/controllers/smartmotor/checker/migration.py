@@ -57,10 +57,10 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each test of the flag Be or Bh, because the program ends as soon as the flag becomes 1.
+    """Report useless tests of the flags Be and Bh.
 
-    Tests are IF, ELSEIF and WHILE.  A position error sets Be, and overheating sets Bh.  Without F=32, both faults end
-    the program (manual, section 4.1).
+    A position error sets Be, and overheating sets Bh.  Without F=32, both faults end the program, so the program cannot
+    test the flag (manual, section 4.1).  Tests are IF, ELSEIF and WHILE.
     """
     if findings.sets_function(CALL_C1):
         return
