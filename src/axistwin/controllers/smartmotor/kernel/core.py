@@ -173,7 +173,10 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return how many of the samples that were computed ahead are now in the past."""
+        """Return how many samples of the present block are already over.
+
+        A block is a series of samples that the kernel computes ahead of time.
+        """
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -212,7 +215,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the state of the motor includes all samples up to the present time.
+        """True if the motor has been computed up to the present time.
 
         The block that is computed ahead then stays valid.
         """

@@ -43,9 +43,9 @@ _sampled: dict[tuple[str, str], FunctionType] = {}
 
 
 def sampled(function: F) -> F:
-    """Mark a function that runs in every sample, so that Numba compiles the function.
+    """Mark a function for compilation by Numba.
 
-    The function is written in Numba's subset of Python.
+    The function runs in every sample.  The function is written in Numba's subset of Python.
     """
     _sampled[function.__module__, function.__qualname__] = cast("FunctionType", function)
     return function

@@ -65,12 +65,12 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return a log that records no values."""
+    """Return a log without traced values, which is used while there is no trace."""
     return array("q", [0] * HEAD)
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a value, e.g. the position of the shaft, can change while the processor executes no statement."""
+    """True if a value can change without a statement of the program, e.g. the position of the shaft."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
