@@ -77,7 +77,7 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level (0 or 1) of a pin that an assignment reads, e.g. a=UG.
+    """Return the level of a pin, 0 or 1, for an assignment such as a=UG.
 
     Sets the slot BRAKE_READ if the pin carries the brake signal (manual, section 5.1).
     """
@@ -88,7 +88,7 @@ def taken(i: Ints, bit: int) -> int:
 
 @sampled
 def system_value(i: Ints, operation: int, place: int) -> int:
-    """Return the level of a pin, or the calculated value of a system variable that has no stored value."""
+    """Return the level of a pin, or the value of a system variable that is calculated on demand, e.g. CLK."""
     if operation == PIN:
         return (i[s.PINS] >> place) & 1
     return taken(i, place) if operation == TAKEN_PIN else computed(i, place)

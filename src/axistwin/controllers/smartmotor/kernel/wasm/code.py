@@ -78,10 +78,10 @@ def call(index: int) -> bytes:
 
 
 def br(depth: int) -> bytes:
-    """Return the instruction that jumps to an enclosing block or loop.
+    """Return the instruction that leaves a block or repeats a loop.
 
-    `depth`: nesting level of the target, from 0 for the innermost.  The jump goes to the end of a block, but to the
-    beginning of a loop.
+    `depth`: nesting level of the block or loop, from 0 for the innermost.  The jump goes to the end of a block, but to
+    the beginning of a loop.
     """
     return b"\x0c" + unsigned(depth)
 
