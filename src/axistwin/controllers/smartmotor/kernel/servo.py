@@ -130,9 +130,10 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """Reduce a speed by the change of speed that friction can cause in one sample.
+    """Return the speed of the shaft after one sample with friction.
 
-    The result is 0 if friction stops the shaft.
+    `push`: speed without friction.  `against`: largest change of speed that friction can cause in one sample.  The
+    result is 0 if friction stops the shaft.
     """
     if push > against:
         return push - against
@@ -242,7 +243,7 @@ def cool(i: Ints, f: Floats) -> None:
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """Return 1 if only the temperatures of the motor can change.
+    """Return 1 if the shaft is at rest, and the motor's state is constant except for its temperatures.
 
     The result is valid until an input or the trajectory changes.
     """

@@ -68,7 +68,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
 
 @sampled
 def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
-    """Return the velocity in the next sample, if `velocity` changes to `wanted` along a ramp."""
+    """Return the velocity after one sample of a ramp from `velocity` to `wanted`."""
     if velocity < wanted:
         return min(velocity + acceleration, wanted)
     return max(velocity - acceleration, wanted)
@@ -182,9 +182,10 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Move a commanded position that exceeds 32 bits to the other end of the range, and set the flag Bw.
+    """Keep the commanded position within 32 bits.
 
-    The target is shifted by the same amount, so that the move keeps its length.
+    After the highest position, the count continues at the lowest position, and vice versa.  The flag Bw is then set,
+    and the target is shifted by the same amount, so that the move keeps its length.
     """
     turn = 0
     if i[s.COMMANDED] >= WRAP // 2:
