@@ -1,4 +1,4 @@
-"""Entries of the command table: the sources that may give a command, and the form of the command."""
+"""Entries of the command table: the valid sources of a command, and the form of the command."""
 
 from dataclasses import dataclass
 from enum import Enum, Flag, auto
@@ -7,7 +7,7 @@ from axistwin.controllers.commandset import Command
 
 
 class Accept(Flag):
-    """Sources that may give a command: a host or a stored program."""
+    """Sources from which a command is valid: a host or a stored program."""
 
     HOST = auto()  # The command is valid on a serial channel.
     PROGRAM = auto()  # The command is valid in a stored program.

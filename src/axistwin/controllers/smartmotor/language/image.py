@@ -192,7 +192,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps whose targets become known at a keyword such as ENDIF.
+    """Yield the jumps that are complete at a keyword, e.g. at ENDIF the jump from IF to ENDIF.
 
     Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """

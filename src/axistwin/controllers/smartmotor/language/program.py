@@ -214,7 +214,10 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost unfinished block if the block begins with `keyword`, otherwise None."""
+        """Return the innermost unfinished block.
+
+        Return None if there is no unfinished block, or if the block does not begin with `keyword`.
+        """
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -247,7 +250,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Find the SWITCH or WHILE block that a BREAK leaves."""
+        """Assign a BREAK to the innermost SWITCH or WHILE block."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
