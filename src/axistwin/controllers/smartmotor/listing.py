@@ -33,7 +33,7 @@ def lines_of(text: str) -> tuple[str, ...]:
 
 
 class Rows(NamedTuple):
-    """The text lines of a program, and for each statement the index of the line that contains the statement.
+    """The text lines of a program, and the line index of each statement.
 
     The lines in `silent` contain no executable statement.
     """
@@ -56,7 +56,7 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the statements about which the program must notify subscribers.
+        """Return the numbers of the statements whose start the program must report.
 
         `rows`: the lines that subscribers observe; None means all lines.
         """

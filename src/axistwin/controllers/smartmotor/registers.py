@@ -48,10 +48,10 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that receives register changes, and forwards some of them to one subscriber.
+        """Return a function that forwards register changes to one subscriber.
 
-        The function receives changes of all observed registers.  It forwards only changes of registers to which the
-        subscriber has subscribed.
+        The function receives changes of all observed registers.  The function forwards only changes of registers to
+        which the subscriber has subscribed.
 
         `names`: the names of all observed registers; a changed register is given by its index in this list.
         """
