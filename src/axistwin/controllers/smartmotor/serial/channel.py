@@ -230,7 +230,10 @@ class Channel:
 
     @property
     def _active(self) -> bool:
-        """True if commands on this channel are executed."""
+        """True if the motor executes commands from this channel.
+
+        Conditions: the latest address byte selects this motor, and the channel is not asleep (command SLEEP).
+        """
         return self.addressed and not self.asleep
 
     def flag_new(self, error: ChannelError) -> None:

@@ -130,7 +130,7 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """Handle a character that the host sends while the motor sends its program (upload).
+        """Continue or end the upload of the program when the host sends a character.
 
         The character 06 requests the next block.  Any other character ends the upload and is then handled as usual.
         """
