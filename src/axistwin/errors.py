@@ -73,7 +73,9 @@ def installation(extra: str, library: str) -> str:
 
 
 class PlacedError(AxistwinError):
-    """Raised for an error at a place in a user's file; its text is `file:line:column: message`.
+    """Raised for an error at a place in a user's file.
+
+    The text of the exception is `file:line:column: message`.
 
     For checkers: `code` of the violated rule; `width` in columns; `instead`: a possible replacement, or, if `sure`, the
     only possible one.

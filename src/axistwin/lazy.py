@@ -6,9 +6,10 @@ from typing import Any
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:
-    """Return a `__getattr__` function that imports the modules of a package when their names are first used.
+    """Return a `__getattr__` function for a package with lazy exports.
 
-    `reading="Trace read"` exports the names `Trace` and `read` of the module `reading`.
+    The first use of a name imports the module of the name.  `reading="Trace read"` exports the names `Trace` and `read`
+    of the module `reading`.
     """
     modules = {name: f"{package}.{module}" for module, listed in names.items() for name in listed.split()}
 

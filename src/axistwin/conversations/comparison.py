@@ -265,9 +265,10 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the latest virtual time at which the emulated controller may react.
+        """Return the deadline for an expected reaction of the emulated controller.
 
-        This is the recorded time plus the patience.
+        The deadline is a virtual time: the recorded time of the reaction plus the patience (an additional waiting
+        time).
         """
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)

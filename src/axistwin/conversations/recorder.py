@@ -148,7 +148,11 @@ class Recorder:
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
     def _received(self, event: Received) -> None:
-        """Collect received characters until their message is complete."""
+        """Add received characters to the present reply of the controller.
+
+        First, a complete reply is recorded.  A reply is complete after its terminator, after a pause, or when another
+        controller sends characters.
+        """
         silent_ns = event.time_ns - self._last_ns
         ended = event.controller not in self._formats  # on a bus, each event is a complete message
         ended = ended or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))

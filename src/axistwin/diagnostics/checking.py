@@ -147,7 +147,7 @@ def load(program: Path) -> str:
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
-    """Return a diagnostic for the error of a line that cannot be parsed."""
+    """Convert an error at a place in a file to a diagnostic."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None

@@ -42,7 +42,10 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Remove each diagnostic whose fix overlaps the fix of an earlier diagnostic, and return the others."""
+    """Return the diagnostics whose fixes do not overlap.
+
+    A diagnostic is left out if its fix overlaps a fix that has already been chosen.
+    """
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:

@@ -49,7 +49,10 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if a diagnostic of a scene is about the program file `file`: the message begins with the file name."""
+    """True if the diagnostic of a scene is about a problem in the program file `file`.
+
+    The message of such a diagnostic begins with the file name.
+    """
     return diagnostic.message.startswith(f"{file}:")
 
 

@@ -13,7 +13,9 @@ Change = tuple[str, str, Any]
 
 
 class Drawing:
-    """A drawing in SVG and HTML that sends only its changes to browsers.
+    """A drawing in SVG and HTML with movable parts.
+
+    The object stores the changes of the drawing until `take` returns them, so that browsers receive only the changes.
 
     `art`: SVG and HTML, in which the attribute `data-part` names each movable part.  `kind`: CSS classes.  `act` is
     called with the value of the attribute `data-act` of a part that the user has clicked.

@@ -35,5 +35,8 @@ def _used(controller: Controller, name: str) -> bool:
 
 
 def asset(name: str) -> str:
-    """Return the text of a file for HTML pages with drawings: `parts.js` or `drawings.css`."""
+    """Return the text of the file `parts.js` or `drawings.css`.
+
+    HTML pages with drawings contain these texts.
+    """
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -121,7 +121,10 @@ def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> No
 
 
 def is_pressed(pin: Pin) -> bool:
-    """True if the user has changed the level of the controller's pin."""
+    """True if the user has pressed the switch at the pin.
+
+    A pressed switch gives the pin a level that differs from the level without the switch.
+    """
     return pin.driven and pin.level is not pin.undriven
 
 

@@ -265,7 +265,10 @@ class AsyncAxis(ScaledAxis):
         set_profile(self.core, velocity, acceleration)
 
     async def wait(self, timeout: float, poll: float = POLL_S) -> Status:
-        """Wait for the end of a motion and return the axis's status.  Raises SilentError after `timeout` seconds."""
+        """Wait for the end of a motion, and return the status of the axis.
+
+        Raises SilentError if the axis is still moving after `timeout` seconds.
+        """
         end = self.controller.clock.time() + timeout
         while (status := await self.status()).moving:
             if self.controller.clock.time() > end:

@@ -8,7 +8,10 @@ from axistwin.drivers.errors import PositionLostError
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of an axis or of its controller, with an instruction how the user removes the fault."""
+    """A fault of an axis or of its controller.
+
+    `remedy`: what the user must do to remove the fault.
+    """
 
     name: str
     remedy: str
@@ -108,7 +111,10 @@ class Axis(Protocol):
         """Stop the axis as fast as the controller can."""
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position.  At the end of the search, the home position becomes 0."""
+        """Begin a search for the home position, e.g. a home switch.
+
+        At the end of the search, the coordinate of the home position is 0.
+        """
 
     def status(self) -> Status:
         """Return the state of the axis; positions are in the unit of the axis."""

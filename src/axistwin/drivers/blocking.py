@@ -195,7 +195,10 @@ class BlockingAxis(ScaledAxis):
         set_profile(self.core, velocity, acceleration)
 
     def wait(self, timeout: float, poll: float = POLL_S) -> Status:
-        """Wait for the end of a motion and return the axis's status.  Raises SilentError after `timeout` seconds."""
+        """Wait for the end of a motion, and return the status of the axis.
+
+        Raises SilentError if the axis is still moving after `timeout` seconds.
+        """
         end = time.monotonic() + timeout
         while (status := self.status()).moving:
             if time.monotonic() > end:
@@ -218,5 +221,8 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Return an empty procedure: `run` with an empty procedure only synchronises with the controller."""
+    """Return a procedure that sends no command.
+
+    `run(nothing())` only synchronises the driver with the controller, if the driver is not synchronised yet.
+    """
     yield from ()

@@ -29,7 +29,7 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """Raised if the board reports that it has failed."""
+    """Raised if the failure bit in the board's status byte is set."""
 
 
 def signed(value: bytes) -> int:
@@ -140,7 +140,7 @@ class Board(Core):
             yield from self._prepare()
 
     def _prepare(self) -> Procedure[None]:
-        """Send again the settings that the board has lost in a reset."""
+        """Restore the settings that the board has lost in a reset."""
         self.motor.forget()
         if self.marker_bit is not None:
             yield from self._status_until(READY)
@@ -256,9 +256,9 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Send the velocities of a motion to the board, one for each update interval.
+        """Send a motion to the board as a list of velocities.
 
-        The commands are 52h and E1h.
+        The motor runs at each velocity for one update interval.  The commands are 52h and E1h.
 
         A negative velocity is CCW; the last velocity must be 0.  Returns when the last velocities are in the buffer of
         about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises

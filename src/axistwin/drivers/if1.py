@@ -123,7 +123,10 @@ class IF1(Core):
         raise SilentError(f"no IF1 at this port answered the request '(' or the request 'I': {self.remedy}")
 
     def _probe(self) -> Procedure[bool]:
-        """Return True if the controller is initialised, and detect its echo and terminator."""
+        """Return True if the controller is initialised.
+
+        Also detect whether the controller echoes characters, and whether a line feed follows CR in its answers.
+        """
         for _ in range(2):  # the IF1 may interpret the first request `I` as the end of an incomplete message
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))

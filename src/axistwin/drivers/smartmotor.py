@@ -66,7 +66,7 @@ class SmartMotors(Core):
     # The following functions synchronise the driver with the motors.
 
     def synchronise(self) -> Procedure[None]:
-        """Find each motor, and send the settings again to a motor whose power was cut."""
+        """Find each motor, and restore the settings of motors whose power was cut."""
         yield from self._discard(0.0)
         first, *_ = self._shafts
         found = yield from self._find(first)
@@ -82,7 +82,10 @@ class SmartMotors(Core):
             yield from shaft.prepare()
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
-        """Return True if a motor answers, and detect whether the motor echoes characters."""
+        """Return True if the motor answers.
+
+        Also set `echo`: True if the motor echoes received characters.
+        """
         for _ in range(2):  # the motor may interpret the first request `RSP` as the end of an incomplete command
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
@@ -396,13 +399,20 @@ class Shaft(AxisCore):
         self.setpoint, self._lost = position, ""
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear each fault whose cause no longer exists.  Clear a limit fault even at an active limit switch."""
+        """Clear the stored faults of the motor.
+
+        If the cause of a fault persists, the motor sets the fault again.  A limit fault is cleared even while the limit
+        switch is active.
+        """
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 
 
 def whole(text: str, report: str) -> int:
-    """Return the answer to a report as a number.  Raises WrongAnswerError if the answer is not a number."""
+    """Convert the motor's answer to a number.
+
+    `report`: the command that was sent, e.g. RPW.  Raises WrongAnswerError if the answer is not a number.
+    """
     try:
         return int(text)
     except ValueError:

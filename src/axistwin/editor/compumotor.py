@@ -121,9 +121,10 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return a session that contains only the modal commands of the given lines.
+        """Return the modal commands in the given lines.
 
-        Modal commands decide which commands are valid next.
+        A modal command decides which commands are valid next.  The result is a session, i.e. data that a host sends
+        between power-on and power-off.
         """
         codec = codec_of(self.made)
         lines = [line if self.is_modal(line) else "" for line in lines]

@@ -23,7 +23,10 @@ _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", 
 
 
 class Text:
-    """A document that is open in the editor: its path, and its present text, saved or not."""
+    """A document that is open in the editor.
+
+    Its text may contain changes that the user has not saved yet.
+    """
 
     def __init__(self, document: TextDocument) -> None:
         self.document = document
@@ -64,7 +67,10 @@ class Text:
         return len(self.text) > LIMIT
 
     def position(self, line: int, column: int) -> lsp.Position:
-        """Convert a line and a column, both counted from 1, to a position in the Language Server Protocol."""
+        """Convert a line and a column to a `Position` of the Language Server Protocol.
+
+        `line` and `column` are counted from 1.
+        """
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
             return here  # in a line of ASCII characters, the column number is equal in all encodings

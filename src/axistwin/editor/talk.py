@@ -113,9 +113,10 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return a session that contains only the modal commands that the host sends to one controller.
+    """Return the modal commands that the host sends to one controller.
 
-    Modal commands decide which commands are valid next.
+    A modal command decides which commands are valid next.  The result is a session, i.e. data that a host sends between
+    power-on and power-off.
     """
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)

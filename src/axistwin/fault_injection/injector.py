@@ -137,7 +137,10 @@ class Fault:
 
 
 class Faults:
-    """All faults of one bench.  A finished fault is listed until another fault gets the same name."""
+    """All faults of one bench.
+
+    A finished fault stays in this collection until the user adds a new fault with the same name.
+    """
 
     def __init__(self, world: World) -> None:
         self.world = world

@@ -23,7 +23,7 @@ def stuck(case: Case) -> Mend:
 
 
 class Bounce:
-    """Fault: a contact opens and closes again a few times after every change.
+    """Fault: a contact bounces (opens and closes several times) after each change of its level.
 
     While the contact bounces, the pin ignores the level of its signal source.  If this level has changed by the end of
     the bouncing, the contact bounces again.
@@ -181,7 +181,10 @@ def check_encoder(spot: Spot) -> None:
 
 
 def check_data_sheet(spot: Spot) -> None:
-    """Raise UsageError if the servo motor is ideal, because a fault of a real motor cannot affect an ideal motor."""
+    """Raise UsageError if the servo motor is ideal, i.e. has no data sheet.
+
+    The shaft of an ideal motor follows the trajectory exactly, so the fault would have no effect.
+    """
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
         name = spot.name

@@ -134,10 +134,10 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return a dictionary of parts of a bench; the keys are the given full names and their short names.
+    """Return the parts of a bench by their full names and by their short names.
 
-    The name of a pin or an axis of the controller `here` is short without the controller's name.  The name of a
-    controller is a short name of its serial port, or of its only pin or axis.
+    `found`: the full names.  The name of a pin or an axis of the controller `here` is short without the controller's
+    name. The name of a controller is a short name of its serial port, or of its only pin or axis.
     """
     full = dict(found)
     every = dict(full)

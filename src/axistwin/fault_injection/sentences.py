@@ -46,9 +46,9 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """Return NAME if a text that describes a fault contains the word `name=NAME`.
+    """Return the name of a fault from its description, e.g. `late` from `jam X name=late`.
 
-    Otherwise, or if the text is invalid, return None.
+    Return None if the description is invalid or contains no word `name=NAME`.
     """
     try:
         words = _split(text)

@@ -137,7 +137,7 @@ Mend = Callable[[], None]
 
 
 def ended() -> None:
-    """Do nothing, because the fault has already ended."""
+    """Do nothing: a fault that occurs only once, e.g. `push`, needs no action at its end."""
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:

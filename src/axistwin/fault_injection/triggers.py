@@ -233,7 +233,10 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
 
 
 def _timed_line(listing: Listing, after: int) -> str:
-    """Return the number and the text of the next program line that takes virtual time, e.g. "line 4 (a=a+1)"."""
+    """Return the next program line that takes virtual time, e.g. "line 4 (a=a+1)".
+
+    A label, for example, takes no time.  The result is "another line" if no such line follows.
+    """
     number = next((n for n in range(after, len(listing.lines)) if n not in listing.silent), None)
     return "another line" if number is None else f"line {number + 1} ({listing.lines[number]})"
 

@@ -107,7 +107,10 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """True if the simulation tool can set the level of the pin, because no wire of the scene ends at the pin."""
+    """True if the simulation tool can set the level of the pin.
+
+    The tool cannot set the level of a pin that is connected to a wire of the scene.
+    """
     return not pin.wired and (isinstance(pin, UserPin) or pin.drivable)
 
 

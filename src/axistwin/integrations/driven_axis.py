@@ -133,7 +133,10 @@ class DrivenAxis:
         self._go.set()
 
     async def set_position(self, position: int) -> None:
-        """Set the present position to a new value without a move; the axis must be at rest.  Raises DriverError."""
+        """Set the present position to a new value without a move.
+
+        The axis must be at rest.  Raises DriverError if the controller cannot set the position.
+        """
         await self.station.driver.run(self.core.set_position(position))
         self.station.wake()
         await self.station.polled()
@@ -197,7 +200,10 @@ class DrivenAxis:
         return True
 
     async def _end_motion(self, request: Callable[[], Procedure[None]]) -> None:
-        """Send a stop to the controller if the axis may be moving."""
+        """Stop the axis if a motion has begun or is in progress.
+
+        `request`: function that returns the procedure for the stop.
+        """
         if self._begun or self.status.moving:
             self._stop = request
             await self.station.driver.run(request())

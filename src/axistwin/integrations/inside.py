@@ -21,9 +21,10 @@ from axistwin.units import to_ns, to_seconds
 
 
 def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
-    """Return a driver that is connected to an emulated controller without a real port.
+    """Return a driver for an emulated controller on a bench.
 
-    `options`: options of the driver.  Raises UsageError.
+    The driver needs no real port.  `options`: options of the driver.  Raises UsageError for an unknown name or an
+    invalid option.
     """
     names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
     if name not in names:
@@ -115,7 +116,10 @@ class _InnerClient:
         self._received += data
 
     def hung_up(self) -> bool:
-        """Return False, because this client stays connected until the driver closes it."""
+        """Return False: the connection has not ended.
+
+        Only the driver can end this connection.
+        """
         return False
 
     def drop(self) -> None:

@@ -130,7 +130,10 @@ def core_of(model: str, options: Mapping[str, Any]) -> Core:
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
-    """Return the model of a controller on a bench, the options of the driver, and the unit of each axis."""
+    """Return the data that a driver needs for a controller on a bench.
+
+    The data are the model of the controller, the options of the driver, and the unit of each axis that has a unit.
+    """
     model = "smartmotor"
     given: dict[str, Any] = {}
     if name in bench.lines:

@@ -51,7 +51,10 @@ class Point:
             await self._set(await self._read())
 
     async def write(self, value: int) -> None:
-        """Write a value to the pin or register.  Raises RefusedError."""
+        """Write a value to the pin or register.
+
+        Raises RefusedError if the pin or register cannot be written.
+        """
         if self._write is None:
             raise RefusedError(f"{self.name} cannot be written: expected an output or a variable")
         await self._write(value)

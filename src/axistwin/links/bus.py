@@ -76,9 +76,9 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while the server must not read requests from the client.
+        """True while the server reads no requests from the client.
 
-        This is the case while the gate is closed, or while the client does not read its answers.
+        The gate is closed, or the client does not read its answers.
         """
         return self.gate.closed or (self.client is not None and self.client.stalled)
 

@@ -39,9 +39,9 @@ class HostThread:
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
 
     def sleep_by(self, now: Callable[[], int]) -> None:
-        """Make `time.sleep` in the host's thread wait for virtual time.
+        """Set the clock for `time.sleep` in the host's thread.
 
-        `now` returns the virtual time in nanoseconds.
+        The thread then sleeps for a duration of virtual time.  `now` returns the virtual time in nanoseconds.
         """
         self._now = now
 

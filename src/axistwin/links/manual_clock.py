@@ -50,7 +50,10 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because a program cannot advance virtual time that follows the wall clock."""
+        """Raise UsageError, because this clock follows the wall clock.
+
+        A program can advance virtual time only with a manual clock.
+        """
         raise UsageError(
             f'cannot advance virtual time by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")'
         )
@@ -122,9 +125,10 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host program: virtual time then passes only while the program sleeps or waits for an answer.
+        """Register a host program.
 
-        `time.sleep` in the host's thread then takes virtual time.
+        From now on, virtual time passes only while the program waits.  The program waits for an answer, or in
+        `time.sleep`, which then takes virtual time.
         """
         host.sleep_by(lambda: self.now)
         self._hosts.append(host)

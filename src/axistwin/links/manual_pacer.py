@@ -31,7 +31,7 @@ class ManualPacer(Pacer):
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start the pacer.  The call has no effect, because virtual time passes only in `advance`."""
+        """Do nothing, because virtual time passes only during a call of `advance`."""
 
     def sync(self) -> None:
         """Count an input from a host: add 1 to `arrivals`."""

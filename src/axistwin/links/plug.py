@@ -145,9 +145,9 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while the server must not read from the client.
+        """True while the server reads no characters from the client.
 
-        The server must not read while the gate prevents clients from sending, or while many characters are pending.
+        The gate prevents clients from sending, or many characters are pending.
         """
         return self.gate.closed or self._stop_observing is not None
 

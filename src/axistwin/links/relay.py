@@ -49,7 +49,10 @@ LINGER_S = 1.0
 
 
 class PassThrough(Uart):
-    """A simulated UART at the device's end of the serial line.  The UART accepts characters in any line format."""
+    """A simulated UART that accepts characters in any line format.
+
+    In a relay, this UART is at the end of the serial line where the real controller would be.
+    """
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
         """Return True: the relay accepts characters in any format."""
@@ -169,7 +172,10 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Call `do()` to change a setting of the device, and log any error."""
+        """Change a setting of the device with the function `do`.
+
+        An error of the device is logged.  `what`: the change, as words for the log.
+        """
         try:
             do()
         except DEVICE_ERRORS as error:

@@ -33,7 +33,7 @@ POLL_S = 0.02
 
 
 class SerialDevice:
-    """A real serial device of this computer, to which a virtual controller is permanently connected."""
+    """Connects a virtual controller to a serial port of this computer, e.g. /dev/ttyUSB0."""
 
     flow: Flow | None = Flow.NONE
     """Flow control is not simulated, because the real host handles the controller's DTR."""

@@ -42,7 +42,10 @@ class Seat:
 
     @property
     def full(self) -> bool:
-        """True while the server must not read data from the client."""
+        """True while the server reads no characters from this client.
+
+        The connector is full, or many characters of this client are waiting.
+        """
         return self._hub.plug.full or len(self.waiting) > FULL
 
     def connect(self, client: TcpClient) -> bool:
@@ -145,7 +148,7 @@ class Hub:
         self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
 
     def _silent(self) -> None:
-        """Let the next client send, because the line has been silent.
+        """End the present request after silence on the line, and let the next client send.
 
         While characters of the present request are pending, the timer is restarted.
         """
@@ -168,7 +171,10 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False, because the shared connection ends only when the last client disconnects."""
+        """Return False: the connection has not ended.
+
+        The connection ends when the last client disconnects.
+        """
         return False
 
     def drop(self) -> None:

@@ -84,7 +84,7 @@ class SingleClient(Generic[G]):
 
     @property
     def full(self) -> bool:
-        """True while the server must not read data from the client.
+        """True while the server reads no data from the client.
 
         The gate is then closed.
         """
@@ -144,7 +144,10 @@ class SingleClient(Generic[G]):
         """Send pending output to the client."""
 
     def _warn_refused(self, client: G, why: str) -> None:
-        """Log a refused client, unless a refusal has already been logged."""
+        """Log the refusal of a client.
+
+        Further refusals are not logged, until a client is connected, or the gate is opened or closed.
+        """
         if not self._has_refused:
             log.warning("%s: refused %s, as %s", self.name, client.name, why)
         self._has_refused = True

@@ -45,7 +45,10 @@ class Connector(Protocol):
 
     @property
     def full(self) -> bool:
-        """True while the server must not read data from the client."""
+        """True while the server reads no data from the client.
+
+        For example, many characters of the client are waiting for the serial line.
+        """
 
     @property
     def chunk(self) -> int:
@@ -108,7 +111,10 @@ class Connection(asyncio.BufferedProtocol, ABC):
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
-        """Keep the connection open for late replies when the client has finished sending."""
+        """Keep the connection open for `linger_s` seconds after the client has sent its last data.
+
+        The client can then receive late replies.
+        """
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)

@@ -25,7 +25,11 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class PortUrl:
-    """The URL of a port, which contains an address (`tcp`, `rfc2217`, `bus`) or a path (`pty`, `serial`)."""
+    """The URL of a port, e.g. `tcp://127.0.0.1:5001` or `pty:/tmp/if1`.
+
+    The schemes `tcp`, `rfc2217` and `bus` have an address: `host` and `port`.  The schemes `pty` and `serial` have a
+    `path`.
+    """
 
     scheme: str
     host: str = ""

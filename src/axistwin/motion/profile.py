@@ -148,9 +148,9 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return a copy of the profile that continues with other segments after the given time.
+        """Replace the segments after a given time, and return the new profile.
 
-        `then`: the other segments.
+        `then`: the new segments.
         """
         if self.over(elapsed_ns):
             return self

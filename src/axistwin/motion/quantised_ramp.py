@@ -88,7 +88,10 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Pulses of the acceleration: element k is the number of pulses in the first k levels."""
+        """List of pulse counts during the acceleration.
+
+        Element k is the number of pulses in the first k levels of the ramp, so element 0 is 0.
+        """
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:

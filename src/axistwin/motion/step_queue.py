@@ -128,10 +128,11 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Return the range of `add` in which one interval may be long enough for one pulse and short enough for another.
+    """Narrow the range of `add` to the values that are possible for both of two pulses.
 
-    `late`: number and lower bound of the first pulse.  `early`: number and upper bound of the second pulse.
-    The range stays as it is if the value `add` itself is possible.
+    `lowest`, `highest`: the present range.  `late`: number and earliest permitted tick of the first pulse.  `early`:
+    number and latest permitted tick of the second pulse.  The range stays as it is if the value `add` itself is
+    possible.
     """
     (m, low), (n, high) = late, early
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n  # an interval exists if gap <= add * slope

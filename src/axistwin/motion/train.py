@@ -42,7 +42,7 @@ class Move:
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which a pulse of the move makes the net pulse count equal to `position`.
+        """Return the time at which the net pulse count reaches `position`.
 
         The net pulse count is the number of positive pulses minus the number of negative pulses.  Return None if no
         pulse of the move leads to this count.

@@ -67,9 +67,10 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Call `begin()`, which starts a `step` or a `go_to`, as soon as no other `step` or `go_to` is in progress.
+        """Start a `step` or a `go_to` when no other `step` or `go_to` is in progress.
 
-        Returns the result of `begin()`; None if `stop` has removed the call from the queue.
+        `begin`: function that starts the `step` or `go_to`.  Returns the result of `begin()`; None if `stop` has
+        removed the call from the queue.
         """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         if self.busy:

@@ -96,7 +96,10 @@ class Context:
 
     @property
     def drives(self) -> bool:
-        """True if the user of this page may control the session.  Only one user, the driver, may control it."""
+        """True if the user of this page may control the session.
+
+        Only one user at a time may control the session.  The panel calls this user the driver.
+        """
         return self.people.driver is self.person
 
     def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:

@@ -332,9 +332,10 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update the views in the queue `left` for about `TURN_S` seconds.
+    """Update waiting views for about `TURN_S` seconds.
 
-    Updated views are removed from the queue.  Virtual time does not advance in this function.
+    `left`: the queue of the functions that update a view each.  Updated views are removed from the queue.  Virtual time
+    does not advance in this function.
     """
     until_s = perf_counter() + TURN_S
     while left and perf_counter() < until_s:

@@ -18,7 +18,10 @@ _here = threading.local()
 
 
 class _Abandoned(BaseException):
-    """Raised by `breathe` to end a computation that has been cancelled."""
+    """Exception that ends a cancelled computation.
+
+    The function `breathe` raises the exception in the thread of the computation.
+    """
 
 
 async def in_turns(compute: Callable[[], T]) -> T:

@@ -99,9 +99,9 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Convert an encoder count to the motor position at which the count is reached.
+        """Return the edge between the shaft positions `counts` - 1 and `counts`, in encoder counts.
 
-        The position is given as an edge.  Edge n lies between the motor positions n-1 and n.
+        Edge n lies between the motor positions n-1 and n.
         """
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
@@ -121,9 +121,10 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Report a wrong number of counts from now on.
+        """Simulate an encoder that reports a wrong number of counts.
 
-        The encoder reports `of` counts for every `out_of` true counts: 9 of 10, -1 of 1 (reversed), 0 of 1 (dead).
+        From now on, the encoder reports `of` counts for every `out_of` true counts: 9 of 10, -1 of 1 (reversed), 0 of 1
+        (dead).
 
         After 1 of 1 the encoder counts correctly again, from its present count.
         """

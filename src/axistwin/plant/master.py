@@ -47,7 +47,7 @@ class Followed(Protocol):
         """The axis that turns the external encoder of this axis; None if no axis turns the encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses a position in `edges`.
+        """Call `callback()` each time the axis crosses one of the given edges.
 
         Edge n lies between the positions n-1 and n.
         """
@@ -125,7 +125,10 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Gear ratio: number of encoder edges for each count or pulse of the axis that turns the encoder."""
+        """Gear ratio: number of encoder edges per count of the axis that turns the encoder.
+
+        For an axis with a stepper motor: number of encoder edges per pulse.
+        """
         return self._ratio
 
     @property
@@ -161,7 +164,10 @@ class Master:
         return [base + p * numerator // denominator for p in self.followed.positions_ahead(times_ns)]
 
     def at(self, time_ns: int) -> int:
-        """Return the encoder count at `time_ns`, if the present motion does not change."""
+        """Return the encoder count at `time_ns`, calculated from the present motion.
+
+        If an axis turns the encoder, return the present count.
+        """
         if self.followed is not None:
             return self.run.base + floor(self.followed.position * self._ratio)
         return self.run.at(time_ns)

@@ -47,7 +47,10 @@ class Source(Protocol):
         """
 
     def catch_up(self) -> None:
-        """Publish all position samples before the state of the shaft changes."""
+        """Publish all position samples up to the present time.
+
+        Called when the state of the shaft is about to change.
+        """
 
     def replan(self) -> None:
         """Discard predicted positions after a change of load, blocking or ambient temperature."""
@@ -116,7 +119,10 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return a list with the present position.  Later positions are unknown: a person can turn the shaft."""
+        """Return a list that contains only the present position.
+
+        Later positions cannot be predicted, because a person can turn the shaft.
+        """
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -319,7 +325,7 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the axis stays at rest until the next event `on_motion`.
+        """True if the axis is at rest, and emits the event `on_motion` before it moves.
 
         For a servo axis, the result is always False, because a person can turn the shaft at any time.
         """
@@ -451,7 +457,10 @@ class ServoAxis:
 
     @property
     def supply_v(self) -> float:
-        """The supply voltage in V; infinite for an ideal motor, which has no data sheet."""
+        """The supply voltage in V.
+
+        The supply voltage of an ideal motor (a motor without a data sheet) is infinite, and therefore never too low.
+        """
         return inf if self.motor is None else self.supply * self.motor.supply_voltage_v
 
     def _supply_changed(self) -> None:

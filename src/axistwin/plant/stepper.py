@@ -81,7 +81,7 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the present encoder count differs from the count at the motor position `since`.
+        """True if the encoder count has changed since the motor was at the position `since`.
 
         `since`: a position that the motor has passed in the present move.
         """
@@ -446,7 +446,7 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses a position in `edges`.
+        """Call `callback()` each time the axis crosses one of the given edges.
 
         The call is at the exact pulse.  Edge n lies between the positions n-1 and n.
 

@@ -86,7 +86,10 @@ def called(record: str, field: str) -> str:
 
 
 def decimals(per: Fraction) -> int:
-    """Return the number of decimals with which the length of one count is exact, but at most 6."""
+    """Return the number of decimals of positions, e.g. 3 for counts of 0.005 mm.
+
+    The length of one count is exact with this number of decimals.  The largest result is 6.  `per`: counts per unit.
+    """
     return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
 
 

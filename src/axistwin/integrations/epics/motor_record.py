@@ -90,9 +90,9 @@ class MotorRecord:
         return field in PUTS
 
     async def put(self, field: str, value: Any) -> None:
-        """Process a write to a field; if the write starts a motion, return when the axis is at rest.
+        """Write a value to a field of the record.
 
-        Raises DriverError.
+        A write that starts a motion returns when the axis is at rest.  Raises DriverError if the write fails.
         """
         if field not in PUTS:
             raise RefusedError(f"{field} cannot be written: expected a writable field, e.g. VAL")
@@ -248,7 +248,10 @@ class MotorRecord:
         await self._offset(self.values["OFF"])
 
     async def _resolution(self, value: float) -> None:
-        """Change the resolution MRES.  Convert velocities and limits, so that their values in counts do not change."""
+        """Change the resolution MRES, which is the length of one count.
+
+        Velocities and limits are scaled with MRES, so that their values in counts stay the same.
+        """
         self._at_rest("MRES")
         found = Fraction(value).limit_denominator(FINEST)
         if not found:
@@ -296,7 +299,10 @@ class MotorRecord:
     # Polls
 
     async def _update(self) -> None:
-        """Publish the state of the axis: the last readback position of a motion is published before DMOV=1."""
+        """Publish the state of the axis.
+
+        At the end of a motion, the last readback position is published first, then DMOV=1.
+        """
         axis, status = self.axis, self.axis.status
         moving = status.moving
         await self._set_alarm(status)

@@ -50,10 +50,10 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Call `advance`, which advances virtual time, then send the output of the ports.
+        """Advance virtual time with the function `advance`, and send the output of the ports.
 
-        The advance lasts for one `Slice` of real time.
-        `advance(over)` advances the bench, outside the pacer's own advances.
+        The advance lasts for one `Slice` of real time.  `advance(over)` advances the bench, outside the pacer's own
+        advances.
 
         `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
         `advance`.

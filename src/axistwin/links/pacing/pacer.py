@@ -22,7 +22,10 @@ T = TypeVar("T")
 
 
 class Pacer(Advancer):
-    """Advances virtual time `speed` times as fast as real time.  `speed` None: as fast as possible."""
+    """Advances virtual time by the wall clock, or as fast as the computer can.
+
+    `speed`: ratio of virtual time to real time, e.g. 2; None: as fast as the computer can.
+    """
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
         super().__init__(clock)
@@ -62,7 +65,10 @@ class Pacer(Advancer):
         self.work()
 
     def stop(self) -> None:
-        """Stop virtual time.  During an advance, all events of the present nanosecond still happen."""
+        """Stop virtual time.
+
+        If virtual time is stopped during an advance, the other events of the present nanosecond are still executed.
+        """
         was_running = self.running
         self._cancel()
         if was_running and not self.advancing:
@@ -108,7 +114,10 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Plan the next advance, after an event has started virtual time or changed the speed."""
+        """Plan the next advance of virtual time.
+
+        Called after virtual time has been started or stopped, or after its speed has been changed.
+        """
         if self._drive is not None:
             self._drive.resume()
 

@@ -108,7 +108,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Extend the minimum and the maximum of each pixel column, so that they include all merged intervals.
+    """Include merged intervals in the least and the greatest value of each pixel.
 
     A merged interval contains several changes of the signal.
     """

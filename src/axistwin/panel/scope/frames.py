@@ -140,6 +140,9 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the largest number that is 1, 2 or 5 times a power of 10, and not above `size` / 10."""
+    """Return the step to which the limits of a scale are rounded, e.g. 5 for a scale of size 60.
+
+    The step is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
+    """
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

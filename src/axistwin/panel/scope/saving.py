@@ -82,7 +82,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the start of the time range in which all changes of the signals `names` are stored.
+    """Return the time from which the record contains every change of the signals `names`.
 
     Earlier changes are merged into intervals.
     """

@@ -191,7 +191,10 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Time from which all signals on the screen are recorded."""
+        """The latest of the times at which the recordings of the signals on the screen begin.
+
+        From this time on, all these signals are recorded.
+        """
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:

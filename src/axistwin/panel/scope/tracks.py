@@ -185,9 +185,10 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest changes of the signal into intervals; an interval covers several changes.
+        """Merge the oldest changes of the signal into intervals.
 
-        The intervals have the first resolution in `SHIFTS`, or the second resolution if the changes are rare.
+        An interval stores several changes in less memory.  The intervals have the first resolution in `SHIFTS`, or the
+        second resolution if the changes are rare.
         """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1

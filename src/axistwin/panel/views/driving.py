@@ -122,7 +122,7 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Run, pause or stop the session, after the user has clicked the Run button.
+    """Perform the action of the button that is labelled `Run`, `Pause` or `Stop`.
 
     `shown`: the label of the button at the time of the click, which selects the action.  The state of the session may
     have changed since the click.
@@ -258,9 +258,10 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build two buttons: `Live from here` deletes the rest of the recording, `Undo` restores the rest of the recording.
+    """Build the buttons `Live from here` and `Undo`.
 
-    `Live from here` also ends the replay of the recording.
+    `Live from here` ends the replay, and deletes the part of the recording after the present time.  `Undo` restores the
+    deleted part.
     """
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")

@@ -80,7 +80,7 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the name of the pressed key: low, high or release.
+    """Return the label of the button that is shown as pressed: low, high or release.
 
     Returns "" at a voltage between low and high.
     """

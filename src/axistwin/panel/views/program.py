@@ -180,7 +180,7 @@ class _Loading:
         self._dialog.open()
 
     def _refuse(self) -> None:
-        """Clear the text of the dialog, and notify the user that the text is too long."""
+        """Clear the text of the dialog, because the text is too long, and notify the user."""
         self._text.value = ""
         ui.notify(TOO_LONG, type="negative")
 
