@@ -54,7 +54,7 @@ class Order(Enum):
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # KILL ends the command in progress (a SINGULAR command), then suspends the sequence
+    KILL = auto()  # end the command in progress, e.g. a move, and suspend the sequence
     LEAVE = auto()
 
 
