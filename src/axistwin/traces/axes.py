@@ -143,7 +143,8 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not `<=`: the previous move may have a pulse exactly at `since_ns`
+            # `<`, because the move before a move at `since_ns` may have its last pulse at `since_ns`
+            if move.start_ns < since_ns:
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
