@@ -428,7 +428,7 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST  # Samples after the last full block of LONGEST samples.
-        # A command of the host discards the samples after it, and the next command often follows at the same interval.
+        # Hosts often send commands at equal intervals.  A command discards the samples that are computed after it.
         # So the next block is at most 25 % longer than the part of this block before the command.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
