@@ -143,7 +143,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            # `<`, because the move before a move at `since_ns` may have its last pulse at `since_ns`
+            # a move that starts at `since_ns` may follow a move whose last pulse is at the same time: so `<`, not `<=`
             if move.start_ns < since_ns:
                 break
         for move in reversed(moves):
