@@ -60,7 +60,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # contents that could not be written to the file
+        self._unwritten: bytes | None = None  # new contents, if the file could not be written
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""

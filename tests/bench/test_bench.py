@@ -111,12 +111,15 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
         ({"model": "if1", "line": "9600 9N1"}, "invalid line format '9600 9N1': expected a text such as '9600 8N2'"),
         ({"model": "if1", "line": "96 8"}, "invalid line format '96 8': expected a text such as '9600 8N2'"),
-        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "invalid motor of axis X: add `torque`, a list"),
+        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "the motor of axis X needs `torque`: expected pairs"),
         (
             {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},
             "invalid option of axis X: invalid torque curve: expected pairs",
         ),
-        ({"model": "if1", "X": 5}, 'invalid options X=5 of an axis: expected a table, e.g. X={"limits": (-100, 5000)}'),
+        (
+            {"model": "if1", "X": 5},
+            'invalid value 5 for axis X: expected a dict of options, e.g. X={"limits": (-100, 5000)}',
+        ),
         ({"model": "if1", "X": {"motor": 1}}, "invalid option of axis X: "),
         (
             {"model": "if1", "X": {"limits": "foo"}},

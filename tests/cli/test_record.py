@@ -159,7 +159,7 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
         (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here: "),
         (
             ["--serial", "socket://127.0.0.1:1", "--model", "1811"],
-            "cannot record the board 1811, because the board has no serial port",
+            "the model 1811 has no serial port to record",
         ),
         (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid line format 'quick'"),
     ],

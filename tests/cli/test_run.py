@@ -181,7 +181,7 @@ def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
     code, out, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "5kB")
     assert (code, "X 0 → 1000" in out) == (0, True)
     assert "the trace a.csv ends at" in err
-    assert "because the file has reached its limit of 0.005 MB" in err
+    assert "because the trace file has reached the size limit of 0.005 MB" in err
     code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "none")
     assert (code, err) == (0, "")
     assert Path("a.csv").stat().st_size > 5_000

@@ -218,7 +218,7 @@ def test_a_log_without_results_is_complete(check):
         (("if9", "fine.if1"), UsageError, "no model 'if9'"),
         (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
         (("nowhere.toml",), SceneError, "nowhere.toml: the scene file cannot be read"),
-        (("whose.talk",), UsageError, "model of this conversation is unknown"),
+        (("whose.talk",), UsageError, "unknown controller model"),
     ],
 )
 def test_files_that_cannot_be_checked(check, arguments, error, message):

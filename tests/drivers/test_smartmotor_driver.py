@@ -157,7 +157,7 @@ def test_a_program_that_is_not_stored_and_one_that_is_not_sent(ports):
     with connect(ports.answering(answer), "smartmotor") as motor:
         with pytest.raises(RefusedError, match="did not store the program"):
             motor.load("END")
-        with pytest.raises(SilentError, match="did not send the end of its program"):
+        with pytest.raises(SilentError, match="did not send its complete program"):
             motor.program()
 
 

@@ -196,7 +196,7 @@ def test_a_file_that_a_scene_names_is_opened(client, tmp_path):
 
 def test_a_conversation_without_a_model_has_a_warning(client):
     (found,) = client.open("file:///bench/whose.talk", "> (U61\\r\n")
-    assert "model of this conversation is unknown" in found["message"]
+    assert "unknown controller model" in found["message"]
 
 
 def test_a_text_of_another_kind_is_ignored(client):

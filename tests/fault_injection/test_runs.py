@@ -125,12 +125,18 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
         (
             "motor",
             "motor runs 3",
-            "program line 3 of motor (C5) takes no time, so no fault can start at this line: expected line 4 (a=a+1)",
+            (
+                "no fault can begin at program line 3 of motor (C5), "
+                "because this line executes no statement: expected line 4 (a=a+1)"
+            ),
         ),
         (
             "motor",
             "motor runs 8",
-            "program line 8 of motor (ENDIF) takes no time, so no fault can start at this line: expected line 9 (END)",
+            (
+                "no fault can begin at program line 8 of motor (ENDIF), "
+                "because this line executes no statement: expected line 9 (END)"
+            ),
         ),
         ("motor", "engine runs 8", "unknown controller 'engine': expected one of motor"),
         ("table", "table runs 64", "table has no program line 64: expected 1 to 63"),

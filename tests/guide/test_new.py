@@ -42,7 +42,7 @@ def test_a_question_is_repeated_after_an_invalid_answer(tmp_path):
         "no model 'if9'",
         "invalid number of axes '4'",
         "invalid host '9000'",
-        "invalid first port 'pty:/x'",
+        "invalid port 'pty:/x' of the first controller",
     ):
         assert message in done.err
 
@@ -64,7 +64,7 @@ def test_no_file_is_written_if_answers_are_missing(tmp_path):
         (["--host", "x"], "invalid host 'x': expected one of scene, outside, both"),
         (
             ["--port", "bus://:1"],
-            "invalid first port 'bus://:1': expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001",
+            "invalid port 'bus://:1' of the first controller: expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001",
         ),
     ],
 )

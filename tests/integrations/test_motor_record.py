@@ -295,7 +295,7 @@ REFUSED = [
     ("VAL", "far", "invalid value 'far' for VAL: expected a double"),
     ("VAL", float("nan"), "VAL cannot be nan: expected a number"),
     ("SPMG", "Run", "expected Stop, Pause, Move, Go"),
-    ("DIR", 2, "DIR has no choice 2: expected one of"),
+    ("DIR", 2, "invalid value 2 for DIR: expected one of"),
     ("ACCL", 0, "ACCL=0 is out of range: expected a value above 0"),
     ("VMAX", 1e9, "at most 546133"),
 ]

@@ -186,7 +186,7 @@ def test_a_real_port(model, scheme):
 def test_wrong_ports():
     with pytest.raises(UsageError, match="is not a bus socket: expected a bus socket for this board"):
         open_end("/dev/ttyUSB0", None)
-    with pytest.raises(UsageError, match="is the socket of a register bus: expected a serial port"):
+    with pytest.raises(UsageError, match="is a register bus, not a serial port: expected a device"):
         open_end("bus://127.0.0.1:1", product("if1").line)
     with pytest.raises(LinkError, match=r"cannot open the bus socket bus://127\.0\.0\.1:1 \(.*check its address"):
         open_end("bus://127.0.0.1:1", None)

@@ -114,7 +114,7 @@ def test_on_the_way_nothing_is_forgotten_and_no_break_is_added():
         on_the_way = asyncio.ensure_future(session.go_to(recorded_s / 2))
         await asyncio.sleep(0)
         for wish in (session.forget_rest, lambda: session.add_break("a.input1 rises")):
-            with pytest.raises(UsageError, match="wait for the end of `step`"):
+            with pytest.raises(UsageError, match="wait until the method `step`"):
                 wish()
         await on_the_way
         assert session.repeating

@@ -394,9 +394,9 @@ def test_nobody_does_anything_while_it_is_on_its_way():
         session = await ready()
         going = asyncio.ensure_future(session.go_to(1.0))
         await asyncio.sleep(0)
-        with pytest.raises(UsageError, match="wait for the end of `step` or `go_to`"):
+        with pytest.raises(UsageError, match="wait until the method `step` or `go_to` has returned"):
             session.do("if1", "input1", "high")
-        with pytest.raises(UsageError, match="wait for the end of `step` or `go_to`"):
+        with pytest.raises(UsageError, match="wait until the method `step` or `go_to` has returned"):
             session.run()
         await going
         session.do("if1", "input1", "high")

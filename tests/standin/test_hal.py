@@ -129,7 +129,7 @@ def test_limits_of_the_scene_and_open_switches_forbid_motion():
 def test_an_open_emergency_stop_and_a_new_component():
     twin = HalTwin(closed=False)
     assert twin.lines == [
-        "stopped: hal: the emergency stop table.estop is open: release the emergency stop, then try again"
+        "stopped: hal: the contact of the emergency stop table.estop is open: release the button, then try again"
     ]
     twin.pins["table.estop"] = True
     twin.driver.go_on(twin.now)

@@ -20,7 +20,7 @@ def table(forms):
     rows = (
         f"| `{form.form.replace('|', '¦')}` | {form.meaning} | `{form.example.replace('|', '¦')}` |" for form in forms
     )
-    return "\n".join(["| SENTENCE | meaning | example |", "| --- | --- | --- |", *rows]).replace("¦", r"\|")
+    return "\n".join(["| EXPRESSION | meaning | example |", "| --- | --- | --- |", *rows]).replace("¦", r"\|")
 
 
 @pytest.mark.parametrize("forms", [MEASURES, CLAIMS], ids=["measures", "claims"])

@@ -151,8 +151,11 @@ def test_teardown(broken):
 @pytest.mark.parametrize(
     ("marker", "message"),
     [
-        ("", 'invalid marker of test_it.py::test_it: expected one model or scene, e.g. @pytest.mark.axistwin("if1")'),
-        ('@pytest.mark.axistwin("if1", "if2")\n', "invalid marker of test_it.py::test_it: expected one model or scene"),
+        ("", 'expected a model or a scene, e.g. @pytest.mark.axistwin("if1")'),
+        (
+            '@pytest.mark.axistwin("if1", "if2")\n',
+            "invalid marker `axistwin` of the test test_it.py::test_it: expected a model or a scene",
+        ),
         ('@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\n', "no model 'if9'"),
     ],
     ids=["no marker", "two models", "an error in the scene"],

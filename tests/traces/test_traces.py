@@ -162,7 +162,7 @@ def test_a_trace_ends_at_its_limit(tmp_path, traces):
         work(bench)
     assert len(told) == 1
     assert re.fullmatch(
-        r"the trace a\.csv ends at \d\.\d{6} s, because the file has reached its limit of 0\.02 MB", told[0]
+        r"the trace a\.csv ends at \d\.\d{6} s, because the trace file has reached the size limit of 0\.02 MB", told[0]
     )
     assert (tmp_path / "a.csv").stat().st_size <= 20_000
     short = read(tmp_path / "a.csv")

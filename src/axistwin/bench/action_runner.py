@@ -21,7 +21,9 @@ Load = Callable[[str, str], Callable[[], object]]
 
 def no_programs(controller: str, file: str) -> Callable[[], object]:
     """Raise UsageError, because programs cannot be loaded on this bench."""
-    raise UsageError(f"cannot load {file} into {controller} without a scene: run a scene that loads the file")
+    raise UsageError(
+        f'the action `load` is not possible here: set the key program = "{file}" for {controller} in a scene file'
+    )
 
 
 class ActionRunner:

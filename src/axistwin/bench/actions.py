@@ -99,7 +99,7 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
-    from axistwin.fault_injection import sentences  # lazy import: only conversations with faults need this module
+    from axistwin.fault_injection import sentences  # lazy import: needed only for faults
 
     try:
         return sentences.read(value, bench.faults, here)
@@ -244,8 +244,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected counts and seconds, e.g. `4000 in 2`, "
-            "or an axis and a gear ratio, e.g. `on table.X times 3/2`"
+            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. `4000 in 2`, "
+            "or on AXIS times RATIO, e.g. `on table.X times 3/2`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 

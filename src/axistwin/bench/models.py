@@ -38,6 +38,7 @@ def axis_options(name: str, given: object) -> dict[str, Any]:
     """Return the options of an axis as a dict.  Raises UsageError if the given value is not a set of options."""
     if not isinstance(given, Mapping):
         raise UsageError(
-            f'invalid options {name}={given!r} of an axis: expected a table, e.g. {name}={{"limits": (-100, 5000)}}'
+            f"invalid value {given!r} for axis {name}: expected a dict of options, "
+            f'e.g. {name}={{"limits": (-100, 5000)}}'
         )
     return dict(given)

@@ -162,7 +162,7 @@ class Computer:
         self._uc.reg_write(x86.UC_X86_REG_SP, pointer)
         self.load(self._uc.reg_read(x86.UC_X86_REG_SS), pointer, value.to_bytes(2, "little"))
 
-    # Functions that the processor emulator Unicorn calls
+    # Callbacks for Unicorn, the processor emulator
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
         """Advance the processor's time by one instruction, or stop the processor at the planned time.
@@ -194,5 +194,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # stop the processor: the write to the board may have scheduled an event that is due before the planned stop
+        # stop after this instruction: the board may have a new event, which is due before the planned stop
         self._stop_ns = 0

@@ -6,7 +6,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.cli.program import COMMANDS, axistwin, execute, main
-else:  # lazy import: `program` imports the modules of the commands, and these modules import this package
+else:  # lazy import, because `program` imports modules that import this package (a cycle)
     __getattr__ = lazy(__name__, program="COMMANDS axistwin execute main")
 
 __all__ = ["COMMANDS", "axistwin", "execute", "main"]

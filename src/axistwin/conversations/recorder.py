@@ -252,7 +252,7 @@ class TalkFile:
 
     def __init__(self, path: Path) -> None:
         if path.suffix != ".talk":
-            raise UsageError(f"invalid name {path} of a conversation file: expected a name that ends in .talk")
+            raise UsageError(f"invalid file name {path}: expected a name that ends in .talk")
         if not path.parent.is_dir():
             raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
         self.path = path

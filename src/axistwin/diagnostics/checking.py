@@ -57,7 +57,7 @@ def product_for(suffix: str, text: str) -> Product:
     model = named_model(text.splitlines()) or MODELS.get(suffix, "")
     if not model:
         raise UsageError(
-            "the model of this conversation is unknown: expected the argument MODEL, or a line such as '; model: if1'"
+            "unknown controller model: expected the argument MODEL, or a line in the file, e.g. '; model: if1'"
         )
     return product(model)
 

@@ -62,7 +62,8 @@ class Trail:
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # too many new moves: begin a new path at the oldest move that is still drawn
+        # more than MOST_MOVES new moves: delete the path, and begin again at the oldest of the last MOST_MOVES moves
+        if since_ns > self._seen_ns:
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)

@@ -84,7 +84,7 @@ class TcpPort(WallClock):
         except OSError as error:
             raise self._lost(why=error) from None
         if not data:
-            raise self._lost("the server at this address has closed the connection")
+            raise self._lost("the server has closed the connection")
         return data
 
     def _lost(self, why: object) -> PortError:

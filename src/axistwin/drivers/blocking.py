@@ -56,7 +56,7 @@ class SerialPort:
         return self._guard(lambda: self._read(timeout))
 
     def _read(self, timeout: float) -> bytes:
-        if timeout != self._port.timeout:  # a change configures the port again, which takes up to 0.2 s by RFC 2217
+        if timeout != self._port.timeout:  # a new timeout configures the port again: up to 0.2 s over RFC 2217
             self._port.timeout = timeout
         first: bytes = self._port.read(1)
         if not first:

@@ -129,7 +129,7 @@ class Board(Core):
     def synchronise(self) -> Procedure[None]:
         """Find the board, and discard messages that no host has read."""
         yield from self._discard(0.0)
-        yield Write(b"\n")  # a line feed ends the incomplete request of an earlier connection
+        yield Write(b"\n")  # end the incomplete request that an earlier host may have sent
         yield from self._discard(0.02)
         if self.interrupts:
             yield from self._ask("s 1")
@@ -283,13 +283,13 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the stream has failed if the board's buffer has become empty, or if the buffer stays full
+            # an empty buffer: the velocities came too late; a buffer that stays full: the board has ended the stream
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError(
-                    "the stream of velocities was interrupted: increase the interval update_ms, "
-                    "or send fewer velocities"
+                    "the motor was stopped before the last velocity: increase the interval update_ms, "
+                    "so that each velocity reaches the board in time"
                 )
             begun = True
 

@@ -119,7 +119,9 @@ class IF1(Core):
                 yield from self._initialise()
                 return
             if answer:
-                raise WrongAnswerError(f"the answer to '(' is {shown(answer)}: expected U from an IF1")
+                raise WrongAnswerError(
+                    f"the device answered {shown(answer)} to the request '(': expected the letter U, as from an IF1"
+                )
         raise SilentError(f"no IF1 at this port answered the request '(' or the request 'I': {self.remedy}")
 
     def _probe(self) -> Procedure[bool]:

@@ -200,7 +200,7 @@ class SmartMotors(Core):
             part = yield from self._discard(0.1)
             if not part:
                 raise SilentError(
-                    "the motor did not send the end of its program: check that the program is not locked by LOCKP"
+                    "the motor did not send its complete program: expected a program that is not locked by LOCKP"
                 )
             text += part
             if not text.endswith(b"\xff"):
@@ -296,7 +296,8 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # after a power cut A=0, so A=A+before would give the old A and hide the power cut: add 1 to the difference
+            # A power cut sets A to 0.  The message A=A+before would then set the old A again, and hide the power cut.
+            # So add 1 to the new acceleration.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")

@@ -86,7 +86,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # `kind.begin` is still being executed: end the fault in the next event
+            if self._mend is None:  # `kind.begin` has not returned yet: end the fault in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):

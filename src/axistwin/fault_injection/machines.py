@@ -102,8 +102,8 @@ def check_wire(spot: Spot) -> None:
         raise UsageError(f"{terminal} is an output: expected an input")
     if spot.pin.name in NO_SWITCH:
         raise UsageError(
-            f"the manual does not state the level of the input {terminal} when its wire is open: "
-            "use the fault `stuck` instead of `open_wire`"
+            f"the fault `open_wire` is not possible at {terminal}, because the manual gives no level for an open wire: "
+            "use the fault `stuck`, which sets the level"
         )
 
 
@@ -189,7 +189,7 @@ def check_data_sheet(spot: Spot) -> None:
     if isinstance(axis, ServoAxis) and axis.motor is None:
         name = spot.name
         raise UsageError(
-            f'the ideal motor of {name} cannot have this fault: select a motor with a data sheet, e.g. motor="frame23"'
+            f'the motor of {name} is ideal and cannot have this fault: select a real motor type, e.g. motor="frame23"'
         )
 
 

@@ -227,8 +227,8 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"program line {line} of {machine.name} ({text}) takes no time, so no fault can start at this line: "
-            f"expected {valid_line}"
+            f"no fault can begin at program line {line} of {machine.name} ({text}), "
+            f"because this line executes no statement: expected {valid_line}"
         )
 
 

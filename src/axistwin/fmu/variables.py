@@ -166,7 +166,10 @@ def _command(bench: Bench, line: str) -> Callable[[float], object]:
         raise UsageError(f"invalid line {line!r}: expected > before a command or ! before an action, e.g. {EXAMPLE}")
     if not act.controller:
         if not only and not (isinstance(act, Do) and act.target in FAULT_ACTS):
-            raise UsageError(f"no controller name in {line!r}: begin the line with the name, e.g. table: ! input1 high")
+            raise UsageError(
+                f"no controller name in {line!r}: begin the line with the name of the controller and a colon, "
+                "e.g. 'table: ! input1 high' for the controller table"
+            )
         act = type(act)(**{**vars(act), "controller": only})
     perform = ActionRunner(bench).prepare(act)
 

@@ -47,7 +47,9 @@ def read_port(text: str) -> PortUrl:
     """Parse the URL of a TCP port, e.g. `tcp://127.0.0.1:5001`.  Raises UsageError for another kind of port."""
     port = parse(text)
     if port.scheme not in ("tcp", "rfc2217"):
-        raise UsageError(f"invalid first port {text!r}: expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001")
+        raise UsageError(
+            f"invalid port {text!r} of the first controller: expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001"
+        )
     return port
 
 

@@ -19,7 +19,9 @@ def folder(name: str) -> Path:
     for place in (PACKAGE / name, CLONE / name):
         if place.is_dir():
             return place
-    raise UsageError(f"this installation has no folder {name!r}: install axistwin from its wheel or from a clone")
+    raise UsageError(
+        f"the folder {name!r} of axistwin is missing: install the wheel of axistwin, or clone the repository"
+    )
 
 
 @dataclass(frozen=True)

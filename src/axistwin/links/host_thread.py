@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # `time.sleep` raises an equal exception
+            raise ValueError("sleep length must be non-negative")  # the same error as from `time.sleep`
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()

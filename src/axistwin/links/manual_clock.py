@@ -55,7 +55,8 @@ class ServedClock:
         A program can advance virtual time only with a manual clock.
         """
         raise UsageError(
-            f'cannot advance virtual time by {seconds:g} s: expected a manual clock, e.g. serve("if1", speed="manual")'
+            f"cannot advance virtual time by {seconds:g} s, because virtual time passes by itself: "
+            'expected speed="manual", e.g. serve("if1", speed="manual")'
         )
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
@@ -193,7 +194,7 @@ class ManualClock(ServedClock):
         """
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
-            raise UsageError("only a test can advance virtual time: in a host, call time.sleep or wait for an answer")
+            raise UsageError("a host program cannot advance virtual time: call time.sleep, or wait for an answer")
         with self._turn:
             yield
 
@@ -246,6 +247,6 @@ class ManualClock(ServedClock):
 
 def _fail(timeout: float) -> NoReturn:
     raise LinkError(
-        f"the host is still waiting after {timeout:g} s of virtual time without sent or received data: "
-        "check which answer the host expects, or use a longer timeout"
+        f"the host program has sent and received no data for {timeout:g} s of virtual time: "
+        "check which answer the program expects, or use a longer timeout"
     )

@@ -117,7 +117,7 @@ class Relay:
     # Functions that forward data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # forward only characters without errors; `_break` forwards a break
+        if not errors:  # do not forward characters with errors
             self._outgoing.append(byte)
 
     def _forward(self) -> None:

@@ -47,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    # pulse times of each profile that occurs at least twice; these times need at most half of the memory of `out`
+    # pulse times of the profiles that occur at least twice: at most half the size of `out`
     patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):

@@ -135,7 +135,8 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     possible.
     """
     (m, low), (n, high) = late, early
-    gap, slope = 2 * (low * n - high * m), (m - n) * m * n  # an interval exists if gap <= add * slope
+    # one `interval` suits both pulses if gap <= add * slope
+    gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest
     if not slope:

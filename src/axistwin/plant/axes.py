@@ -33,7 +33,8 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
         load = Load(**given["load"]) if given.get("load") is not None else None
     except KeyError:
         raise UsageError(
-            f"invalid motor of axis {name}: add `torque`, a list of pairs (pulses/s, N·m), e.g. [[0, 1.2], [5000, 0.4]]"
+            f"the motor of axis {name} needs `torque`: expected pairs of speed (pulses/s) and torque (N·m), "
+            "e.g. [[0, 1.2], [5000, 0.4]]"
         ) from None
     except (TypeError, ValueError) as what_was_expected:
         raise UsageError(f"invalid option of axis {name}: {what_was_expected}") from None

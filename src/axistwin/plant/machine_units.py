@@ -37,7 +37,9 @@ class MachineUnits:
     def given(cls, table: Any) -> Self:
         """Create units from a table, e.g. `{ per = 80, of = "mm" }` for 80 pulses per mm.  Raises UsageError."""
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
-            raise UsageError(f"invalid units {table!r}: expected a table with the keys `per` and `of`, e.g. {EXAMPLE}")
+            raise UsageError(
+                f"invalid units {table!r}: expected counts per unit (key `per`) and the unit (key `of`), e.g. {EXAMPLE}"
+            )
         return cls(check_per(table["per"]), check_of(table["of"]))
 
     @classmethod

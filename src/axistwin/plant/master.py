@@ -212,12 +212,9 @@ class Master:
         below: Followed | None = axis
         while below is not None:
             if below is self._own:
-                refused_axis = (
-                    "the axis of the same motor" if axis is self._own else "an axis that follows the same motor"
-                )
+                refused_axis = "the motor's own axis" if axis is self._own else "an axis that follows this motor"
                 raise UsageError(
-                    f"cannot mount the master encoder of a motor on {refused_axis}: "
-                    "expected an axis that does not depend on this motor, e.g. X of an IF1"
+                    f"cannot mount a motor's master encoder on {refused_axis}: expected another axis, e.g. X of an IF1"
                 )
             below = below.follows
 

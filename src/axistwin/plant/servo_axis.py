@@ -344,8 +344,8 @@ class ServoAxis:
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Raise an error, because positions of a servo cannot be predicted."""
         raise AssertionError(
-            f"cannot predict positions of axis {self.name} at {times_ns} ns, because the motor is a servo: "
-            "expected a stepper axis"
+            f"cannot calculate future positions of axis {self.name} at {times_ns} ns: "
+            "expected an axis with a stepper motor, not a servo"
         )
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:

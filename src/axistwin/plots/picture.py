@@ -219,7 +219,8 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        if len(values) == 1:  # all values are equal: set the limits, because Matplotlib's range would be only 1e-17
+        # for a constant value, Matplotlib would show a range of only 1e-17: show one count above and below the value
+        if len(values) == 1:
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 

@@ -211,7 +211,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # this test case is executed only once, and a single answer time is too inaccurate for a comparison
+        # do not compare the answer times: the case is executed only once, and one measured time is too inaccurate
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []

@@ -349,7 +349,7 @@ def examine(end: End, _: Product) -> Condition:
             received = answers[code].hex(" ") or "nothing"
             raise LinkError(
                 f"the board does not answer request {code:02X}h (received {received}): "
-                "send D8h if the definition of a sequence is not finished; otherwise, reset the board"
+                "send D8h to end the definition of a sequence; if the board still does not answer, reset the board"
             )
     if answers[MOVING][1]:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")

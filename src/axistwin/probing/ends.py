@@ -158,7 +158,7 @@ class VirtualEnd(End):
         """
         clock = self.bench.clock
         end_ns = clock.later(max(1, int(silence_s / self._STEP_S) - 1) * self._STEP_NS)
-        while not self._messages:  # data arrive only at events, so the samples of a servo need no look
+        while not self._messages:  # the controller sends data only at events: advance from event to event
             due_ns = clock.next_event_ns()
             if due_ns is None or due_ns > end_ns:
                 clock.run_to(end_ns)
@@ -334,7 +334,8 @@ def open_end(target: str, line: UartFormat | None) -> End:
     if target.startswith("bus://"):
         if line is not None:
             raise UsageError(
-                f"{target} is the socket of a register bus: expected a serial port, e.g. /dev/ttyUSB0 or tcp://127.0.0.1:5001"
+                f"{target} is a register bus, not a serial port: expected a device, e.g. /dev/ttyUSB0, "
+                "or a serial server, e.g. tcp://127.0.0.1:5001"
             )
         url = parse(target)
         return BusEnd(target, url.host, url.port)

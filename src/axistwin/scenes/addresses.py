@@ -66,7 +66,7 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             motor = table.called
             if motor in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{motor} is on the shared line {name!r} and cannot have its own ports: "
-                    f"remove `{key}` from the table of {motor}, and set `ports` in [[{line_kind}]]",
+                    f"{motor} uses the ports of the shared line {name!r}: "
+                    f"remove `{key}` of {motor}, and set `ports` in the table [[{line_kind}]]",
                     ("controller", number, key),
                 )

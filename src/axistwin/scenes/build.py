@@ -200,8 +200,8 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"the pulses of {from_} are too fast for a simulated wire: "
-                "remove the wire, and set the key `master` of the SmartMotor that follows the pulses",
+                f"a simulated wire cannot carry the fast step pulses of {from_}: "
+                'remove the wire, and set the key `master` of the SmartMotor, e.g. master = "feeder.X"',
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -271,7 +271,8 @@ class Builder:
             if is_in_loop(name, waits_for):
                 event = table.when
                 raise self.source.error(
-                    f"fault {name} never begins, because {event!r} depends on {name}: expected another event",
+                    f"the fault {name} can never begin, because its event {event!r} waits for the same fault: "
+                    "expected another event, e.g. 'table.X passes 1000'",
                     ("fault", number, "when"),
                 )
 

@@ -125,7 +125,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # the copied scene uses only the changed text
+                del self.files.texts[name]  # delete the unchanged copy, which no host uses
             text = moved
         return self.files.add(name, text)
 

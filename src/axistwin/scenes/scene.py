@@ -238,7 +238,6 @@ class Scene:
             if is_in_loop(table.called, sits_on):
                 motor, axis = table.called, table.master
                 raise self._source.error(
-                    f"{motor} would follow its own shaft, because the keys `master` form a loop: "
-                    f"expected an axis other than {axis}",
+                    f"{motor} would follow its own shaft: expected an axis other than {axis} in the key `master`",
                     ("controller", number, "master"),
                 )

@@ -42,7 +42,8 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # at equal times, a script acts before all hosts: write a script only if the scene has no saved conversations
+        # at equal times, these actions must follow the saved conversations of the scene, but a script acts first
+        # so write a script only if the scene has no saved conversations
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]

@@ -223,7 +223,9 @@ class Session:
 
     def _check_free(self) -> None:
         if self.busy:
-            raise UsageError(f"no action is possible at {self.seconds:.3f} s: wait for the end of `step` or `go_to`")
+            raise UsageError(
+                f"the session is busy at {self.seconds:.3f} s: wait until the method `step` or `go_to` has returned"
+            )
 
     # Time
 
@@ -462,7 +464,7 @@ class Session:
         found, self._forgotten = self._forgotten, None
         if found is None:
             raise UsageError(
-                f"no deleted recording can be restored: expected `undo` within {UNDO_S:g} s after the deletion"
+                f"no deleted recording can be restored: call `undo` within {UNDO_S:g} s after the deletion"
             )
         self.pause()
         self.journal.restore(found.tail)

@@ -89,7 +89,7 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            # `last` is the index of the first sample after the low level, but at most `count`
+            # `last` is the index of the first sample after the low level; values above `count` are limited to `count`
             # without this limit, `1 << last` would be a huge number after a break signal of hours
             last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:

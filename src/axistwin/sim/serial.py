@@ -68,7 +68,7 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        # a falling edge at the time `_idle[0] / _idle[1]` ns or later begins a start bit
+        # from the time `_idle[0] / _idle[1]` ns on, a falling edge begins a start bit
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []

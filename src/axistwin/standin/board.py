@@ -218,7 +218,9 @@ class Board:
         """Raise LinkError if an emergency-stop input is open."""
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                raise LinkError(f"the emergency stop {given.to} is open: release the emergency stop, then try again")
+                raise LinkError(
+                    f"the contact of the emergency stop {given.to} is open: release the button, then try again"
+                )
 
     # Inputs of the board
 

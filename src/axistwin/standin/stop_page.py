@@ -39,7 +39,10 @@ class StopPage:
         try:
             self._server = ThreadingHTTPServer((found.host, found.port or 0), Handler)
         except OSError as error:
-            raise LinkError(f"cannot open the stop page at {address} ({reason(error)}): choose another port") from None
+            raise LinkError(
+                f"cannot serve the page with the stop button at {address} ({reason(error)}): "
+                "choose another port, e.g. --panel 8081"
+            ) from None
         self._server.daemon_threads = True
         host, port = self._server.server_address[:2]
         self.url = f"http://{host!s}:{port}/"

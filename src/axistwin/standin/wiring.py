@@ -138,8 +138,8 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"invalid stop input {given.to}, because this board drives no axis of {given.controller}: "
-                f"expected an input of {' or '.join(names)}"
+                f"invalid stop input {given.to}: expected an input of {' or '.join(names)}, "
+                "whose axes this board drives"
             )
 
 

@@ -165,7 +165,7 @@ def _connect(address: str) -> None:
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
         # a Dask scheduler sends a message to each new client: a program that sends nothing is not a Dask scheduler
         if found.scheme == "tcp" and not connection.recv(1):
-            raise OSError("another program listens at this address, not a Dask scheduler")
+            raise OSError(f"the program at {address} is not a Dask scheduler")
 
 
 def version() -> str:

@@ -190,7 +190,9 @@ def _function(name: str) -> Callable[[Bench], object]:
     with suppress(ImportError, ValueError):
         found = getattr(import_module(module), function or "-", None)
     if not callable(found):
-        raise UsageError(f"host {name!r} cannot be imported: expected MODULE:FUNCTION, e.g. myhosts:press_button")
+        raise UsageError(
+            f"cannot import the Python function {name!r}: expected MODULE:FUNCTION, e.g. myhosts:press_button"
+        )
     call: Callable[[Bench], object] = found
     return call
 

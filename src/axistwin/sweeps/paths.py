@@ -232,7 +232,7 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"{path} cannot be varied, because the controllers {controllers} use the same program {program}: "
+            f"a new value of {path} would change the program {program} of {controllers}: "
             "give each controller its own program file"
         )
     file = str(scene.file.parent / Path(table["program"]))
@@ -259,6 +259,6 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"{place.path} cannot be varied, because the program {program} assigns no number to {place.variable}: "
-        f"add e.g. {place.variable}=100 to the program"
+        f"cannot set {place.path}: expected an assignment to {place.variable} in the program {program}, "
+        f"e.g. {place.variable}=100"
     )

@@ -81,7 +81,7 @@ def _read(text: str, forms: tuple[Form, ...], measure_or_claim: str) -> Sentence
     raise UsageError(f"invalid {measure_or_claim} {shortened(text)}: expected e.g. {examples}")
 
 
-# Functions that parse the sentences of measures, e.g. "final table.X.position"
+# Functions that parse measures, e.g. "final table.X.position"
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
@@ -176,8 +176,7 @@ def _two_events(text: str) -> tuple[str, str]:
         if _EVENT.fullmatch(begin) and _EVENT.fullmatch(end):
             return begin, end
     raise UsageError(
-        f"invalid events {shortened(text)}: expected two events with `to` between them, "
-        "e.g. 'table.output1 rises to table.output1 falls'"
+        f"invalid events {shortened(text)}: expected EVENT to EVENT, e.g. 'table.output1 rises to table.output1 falls'"
     )
 
 

@@ -113,7 +113,7 @@ def _range(text: str, found: re.Match[str]) -> Values:
         listed = range(int(low), int(high) + 1) if whole_ends and not logarithmic else ()
     if len(listed) > MOST:
         raise UsageError(
-            f"the range {text} has {len(listed):,} values: expected at most {MOST:,}; for 100 values, write {text}:100"
+            f"the range {text} has {len(listed):,} values: expected at most {MOST:,}, e.g. {text}:100 for 100 values"
         )
     if whole_ends and (found["count"] is None or all(isinstance(value, int) for value in listed)):
         return Values(text, listed, partial(_whole_at, int(low), int(high), logarithmic), interval)

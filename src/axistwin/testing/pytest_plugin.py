@@ -114,8 +114,8 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
     marker = request.node.get_closest_marker("axistwin")
     if marker is None or len(marker.args) + ("scene" in marker.kwargs) != 1:
         raise pytest.UsageError(
-            f'invalid marker of {request.node.nodeid}: expected one model or scene, e.g. @pytest.mark.axistwin("if1") '
-            'or @pytest.mark.axistwin(scene="cell.toml")'
+            f"invalid marker `axistwin` of the test {request.node.nodeid}: expected a model or a scene, "
+            'e.g. @pytest.mark.axistwin("if1") or @pytest.mark.axistwin(scene="cell.toml")'
         )
     keywords = dict(marker.kwargs)
     what = marker.args[0] if marker.args else keywords.pop("scene")

@@ -123,7 +123,7 @@ class Twin:
     def _service(self) -> _Service:
         if self._served is None:
             raise UsageError(
-                "this twin is not served yet: use the twin in a `with` block, e.g. `with axistwin.serve(…) as twin:`"
+                'the ports of the twin are not open: use a `with` block, e.g. `with axistwin.serve("if1") as twin:`'
             )
         return self._served
 

@@ -143,7 +143,8 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            if move.start_ns < since_ns:  # not `<=`: the previous move may have a pulse exactly at `since_ns`
+            # a move that starts at `since_ns` may follow a move whose last pulse is at the same time: so `<`, not `<=`
+            if move.start_ns < since_ns:
                 break
         for move in reversed(moves):
             before = move.profile.pulses_by(since_ns - 1 - move.start_ns)

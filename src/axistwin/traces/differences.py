@@ -142,7 +142,8 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # `reduceat` would reject the index len(others) in `last`: add one element
+    # `last` may contain len(others), which `reduceat` rejects as an index: make the array longer by one element
+    ended = np.append(others, others[-1])
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

@@ -40,7 +40,7 @@ class Output:
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
             size = f"{self._limit / 1e6:g} MB" if self._limit >= 1000 else f"{self._limit} bytes"
-            raise LimitReachedError(f"the file has reached its limit of {size}")
+            raise LimitReachedError(f"the trace file has reached the size limit of {size}")
         os.lseek(self._file, start, os.SEEK_SET)
         before = os.read(self._file, of)
         try:

@@ -105,7 +105,9 @@ def _check_order(path: Path, track: Track) -> None:
 
     times, signal_name = np.array(track.times, np.int64), track.name
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
-        raise TraceError(f"{path} is not a trace: expected ascending times of 0 ns or more for {signal_name}")
+        raise TraceError(
+            f"{path} is not a trace: expected times from 0 ns in ascending order for the signal {signal_name}"
+        )
 
 
 # CSV

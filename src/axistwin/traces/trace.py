@@ -337,7 +337,7 @@ class Tracer:
     def _write(self, before_ns: int) -> None:
         """Write all changes before the time `before_ns`, in pieces of limited size."""
         for axis in self._computing_ahead:
-            axis.catch_up()  # `catch_up` passes the axis's samples up to the present time to this trace
+            axis.catch_up()  # record the axis's samples up to the present time
         self._moves = 0
         self._write_span(before_ns)
 

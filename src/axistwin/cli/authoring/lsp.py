@@ -31,7 +31,7 @@ def lsp() -> int:
 
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
-        # without `freeze`, a garbage collection of the imported modules would delay a request by 50 ms
+        # exclude the imported modules from garbage collections, which would delay requests by 50 ms
         gc.freeze()
         server.start_io(heard, said)  # `start_io` closes `heard` and `said` when the server ends
     return 0 if server.asked_to_end else 1

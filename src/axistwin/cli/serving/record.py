@@ -104,9 +104,7 @@ def _format(model: str | None, line: str | None) -> UartFormat:
     if made.line is None:
         serial_models = ", ".join(name for name in FAMILIES if product(name).line is not None)
         board = made.model
-        raise UsageError(
-            f"cannot record the board {board}, because the board has no serial port: expected one of {serial_models}"
-        )
+        raise UsageError(f"the model {board} has no serial port to record: expected one of {serial_models}")
     return line_format(line, made.line)[0]
 
 
@@ -154,7 +152,7 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
     """Write new data to the recording at regular intervals."""
     pacer.sync()
-    if recorder.silent_ns > LF_NS:  # the line has been silent for so long that the answer is complete
+    if recorder.silent_ns > LF_NS:  # after this silence, the answer is complete
         recorder.catch_up()
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, recorder)
 

@@ -66,7 +66,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"{path} has no controller to serve, because a simulated host is connected to each controller: "
+                f"each controller in {path} is connected to a simulated host: "
                 "remove a simulated host, or add ports to a controller"
             )
         if not given:

@@ -30,11 +30,11 @@ COUNT = click.IntRange(min=1)
     help="A parameter and its values, e.g. table.X.load.torque=0.05..0.4:8.",
 )
 @click.option(
-    "--measure", metavar="NAME:SENTENCE", multiple=True, help="A measurement, e.g. 'end: final table.X.position'."
+    "--measure", metavar="NAME:EXPRESSION", multiple=True, help="A measurement, e.g. 'end: final table.X.position'."
 )
 @click.option(
     "--claim",
-    metavar="NAME:SENTENCE",
+    metavar="NAME:EXPRESSION",
     multiple=True,
     help="A claim that every run must meet, e.g. 'safe: never table.X passes 12000'.",
 )
@@ -135,7 +135,7 @@ def named(option: str, text: str) -> tuple[str, str]:
     """Split an argument at its first colon, e.g. `end: final table.X.position`.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
-        raise UsageError(f"invalid --{option} {text!r}: expected NAME:SENTENCE, e.g. 'end: final table.X.position'")
+        raise UsageError(f"invalid --{option} {text!r}: expected NAME:EXPRESSION, e.g. 'end: final table.X.position'")
     return name.strip(), sentence.strip()
 
 

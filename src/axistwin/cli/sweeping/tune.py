@@ -25,9 +25,9 @@ from axistwin.sweeps.workers import LIMIT_S
 @click.option(
     "--change", metavar="PATH=VALUES", multiple=True, help="A value to choose and its range, e.g. knife.KP=10..400."
 )
-@click.option("--minimise", metavar="SENTENCE", help="The measure to minimise, e.g. 'energy knife.shaft'.")
-@click.option("--maximise", metavar="SENTENCE", help="The measure to maximise.")
-@click.option("--subject-to", metavar="NAME:SENTENCE", multiple=True, help="A claim that must hold in every run.")
+@click.option("--minimise", metavar="EXPRESSION", help="The measure to minimise, e.g. 'energy knife.shaft'.")
+@click.option("--maximise", metavar="EXPRESSION", help="The measure to maximise.")
+@click.option("--subject-to", metavar="NAME:EXPRESSION", multiple=True, help="A claim that must hold in every run.")
 @click.option(
     "--vary", metavar="PATH=VALUES", multiple=True, help="A value that scatters; of its runs, the worst counts."
 )
@@ -54,7 +54,7 @@ def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json:
     of a trial is its worst run.  The result is compared with the scene as delivered, in the same runs.  The study is
     an SQLite file of Optuna; with more --trials, the same command continues a finished study.
 
-    PATH, VALUES and SENTENCE are those of `axistwin sweep`.
+    PATH, VALUES and EXPRESSION are those of `axistwin sweep`.
 
     Exit code 0: the best trial is better than the scene as delivered.  1: no trial is.  2: wrong usage.
     130: interrupted.

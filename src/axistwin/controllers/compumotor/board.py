@@ -114,7 +114,7 @@ class Board(State):
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
-            yield self.clock.timeout(0)  # an instantaneous command ends before the next command is accepted
+            yield self.clock.timeout(0)  # perform an instantaneous command before the next command is accepted
 
     def _obey_all(self) -> Procedure:
         while self.alive:

@@ -286,7 +286,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        # data fault: the host must not start a sequence while the host controls a sequence
+        # data fault: a sequence in progress waits for the host, so the host cannot start another sequence
         if self.work.control is not None:
             self.faults.raise_line(LineFault.DATA)
             return

@@ -318,7 +318,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the number is invalid; later the parser reports the first wrong character
+            return  # this character makes the number invalid; the parser reports the character later
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)

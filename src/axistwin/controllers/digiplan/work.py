@@ -66,7 +66,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # interrupt the active process later, because a process cannot interrupt itself
+            # a process cannot interrupt itself: interrupt the active process when the process waits
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:

@@ -175,7 +175,8 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # Latched flags are 1 while the power is off, so that no fault is reported.
+            # A fault is reported only if its flag is 0.  So all latched flags are 1 while the power is off.
+            i[slot] = slot in LATCHED
 
     def leave(self) -> None:
         """Store the state of the motor's mechanics and windings for the next power-up."""

@@ -110,7 +110,7 @@ def checked(field: str, value: Any) -> Any:
             case Kind.MENU:
                 value = found.menu.index(value) if isinstance(value, str) else int(value)
                 if not 0 <= value < len(found.menu):
-                    raise RefusedError(f"{field} has no choice {value}: expected one of {', '.join(found.menu)}")
+                    raise RefusedError(f"invalid value {value} for {field}: expected one of {', '.join(found.menu)}")
             case _:
                 value = str(value)[:39]
     except (ValueError, TypeError):

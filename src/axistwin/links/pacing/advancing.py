@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # a failed action has interrupted the advance: continue the advance
+        while not found:  # an action has failed before the end of `advance`: call `advance` again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

@@ -136,7 +136,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # of the minimum and the maximum of a pixel, draw first the one nearer to the previous value
+    # first draw the minimum or the maximum of a pixel, whichever is nearer to the previous value
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy

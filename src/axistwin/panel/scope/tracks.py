@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # single changes need no addition: the area of a single change is 0
+    if rows.begin is not rows.end:  # only intervals have an area; the area of a single change is 0
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(

@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # show no signals: all users' screens together may show at most `MOST_SIGNALS` signals
+        except AxistwinError:  # too many signals on the screens of all users together: show no signals here
             screen.show(())
         return screen
 

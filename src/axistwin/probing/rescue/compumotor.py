@@ -76,7 +76,7 @@ def _check(exchange: Exchange) -> None:
         if not answer.startswith(bytes((code,))):
             raise LinkError(
                 f"the board does not answer request {code:02X}h: "
-                "send D8h if the definition of a sequence is not finished; otherwise, reset the board"
+                "send D8h to end the definition of a sequence; if the board still does not answer, reset the board"
             )
         answers[code] = answer[1]
     if answers[MOVING]:

@@ -27,7 +27,7 @@ MISSING = (
     "speed, distance, start/stop speed, acceleration, range, backlash, delay: no request reports them",
     "outputs: no request reports them",
 )
-LINE_OR_RESTART = "--line, or switch the interface off and on and initialise it, e.g. with U61"
+LINE_OR_RESTART = "--line; if --line is correct, switch the interface off and on, and send a data format, e.g. U61"
 
 
 def read(exchange: Exchange) -> Contents:
@@ -37,10 +37,7 @@ def read(exchange: Exchange) -> Contents:
     """
     end = terminator(exchange, SHORT_S)
     if end is None:
-        raise LinkError(
-            "the interface does not answer request E: check --line, or switch the interface off and on and "
-            "initialise it, e.g. with U61"
-        )
+        raise LinkError(f"the interface does not answer request E: check {LINE_OR_RESTART}")
     found = Contents(depends=set("FKQNOE"), missing=list(MISSING))
     found.values["format"] = _format(exchange, end)
     for request in "FIONEK":  # request F comes first, because F clears the data fault bit

@@ -110,8 +110,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send a data format, e.g. U61 (caution: a locked IF2 then starts its "
-            "stored sequence), and run axistwin rescue again"
+            "the interface has no data format yet: send a data format, e.g. U61, and run axistwin rescue again "
+            "(caution: in a locked IF2, the data format also starts the stored sequence)"
         )
     return False
 

@@ -74,7 +74,7 @@ class HalBoard:
         self._levels = dict(inputs)
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
-                self.fail(f"the emergency stop {given.to} is open: release the emergency stop, then try again")
+                self.fail(f"the contact of the emergency stop {given.to} is open: release the button, then try again")
                 return
         self._tracks = {axis: Track(position) for axis, position in self.positions.items()}
         self.ready = True

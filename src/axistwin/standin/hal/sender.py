@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # write the output to files: rtapi_app keeps a pipe open, so that reading from a pipe would never end
+        # use files instead of pipes: rtapi_app keeps pipes open, so a read of a pipe would never end
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)

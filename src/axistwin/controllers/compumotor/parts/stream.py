@@ -188,7 +188,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # do not kill the calling process: it ends by itself when `performing` is False
+            # a process cannot kill itself; the active process ends soon, because `performing` is now False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

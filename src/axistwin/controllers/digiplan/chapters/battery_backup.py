@@ -62,7 +62,9 @@ class Retained:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(f"invalid value of {parameter_name}: restore a memory file that was not edited")
+                raise ValueError(
+                    f"invalid value of the key {parameter_name}: expected a file that axistwin has written"
+                )
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """For each stored value, yield the name and the result of a check.  The result is True for a valid value."""

@@ -52,7 +52,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             if finding is not None:
                 yield finding
                 if finding.problem.rule.severity is Severity.ERROR or running:
-                    # do not check the next steps: this step has an error, or waits for the end of a run
+                    # the sequence stops at this step (error, or motion without end): do not check the next steps
                     continue
             running = arrival.number if step.run else running
         todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]

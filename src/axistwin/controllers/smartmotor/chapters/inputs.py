@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # Discard the predicted encoder edges, because an edge or a step has been counted.
+        i[s.PREDICTED] = 0  # The prediction does not contain this edge or step: discard the prediction.
 
     def _wiring(self) -> None:
         """Store whether the external encoder sets the level of pin A, of pin B, or of both pins."""

@@ -156,7 +156,8 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        if due == first < following:  # the first time of `times_ns` is in the present sample: the position is `here`
+        # The first predicted time may be in the present sample: then the first predicted position is also `here`.
+        if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -429,8 +430,9 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Number of samples in the last block, if all earlier blocks have LONGEST samples.
-        # Hosts often send commands at equal intervals: compute at most 25 % more samples than in the last interval.
+        in_last = samples % LONGEST  # Samples after the last full block of LONGEST samples.
+        # Hosts often send commands at equal intervals.  A command discards the samples that are computed after it.
+        # So the next block is at most 25 % longer than the part of this block before the command.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

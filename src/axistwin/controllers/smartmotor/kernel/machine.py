@@ -43,15 +43,16 @@ PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, i
 # AMPS_PER_SPEED: at a speed of 1 count/sample, the back-EMF reduces the current by this number of amperes.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, in A.
-AMPS_KEPT = next(_slots)  # The inductance keeps this fraction (0 to 1) of the current until the next sample.
+# Current after a sample: AMPS_KEPT * (current before the sample) + (1 - AMPS_KEPT) * (steady-state current)
+AMPS_KEPT = next(_slots)
 # Mean current of a sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 # In each sample, the shaft moves by (1 - LAG) * new speed + LAG * old speed; LAG is 0 to 1/2.
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
-# At a steady current I (in A), the winding becomes WINDING_RISE * I² K warmer than the housing.
-# At a steady current I (in A), the housing becomes HOUSING_RISE * I² K warmer than the air.
+# Temperature differences, in K, after a long time with a constant current I, in A:
+# winding - housing = WINDING_RISE * I², housing - air = HOUSING_RISE * I²
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
 # Temperature change of the winding in 256 samples: WINDING_STEP * (steady-state temperature - winding)
 # Temperature change of the housing in 256 samples: HOUSING_STEP * (winding - housing) + AIR_STEP * (air - housing)

@@ -60,7 +60,7 @@ PID_RATE = next(_slots)  # Number of samples between two servo updates, set by P
     VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
 # TARGET is the position at which a position move ends.
-# In the modes MFR and MSR, the motor moves FACTOR / TARGET counts for each count of CTR.
+# In the modes MFR and MSR, TARGET is a divisor: the gear ratio is FACTOR / TARGET motor counts per count of CTR.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
 # The position that the controller reports is DIRECTION * SHAFT + ORIGIN.
 SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
@@ -80,7 +80,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     SHOWN,  # Pins that the external encoder drives: 1 is pin A, 2 is pin B, 3 is both pins.
     PIN_EDGES,  # Count of the edges on pins A and B from sources other than the external encoder.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Four encoder edges (or four steps) change CTR by this number: 1 in MF1, 2 in MF2, otherwise 4.
+    RESOLUTION,  # Change of CTR after four edges or four steps: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
     STEPS,  # 1 if pins A and B are step and direction inputs.
     FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
 ) = islice(_slots, 6)
@@ -88,7 +88,8 @@ CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that are in use.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command CI activates.
 # CI_PENDING is 1 while the command CI waits for the zero point of the cam.
-# CI_SPOILT is 1 while the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
+# CI_SPOILT is 1 after a change of a cam parameter has cancelled a waiting command CI.
+# While CI_SPOILT is 1, the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 # CAM_TABLE is 1 if the command MCn multiplies the entries of the cam table by n.
 # CAM_TABLE is 0 if the command MCn multiplies the counts of the external encoder by n.

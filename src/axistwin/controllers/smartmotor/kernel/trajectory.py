@@ -58,7 +58,8 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
         return wanted * way  # The motor is moving away from the target, or is at rest.
-    # The stopping distance from the velocity w is at most w²/2A + w/2 + A/8.
+    # Upper limit of the stopping distance: w²/(2A) + w/2 + A/8, with the velocity w and the acceleration A.
+    # `needed` is this limit multiplied by 8A.
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
         best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)

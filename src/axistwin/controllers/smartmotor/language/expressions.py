@@ -145,7 +145,7 @@ class Reader:
     def _read(self) -> Expression:
         if self._highest > STACK:
             raise Malformed(
-                "the expression is too long: split the assignment in two, e.g. write a=b+c and a=a+d for a=b+c+d",
+                "the expression is too long: split the assignment, e.g. write 'a=b+c a=a+d' instead of 'a=b+c+d'",
                 self.at,
             )
         code = tuple(number for word in self._code for number in word)
@@ -219,8 +219,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Keep two minus signs (--a): the negation of the lowest number overflows, so --a can differ from a.
-            # Four, six or more minus signs (an even number) have the same result as two minus signs.
+            # `--a` can differ from `a`, because the negation of the lowest number overflows.  So `--a` negates twice.
+            # More minus signs have the result of two minus signs (even number) or of one minus sign (odd number).
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

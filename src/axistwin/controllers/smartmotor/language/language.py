@@ -385,7 +385,7 @@ def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, 
     variable = text[1:]
     if find(variable) is None:
         raise Malformed(
-            f"the report names the variable {variable[:20]}, which does not exist: expected e.g. Ra or RAINA1",
+            f"unknown variable {variable[:20]}: expected R and the name of a variable, e.g. Ra or RAINA1",
             1,
             found.chapter,
             rules.ARGUMENTS,

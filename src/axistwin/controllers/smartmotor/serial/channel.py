@@ -249,7 +249,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # The flag of this error has been cleared: delete the error on all channels.
+            # While the flag is 0, no channel has this error: delete the error that an earlier flag has left.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

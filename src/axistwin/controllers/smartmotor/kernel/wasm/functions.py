@@ -36,7 +36,7 @@ class _Function(Expressions):
         self._declare(self._definition.body)
         self._statements(self._definition.body)
         if self._result is not None:
-            self._emit(w.UNREACHABLE)  # this instruction is never reached, because every path returns a value
+            self._emit(w.UNREACHABLE)  # WebAssembly requires a value or this instruction at the end
         results = () if self._result is None else (self._result,)
         return w.Function(self._parameters, results, tuple(self._types[len(self._parameters) :]), bytes(self._code))
 
