@@ -152,7 +152,10 @@ class FileStore:
 
 
 class _Directory:
-    """A directory that other processes cannot use until this object is deleted or this process ends."""
+    """Lock of a directory, which excludes other processes.
+
+    The lock ends when this object is deleted or this process ends.
+    """
 
     _held: ClassVar[WeakValueDictionary[tuple[int, Path], "_Directory"]] = WeakValueDictionary()
 
@@ -207,7 +210,7 @@ def _readable_errors(path: Path) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
-    """Return the ID and the program of the process that uses a directory.
+    """Return the process that uses a directory, e.g. "process 4711 (axistwin serve)".
 
     If the process is not known, return "another process".
     """
@@ -277,7 +280,7 @@ def _sweep(path: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Flush the list of file names in a directory to disk.
+    """Write the file names of a directory to the disk now, so that they survive a power failure.
 
     Does nothing on a system without such a function.
     """

@@ -137,6 +137,6 @@ class Encoder:
         self.direction = 1 if counts > 0 else -1
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder by `counts` relative to its shaft."""
+        """Simulate an encoder that slips on its shaft by `counts`."""
         self._counted = self._load + self._displaced, self._count(self._load) + counts
         self._turned += counts

@@ -98,7 +98,7 @@ class Source(Protocol):
         """Turn the shaft by `counts` now."""
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder by `counts` relative to its shaft."""
+        """Simulate an encoder that slips on its shaft by `counts`."""
 
 
 class AtRest:
@@ -156,7 +156,10 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder relative to its shaft.  A motor without power does not count this motion."""
+        """Ignore a slip of the encoder on its shaft.
+
+        A motor without power does not count the motion of the encoder.
+        """
 
 
 class EncoderView:
@@ -186,7 +189,7 @@ class EncoderView:
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder by `counts` relative to its shaft; the shaft does not turn."""
+        """Simulate an encoder that slips on its shaft by `counts`."""
         self._axis.slip(counts)
 
 
@@ -477,7 +480,10 @@ class ServoAxis:
         self._source.replan()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder by `counts` relative to its shaft.  The motor then uses the wrong count."""
+        """Simulate an encoder that slips on its shaft by `counts`.
+
+        The motor then uses the wrong count.
+        """
         self._source.catch_up()
         self._source.slip(counts)
         self._source.replan()

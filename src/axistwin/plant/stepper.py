@@ -103,7 +103,7 @@ class EncoderView:
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Turn the encoder by `counts` relative to its shaft; the shaft does not turn."""
+        """Simulate an encoder that slips on its shaft by `counts`."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()
@@ -232,9 +232,10 @@ class StepperAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if all positions of the axis up to the next move can be calculated now.
+        """True if the motor follows the velocity profile of the move exactly.
 
-        No steps are lost, and the output is not held.
+        No steps are lost, and the output is not held.  All positions up to the next move can then be calculated in
+        advance.
         """
         return not self._slips and self._made is None
 
@@ -252,7 +253,10 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list with the present position.  The method `positions_at` calculates later positions."""
+        """Return a list that contains only the present position.
+
+        The method `positions_at` calculates later positions of a stepper axis.
+        """
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
@@ -479,7 +483,10 @@ class StepperAxis:
 
     @property
     def _loses_no_steps(self) -> bool:
-        """True if the motor cannot lose steps, because the motor is ideal and not blocked."""
+        """True if the motor cannot lose steps.
+
+        An ideal motor loses steps only if its rotor is blocked.
+        """
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:

@@ -121,7 +121,7 @@ def slips(
 
 
 def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> int:
-    """Return the number of pulses by which the rotor lags behind the move.
+    """Return the number of steps that the rotor has lost since the start of the move.
 
     `pulses`: number of pulses since the start of the move.
     """

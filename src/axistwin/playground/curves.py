@@ -81,10 +81,10 @@ class Curves:
         self.interval_ns *= 2
 
     def window(self, from_ns: int, points: int) -> dict[str, dict[str, list[list[float]]]]:
-        """Return the position and velocity samples of all axes since `from_ns`.
+        """Return the position and velocity curves of all axes, from the time `from_ns` to the present.
 
-        A sample is a pair `[seconds, value]`.
-        Each curve has at most `2 * points` pairs.
+        A curve is a list of samples; a sample is a pair `[seconds, value]`.
+        Each curve has at most `2 * points` samples.
 
         A group of neighbouring samples is represented by its least and its greatest value, in the order of their times.
         """

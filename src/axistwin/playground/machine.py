@@ -306,9 +306,9 @@ class Playground:
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
-        """Return a ZIP archive with a scene that repeats this session.
+        """Save the session as a scene, and return the files of the scene in a ZIP archive.
 
-        The command `axistwin run` runs the scene.
+        The command `axistwin run` repeats the session from the scene.
         """
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -62,7 +62,7 @@ class _Machine:
         self._tool = outputs[0] if outputs else ""
 
     def drawings(self) -> list[tuple[str, Drawing]]:
-        """Return all drawings of the controller, each with an axis name.
+        """Return all drawings of the controller, as pairs of axis name and drawing.
 
         The name is "" for a drawing that shows several axes or no axis.
         """

@@ -92,7 +92,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Word:
-    """A text in a chart, with the time at which the text starts."""
+    """A text in a chart that is valid from the time `time_ns`."""
 
     time_ns: int
     text: str

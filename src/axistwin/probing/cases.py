@@ -50,7 +50,10 @@ class Case:
 
 @dataclass
 class Condition:
-    """State of the controller before a probe, and the reasons why some test cases are impossible."""
+    """State of the controller before a probe.
+
+    The texts `no_writes`, `no_motion`, `no_memory` and `machine` give the reason why some test cases are impossible.
+    """
 
     facts: dict[str, str] = field(default_factory=dict)
     """Facts for the report: firmware, part number."""

@@ -28,7 +28,7 @@ class Motion(StrEnum):
 
 
 class Verdict(StrEnum):
-    """Result of a test case, e.g. "same" if the twin answers like the controller."""
+    """Verdict on a test case, e.g. "same" if the answers of twin and controller are equal."""
 
     SAME = "same"
     DIFFERS = "differs"
@@ -109,10 +109,10 @@ class Settings:
 
 
 def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:
-    """Compare the controller at the port `end` with a virtual twin.
+    """Compare a real controller with its virtual twin.
 
-    `twin`: a twin that has already answered all cases.  Raises LinkError if the controller does not answer or is
-    moving.
+    `end`: connection to the real controller.  `twin`: a twin that has already answered all cases.  Raises LinkError if
+    the controller does not answer or is moving.
     """
     settings = settings or Settings()
     made = product(model)
@@ -312,7 +312,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return pairs of option name and value that the probe tries with the twin.
+    """Return the option values that the probe tries in the twin, as pairs of option name and value.
 
     The suggested values come first, and values other than the defaults follow.
     """

@@ -186,7 +186,10 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
 
 
 def _sequences(case: Callable[..., Case]) -> list[Case]:
-    """Return test cases for stored command sequences that do not move the motor."""
+    """Return test cases for stored sequences, e.g. a sequence that waits for a trigger.
+
+    The sequences contain no motion commands.
+    """
 
     def sequence(code: int, *texts: str, then: tuple[str, ...] = (), name: str = "", wait_s: float = 0.4) -> Case:
         return case(code, "D9 0F", *texts, "01 07", "D8", "41 0F", *then, "79", "DA 0F", name=name, wait_s=wait_s)

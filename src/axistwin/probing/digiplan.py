@@ -176,7 +176,10 @@ def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]
 
 
 def _ramp(commands: dict[str | int, Instruction], end: bytes) -> Case:
-    """Return a test case that measures how long the interface calculates a ramp."""
+    """Return a test case that measures how much time the interface needs to calculate a ramp.
+
+    The interface answers the request `F` only after the calculation.
+    """
     says = (b"^7" + end, b"F" + end, b"^4" + end, b"F" + end)
     waits = ((0, RAMP_S), (2, RAMP_S))
     return Case("the time of a calculation", commands["^"].chapter, says, writes=True, waits=waits, bare=True)

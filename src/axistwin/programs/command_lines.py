@@ -124,7 +124,10 @@ def _never_waits(act: Act) -> bool:
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note for the user: the simulation ended before the line `line` and later lines were sent."""
+    """Return a note that the simulation ended before the whole program was sent.
+
+    `line`: number of the first line that was not sent.
+    """
     return (
         f"line {line} and later lines were not sent, because an earlier line is not finished at {bench.seconds:g} s: "
         f"write +SECONDS above line {line} to send line {line} at a given time"

@@ -18,7 +18,7 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Convert a text to the ASCII characters that a national keyboard sends for the text.
+    """Replace national letters by the ASCII characters of their keys.
 
     For example, a German keyboard sends `[` for `Ä` or `ä`.
     """
@@ -27,5 +27,8 @@ def to_codes(keyboard: str, text: str) -> str:
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Return the characters that a terminal with a national keyboard displays for an ASCII text."""
+    """Replace ASCII characters by the characters of a national terminal.
+
+    For example, a German terminal displays `Ä` for `[`.
+    """
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

@@ -45,7 +45,10 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message is complete: its last byte is CR or LF, or all its bytes arrived at the same time."""
+        """True if the message is complete.
+
+        A message ends with CR or LF.  A message on a bus has no terminator: all its bytes arrive at the same time.
+        """
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
@@ -165,7 +168,10 @@ class RunRecord:
         return endpoints.at_a_bus(self.bench, event.controller)
 
     def observe_servos(self, stack: ExitStack) -> None:
-        """Record the moves of the servo axes until `stack` is closed."""
+        """Record the moves of all servo axes.
+
+        The recording ends when the context `stack` is closed.
+        """
         for controller in self.bench.controllers.values():
             for name, axis in controller.axes.items():
                 if isinstance(axis, ServoAxis):

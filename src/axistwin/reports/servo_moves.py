@@ -49,7 +49,7 @@ class ServoMove:
 
     @property
     def now_ns(self) -> int:
-        """Virtual time in ns of the latest recorded position of the move."""
+        """Time of the last recorded position, in ns of virtual time."""
         return self.last_ns
 
     @property

@@ -33,9 +33,10 @@ def check_ports(contents: SceneFile, source: Source) -> None:
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each port of the scene: the path of its key in the scene file, and its URL.
+    """Yield the key path and the URL of each port of the scene.
 
-    The third element is True for an 1810 or 1811.
+    A key path leads to a key in the scene file, e.g. `("controller", 0, "ports", 0)`.  The third value is True for a
+    port of an 1810 or 1811.
     """
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):

@@ -104,9 +104,9 @@ class Builder:
 
     @contextmanager
     def _separately(self) -> Iterator[None]:
-        """Collect the SceneError of a `with` block in a list, so that further errors are found.
+        """Context manager that adds a SceneError to a list of errors instead of raising the error.
 
-        Without the list `errors`, the error is raised.
+        The scene can thus report several errors at once.  Without the list `errors`, the error is raised.
         """
         try:
             yield
@@ -372,9 +372,10 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield three values for each simulated host.
+        """Yield the key path, the endpoint and the program file of each simulated host.
 
-        The values are the path of the key in the scene file, the endpoint, and the program file.
+        A key path leads to a key in the scene file, e.g. `("controller", 0, "host", 0)`.  The endpoint is the name of a
+        controller or of a shared line.
         """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):

@@ -66,9 +66,9 @@ class Scene:
 
     @classmethod
     def given(cls, table: Mapping[str, Any]) -> Self:
-        """Create a scene from a dict with the contents of a scene file.
+        """Create a scene from a dict, e.g. `{"controller": [{"model": "if1"}]}`.
 
-        Raises SceneError, which names the wrong key.
+        The dict has the keys of a scene file.  Raises SceneError, which names the wrong key.
         """
         source = Given(table)
         return cls(source.contents(), source)
@@ -117,9 +117,10 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds the line and the column of a key in the scene file to each error.
+        """Context manager that adds a line and a column of the scene file to each error.
 
-        `path`: the path of the key.  Converts a UsageError to a SceneError.
+        `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError to a
+        SceneError.
         """
         return self._source.placing_errors(*path)
 
@@ -232,7 +233,10 @@ class Scene:
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if the keys `master` form a loop, so that a motor would follow its own shaft."""
+        """Raise SceneError if a motor would follow its own shaft.
+
+        The key `master` of a motor names the axis that the motor follows.  These keys must not form a loop.
+        """
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):

@@ -131,9 +131,10 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Context manager that adds the line and the column of a key in the scene file to each error.
+        """Context manager that adds a line and a column of the scene file to each error.
 
-        `path`: the path of the key.  Converts a UsageError or a ProgramError to a SceneError.
+        `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError or a
+        ProgramError to a SceneError.
         """
         try:
             yield
@@ -144,9 +145,9 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Context manager that adds the line and the column of the wrong key in the scene file to each error.
+        """Context manager that adds a line and a column of the scene file to each error.
 
-        Converts a UsageError to a SceneError at the key that the message names.
+        The place is that of the key that the error message names.  Converts a UsageError to a SceneError.
 
         If the message names several keys, the deepest key is used.
         `tables`: the tables to search, each with its key below `path`; empty key: `path` itself.
@@ -214,7 +215,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Search an error message for the keys of a table, and yield the path of each found key.
+    """Yield the path of each key of the table that the error message contains.
 
     The message must also name all tables around the key.
     """

@@ -35,7 +35,7 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the type and the pydantic `Field` of the key in the scene file that sets a fault parameter."""
+    """Return the type and the pydantic `Field` for a fault parameter in the scene file."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -321,7 +321,10 @@ def _rate(given: Any) -> Any:
 
 
 class BoardTable(Table):
-    """Driver of real motors: a board with Klipper's micro-controller firmware, or LinuxCNC HAL on this computer."""
+    """Connection to real motors: a motion board, or LinuxCNC HAL on this computer.
+
+    The board runs Klipper's micro-controller firmware.
+    """
 
     name: Name
     """Name of the board."""

@@ -99,7 +99,10 @@ class ExternalInput:
         self._mute(True)
 
     def unmute(self) -> None:
-        """Unblock all hosts.  Report the changes of control lines, e.g. DTR, that the hosts have missed."""
+        """Resume the exchange of data between hosts and controllers after a replay.
+
+        A host then receives the present level of each control line, e.g. DTR, that has changed during the replay.
+        """
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:
@@ -198,7 +201,10 @@ class Replay:
         self._schedule_next()
 
     def is_due_by(self, time_ns: int) -> bool:
-        """True if the next recorded action or the end of the replay is due at or before `time_ns`."""
+        """True if the next event of the replay is due at `time_ns` or earlier.
+
+        The last event is the end of the replay; all other events are recorded actions.
+        """
         return self._next_ns <= time_ns
 
     def abandon(self) -> Tail:

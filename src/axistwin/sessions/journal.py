@@ -90,9 +90,10 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Return the moment (time and actions) at `cursor` in the journal, and the cursor of the next moment.
+        """Read the recorded actions at the position `cursor` of the journal.
 
-        Return None at the end of the journal.
+        Return these actions with their time, and the position of the next actions.  Return None at the end of the
+        journal.
         """
         if cursor.offset >= len(self._data):
             return None

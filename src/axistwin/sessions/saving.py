@@ -67,9 +67,10 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if a script can perform all actions of a moment.
+    """True if these actions can be saved as a script.
 
-    A moment contains the actions at one virtual time.  A script can perform only manual actions on one controller.
+    A script can perform only manual actions on one controller.  `moment`: recorded actions that have the same virtual
+    time.
     """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
@@ -121,9 +122,9 @@ class _Conversations:
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Copy an action, but leave out the controller's name if the action is for the endpoint `name`.
+        """Return a copy of an action for the conversation file of the endpoint `name`.
 
-        The copy becomes part of the conversation of the endpoint `name`.
+        The copy contains no controller name if the action is for the endpoint itself.
         """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)

@@ -140,9 +140,9 @@ class Session:
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach` now, and again after each restart of the simulation.
+        """Call `attach(bench)` for the present bench, and for each new bench.
 
-        `attach(bench)` receives the present bench.  Each new bench is attached before its first event.
+        A restart of the simulation creates a new bench.  `attach` is called before the first event of the new bench.
         """
         self._attached.append(attach)
         attach(self.bench)
@@ -261,7 +261,10 @@ class Session:
             self.run()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Call the function `read` at the present virtual time, and return the function's result."""
+        """Advance virtual time to the present, call `read`, and return the result of `read`.
+
+        `read`: a function that reads the state of the bench.  In a paused session, virtual time does not advance.
+        """
         return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
@@ -452,7 +455,7 @@ class Session:
 
     @property
     def undo_seconds(self) -> float:
-        """Remaining seconds of real time in which `undo` is possible; 0 if `undo` is impossible."""
+        """Time that is left for `undo`, in seconds of real time; 0 if no deleted recording can be restored."""
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
@@ -533,7 +536,7 @@ class Session:
 
     @property
     def _replayed(self) -> bool:
-        """True between the end of a replay and the call of `_end_replay`."""
+        """True if a replay has reached its end, but `_end_replay` has not been called yet."""
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:

@@ -28,7 +28,7 @@ Effect = Callable[[Passage], None]
 
 
 def always() -> bool:
-    """Return True, so that a disturbance applies to every character."""
+    """Return True for every character; this function is the default of `Disturbance.strikes`."""
     return True
 
 
@@ -95,7 +95,10 @@ def delay(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Return an effect that sends a character at a wrong baud rate."""
+    """Return an effect that gives a character a wrong baud rate.
+
+    `baudrate(correct)` returns the wrong baud rate.
+    """
 
     def effect(passage: Passage) -> None:
         passage.sent = replace(passage.sent, baudrate=baudrate(passage.sent.baudrate))

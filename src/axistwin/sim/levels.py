@@ -117,9 +117,10 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield each time span at low level whose beginning may be a start bit.
+        """Yield each unread time span at low level that begins at `since/per` ns or later.
 
-        The result contains the unread spaces that begin at `since/per` ns or later.  Each space is yielded once.
+        The falling edge at the beginning of a time span may be that of a start bit.  Each time span is yielded at most
+        once.
         """
         for space in self._spaces:
             if space.unread:
@@ -128,7 +129,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all stored time spans that end after the beginning of the time span `first`."""
+        """Remove and return the stored time spans that overlap or follow the time span `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

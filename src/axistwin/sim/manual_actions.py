@@ -79,6 +79,9 @@ class ManualActions:
         return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
-        """Report a manual action to the subscribers, except within a `by_itself` block."""
+        """Report a manual action to the subscribers, unless the bench itself performs the action.
+
+        The bench performs the actions of a script or a fault in a `by_itself` block.
+        """
         if not self._clock.by_itself:
             self._begins.emit(act, *values)

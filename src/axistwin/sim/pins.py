@@ -273,7 +273,7 @@ class SensedPin(Pin):
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
-        """Disconnect the sensor from the input, and connect a switch or wire with the given level."""
+        """Disconnect the sensor, and set the input to a constant level."""
         before = self.level
         self._read, self._source, self.restless = None, level, False
         self._update(before)

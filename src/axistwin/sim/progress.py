@@ -23,7 +23,7 @@ class Progress:
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """The program lines that subscribers observe; None if a subscriber observes all lines."""
+        """Program lines whose execution must be reported to subscribers; None: all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:

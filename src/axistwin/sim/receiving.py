@@ -45,7 +45,7 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the next bits of the character, one sample for each bit.  Return the number of samples.
+        """Sample the remaining bits of the character, and return the number of samples.
 
         `before_ns`: sample only the bits before this time; None: sample the whole character.  Stop at a false start.
         """
@@ -66,5 +66,8 @@ class Reading:
 
     @property
     def false_start(self) -> bool:
-        """True if the line is high again in the middle of the start bit, so that no character has begun."""
+        """True if the start bit is too short: the line is high again in the middle of the bit.
+
+        Such a bit begins no character.
+        """
         return self.levels & 1 == 1

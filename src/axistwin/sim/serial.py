@@ -55,7 +55,10 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Return the transmission time of a character or a break signal in ns.  No receiver is connected."""
+        """Return the transmission time of a character or a break signal in ns.
+
+        The item is not sent, because no receiver is connected.
+        """
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -259,9 +262,9 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Discard a predicted start bit that is still in the future.
+        """Discard the next start bit if its time has not passed.
 
-        A new signal may contain an earlier start bit.
+        The receiver finds the next start bit in advance.  A new signal on the wire may contain an earlier start bit.
         """
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
@@ -415,7 +418,7 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """Let the transmitters that are connected to this receiver send again.
+        """Resume the transmitters that wait for this receiver.
 
         The receiver can accept characters again.  Only transmitters on an instant line wait for the receiver.
         """

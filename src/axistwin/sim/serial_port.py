@@ -18,7 +18,10 @@ X_ON, X_OFF = 0x11, 0x13
 
 
 class Flow(Enum):
-    """Kinds of flow control of the host: none, by the device's DTR, or by X_ON and X_OFF from the device."""
+    """Kinds of flow control, by which the device can stop the host's transmission.
+
+    `DTR`: the device's output DTR.  `X_ON_X_OFF`: the characters X_OFF and X_ON from the device.
+    """
 
     NONE = "none"
     DTR = "dtr"
@@ -172,7 +175,10 @@ class SerialPort:
         return data
 
     def send_break(self, seconds: float = 0.25) -> None:
-        """Send a break: hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
+        """Send a break: hold the host's transmit line at space for `seconds`.
+
+        Raises UsageError if the break is shorter than 1 ns.
+        """
         check_break(seconds)
         self._uart.send_break(seconds)
         self._breaks.emit(seconds)
@@ -224,7 +230,7 @@ class SerialPort:
 
     @property
     def pending(self) -> int:
-        """Number of characters queued by `write` that have not been sent."""
+        """Number of characters in the transmit queue, which `write` fills."""
         return len(self._uart.queue)
 
     @property

@@ -42,7 +42,7 @@ class State(Enum):
 
 
 class Board:
-    """A motion board, as used by the stand-in: its configuration, its pulses and its inputs.
+    """Controls one motion board: encodes the commands to the board, and decodes its responses.
 
     Times are in seconds of the host's clock; `journal` receives one line for each action.
     """

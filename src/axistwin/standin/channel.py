@@ -101,7 +101,10 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Number the unacknowledged message blocks again; the first block gets the number that the board expects."""
+        """Give new numbers to the unacknowledged message blocks; the first new number is `sequence`.
+
+        `sequence`: number of the block that the board expects next.
+        """
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True

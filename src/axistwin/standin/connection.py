@@ -55,7 +55,10 @@ class Connection:
         self._clock_from_s = self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
-        """Discard the board's data dictionary, because the board may have been reset."""
+        """Discard the message channel and the data dictionary, because the board may have been reset.
+
+        The data dictionary lists the commands of the board's firmware, which may have changed.
+        """
         self.now_s = now_s
         self.channel, self.dictionary = Channel(), Dictionary()
 
@@ -151,7 +154,10 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the earliest tick of the board's clock at which the board can execute a command that is sent now."""
+        """Return the earliest time for a new command, in ticks of the board's clock.
+
+        The command needs up to `SOON_S` seconds to reach the board.
+        """
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -19,7 +19,7 @@ INPUT_S = 0.02
 
 
 class Wired(Protocol):
-    """Interface of the wiring of a motion board."""
+    """Interface of an object that lists the axes and outputs of a motion board."""
 
     @property
     def name(self) -> str:
@@ -161,9 +161,10 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the emulated shafts of each stopped controller whose axes have come to rest.
+        """Release the blocked shafts of a controller after the user has continued the controller.
 
-        The shafts have been held since the real motors were stopped.
+        The emulated shafts have been blocked since the real motors were stopped.  They are released when the
+        interrupted motion has ended.
         """
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):

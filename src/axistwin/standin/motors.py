@@ -38,7 +38,7 @@ class Motor(Protocol):
         """Yield the pulses that the axis has made since the last call, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
-        """Return the largest permitted time error of the given pulses, in seconds.
+        """Return the largest permitted error of the pulse times, in seconds.
 
         `times`: the times of the pulses in ns.
         """
@@ -161,9 +161,10 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the pulses after the previous call, up to the time `mark`.
+        """Return the direction and the times of the new pulses since the previous call.
 
-        `smooth` is the smoothed position at the time `mark`.  All times are in nanoseconds.
+        Only pulses before the time `mark` are returned.  `smooth` is the smoothed position at the time `mark`.  All
+        times are in nanoseconds.
         """
         import numpy as np
 

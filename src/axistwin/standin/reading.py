@@ -24,7 +24,7 @@ class _Bounds(TypedDict):
 
 
 class _Stops(TypedDict):
-    """Effect of a limit input: the direction of motion that the input stops, and the active level."""
+    """Settings of a limit input: the direction of motion that is inhibited, and the active level."""
 
     stops: int | None
     stops_at: bool

@@ -71,7 +71,10 @@ class StepStream:
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Treat the board's queue of step commands as empty."""
+        """Forget all step commands in the board's queue.
+
+        A reset of the board has emptied the queue.
+        """
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:

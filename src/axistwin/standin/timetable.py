@@ -60,7 +60,7 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to clock ticks.  The result is a multiple of `2 * period`."""
+        """Convert a duration in seconds to clock ticks, rounded to an even number of periods."""
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:

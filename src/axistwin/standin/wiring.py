@@ -197,7 +197,7 @@ class Wiring:
         check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
-        """Check that the board has each used pin, and that no used pin is reserved.
+        """Check that all pins of the wiring exist on the board and are not reserved.
 
         Raises UsageError.
         """

@@ -42,7 +42,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return functions that calculate the truth and the margin of a comparison, e.g. of "> 100".
+    """Return two functions that evaluate a comparison, e.g. "> 100".
 
     The first function returns 1 (true) or 0.  The second function returns the margin by which the comparison is true;
     the margin is negative if the comparison is false.
@@ -53,7 +53,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return functions that calculate the truth and the margin of the condition "high" or "low".
+    """Return two functions that evaluate the condition "high" or "low" of a signal.
 
     `high`: True selects the condition "high".  The first function returns 1 (true) or 0.  The second function returns
     an infinite margin, which is negative if the condition is false.

@@ -83,7 +83,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random values to each combination: one value for each setting that has a distribution.
+    """Append a random value to each combination for each setting that has a distribution.
 
     The other settings have lists of values.  The path of each setting has its own random sequence.
     """
@@ -119,7 +119,9 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert fractions to values of the varied settings: 0 to the lowest value, 1 to the highest value.
+    """Convert fractions from 0 to 1 to values of the varied settings.
+
+    The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
 
     Each row contains one fraction for each setting, and becomes the values of one run.
     """

@@ -24,7 +24,10 @@ SIGMA = 0.3
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Raise UsageError if a search for the worst run of this sweep is impossible."""
+    """Check the settings of a search for the worst run.
+
+    Raises UsageError if the sweep has no claims or no varied settings, or if a value is not a number.
+    """
     require("cmaes", "sweeps")
     if not claims:
         raise UsageError("--search needs a claim: add e.g. --claim 'safe: never table.X passes 12000'")
@@ -48,10 +51,10 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest robustness of all claims in a run.
+    """Return the smallest margin by which a run satisfies its claims.
 
-    A smaller number means a worse run, so the search minimises the number.  The number is limited to ±`FAR`; it is
-    `FAR` if no claim has a robustness.
+    The margin (robustness) is negative if the claim fails.  A smaller number means a worse run, so the search minimises
+    the number.  The number is limited to ±`FAR`; it is `FAR` if no claim has a robustness.
     """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]

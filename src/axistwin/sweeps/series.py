@@ -55,7 +55,7 @@ class Series:
 
 
 def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
-    """Return a new signal whose value at each time is `function` of the values of the given signals."""
+    """Apply `function` to the values of several signals, and return the result as a new signal."""
     times = np.unique(np.concatenate([part.times for part in parts]))
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 

@@ -211,9 +211,10 @@ def check_scheduler(runner: Runner, scheduler: str | None) -> None:
 def engine_for(
     runner: Runner, workers: int | None, limit: float, tell: Callable[[str], None], scheduler: str | None = None
 ) -> Engine:
-    """Return the engine that performs the runs: a Dask cluster, worker processes, or this process.
+    """Return the engine that performs the runs of a sweep, e.g. worker processes.
 
-    `workers`: number of processes; None: one for each core; 0: this process.
+    `workers`: number of worker processes; None: one for each core; 0: perform the runs in this process.  `scheduler`:
+    address of a Dask cluster to use instead.
     """
     if scheduler:
         return Cluster(runner, scheduler, limit)
@@ -224,7 +225,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Choose the values of a setting that are checked before the sweep, e.g. the smallest and the largest value."""
+    """Choose values of a setting for a test before the sweep, e.g. the smallest and the largest value."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

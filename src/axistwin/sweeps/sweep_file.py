@@ -130,9 +130,9 @@ def _names(message: str, name: str) -> bool:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call the function `do`.  If it raises an error, report the error at the place of `keys` in the sweep file.
+    """Call `do()`, and add a line and a column of the sweep file to an error.
 
-    The place is a line and a column.
+    `keys`: path of the key at this place.
     """
     try:
         return do()

@@ -221,9 +221,9 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return a number above 0 if a claim fails, or 0 or a negative number if the claim holds.
+    """Return the negated robustness of a claim: a number above 0 if the claim fails.
 
-    The number is the negated robustness of the claim.
+    The number is 0 or negative if the claim holds.
     """
     robustness = row[f"{name}.robustness"]
     if robustness is None:

@@ -78,7 +78,7 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Check a text that is not in quotation marks, and return the text unchanged.
+    """Accept a text without quotation marks as a value, and return the text.
 
     Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """

@@ -32,7 +32,10 @@ _POLL_S = 0.2
 
 
 class Engine(Protocol):
-    """Interface of the classes that perform the runs of a sweep, e.g. in worker processes."""
+    """Interface of an engine, which performs the runs of a sweep.
+
+    For example, `Workers` performs the runs in worker processes.
+    """
 
     def __enter__(self) -> Self:
         """Start the worker processes."""
@@ -185,7 +188,10 @@ class _Worker:
         """Time at which the first task began; None: the process is not ready, or has no task."""
 
     def start(self) -> None:
-        """Start the worker process and send its tasks, without waiting until the process is ready."""
+        """Start the worker process, and write the queued tasks to its standard input.
+
+        The method does not wait until the process is ready.
+        """
         self._ready = self.stopped = False
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))

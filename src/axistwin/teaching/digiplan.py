@@ -110,7 +110,10 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the reason why the interface still inhibits motion after a fault has ended."""
+        """Yield the cause if a past fault still prevents motion.
+
+        The user must first read the fault flags with `K`, or switch the interface off and on.
+        """
         if locked and MotionFault.EMERGENCY_STOP in faults:
             yield Reason(
                 "after an emergency stop a locked interface is reset only by its power, not by K",

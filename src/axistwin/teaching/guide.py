@@ -18,7 +18,7 @@ Refused = Callable[[bytes], Sequence[Diagnostic]]
 
 @dataclass(frozen=True)
 class Reason:
-    """A reason why a move cannot start, and the remedy for this reason."""
+    """A cause that prevents a move, with its remedy."""
 
     text: str
     remedy: str = ""
@@ -50,7 +50,10 @@ class Guide(ABC):
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
-        """Yield the reasons why a move cannot start, in the order in which the user must correct the causes."""
+        """Yield the causes that prevent a move.
+
+        The first cause must be corrected first.
+        """
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:

@@ -85,7 +85,10 @@ def stopped(axis: str) -> Check:
 
 
 def runs_moves(it: Evidence) -> bool:
-    """True if a stored program with moves is running, even at an instant between two moves."""
+    """True while a stored program that contains moves is running.
+
+    The condition is also true between two moves.
+    """
     return any("G" in each.lines and each.running is not None for each in it.controller.programs.values())
 
 

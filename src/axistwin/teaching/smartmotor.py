@@ -101,7 +101,10 @@ class SmartMotorGuide(Guide):
         yield from dict.fromkeys(described(command) for command in found if command is not None)
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the commands that clear the limit fault of a motor without limit switches."""
+        """Yield the commands that clear the limit fault after power-up.
+
+        Without limit switches, the motor reports its open limit inputs as a fault.
+        """
         if self.controller.powered:
             yield Wait(STARTED)
             yield Say(READY)

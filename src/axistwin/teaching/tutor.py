@@ -68,7 +68,10 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return the explanation of an error in a line that cannot be sent, because it is not a valid command."""
+        """Explain why a line is not a valid command and cannot be sent.
+
+        Return [] if this kind of error has been explained before.
+        """
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
@@ -135,7 +138,10 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """Return True only at the first call with a given diagnostic code."""
+        """True if a diagnostic code occurs for the first time.
+
+        Each code is explained only once.
+        """
         first = code not in self._told
         self._told.add(code)
         return first

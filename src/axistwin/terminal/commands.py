@@ -61,7 +61,7 @@ class End(Protocol):
 
 
 class LocalCommands:
-    """Executes the commands of the terminal itself, e.g. `:pins`.
+    """Executes the commands that the terminal does not send to the controller, e.g. `:pins`.
 
     Commands for pins, axes and time need a `virtual` controller.
     """

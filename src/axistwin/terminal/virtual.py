@@ -72,7 +72,7 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Call the function `read` at the present virtual time, and return the result.
+        """Advance virtual time to the present, call `read`, and return the result of `read`.
 
         `read`: a function that reads the controller's state.
         """

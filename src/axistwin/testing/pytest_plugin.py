@@ -50,7 +50,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Serve the controller model or scene that a test names in the marker `axistwin`.  Yields the `Twin`."""
+    """Run the virtual controller or scene that the marker of the test names, e.g. `axistwin("if1")`.
+
+    Yields the `Twin`.
+    """
     from axistwin.testing.twin import serve  # lazy import, because most tests do not use this fixture
 
     what, keywords = _marker_arguments(request)

@@ -41,7 +41,7 @@ HOST_TIMEOUT_S = 10.0
 
 
 class Url(str):
-    """URL of a served port, as the function `serial.serial_for_url` accepts it.
+    """URL of a served port, in the form that pyserial's function `serial_for_url` accepts.
 
     The URL of an 1810 or 1811 is `bus://host:port`.
     """
@@ -161,7 +161,7 @@ class Twin:
         self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
-        """Advance the virtual time, after all data from hosts have been received.
+        """Receive all data that hosts have sent, then advance virtual time by `seconds`.
 
         Only for `speed="manual"`.
         """

@@ -104,7 +104,10 @@ class StepperTrace:
         return found
 
     def _pulse_times(self, move: Move, first: int, last: int) -> "NDArray[np.int64]":
-        """Return the times of pulses `first` to `last`.  Times are cached, because machines repeat their moves."""
+        """Return the times of the pulses `first` to `last` of a move.
+
+        The times are cached, because a machine often repeats the same move.
+        """
         import numpy as np
 
         profile, start_ns = move.profile, move.start_ns

@@ -44,7 +44,7 @@ class Batch:
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return an index near the middle of the batch, at which the batch can be divided into two parts.
+        """Return an index at which the batch can be divided into two parts of similar size.
 
         Changes with equal times stay in one part.  If all changes have the same time, return the number of changes.
         """

@@ -19,7 +19,7 @@ Value = int | float | str
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest permitted differences in value and in time; two traces within these limits are equal."""
+    """Largest permitted differences in value and in time between two equal traces."""
 
     value: float = 0.0
     time_ns: int = 0
@@ -128,7 +128,7 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return an array with True for each value of one trace that has no match in the other trace.
+    """Return a boolean array: True for each value of `this` that has no match in `that`.
 
     A match is a value of `that` that differs from the value of `this` by no more than the tolerance.
 

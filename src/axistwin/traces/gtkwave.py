@@ -19,7 +19,10 @@ WIDTH_PIXELS, LANE_ROWS = 1000, 3
 
 
 def write_save_file(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int) -> None:
-    """Write a GTKWave save file for a VCD file, unless the user has changed this save file.  Raises OSError."""
+    """Write a GTKWave save file for a VCD file.
+
+    A save file that the user has saved in GTKWave is not overwritten.  Raises OSError.
+    """
     path = waves.with_suffix(".gtkw")
     if path.exists() and not path.read_bytes().startswith(HEAD.encode()):
         return

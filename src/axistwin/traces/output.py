@@ -65,6 +65,9 @@ def _write_at(file: int, data: bytes, place: int) -> None:
 
 
 def _write_part(file: int, data: memoryview, place: int) -> int:
-    """Write at least one byte at the position `place` of a file, and return the number of written bytes."""
+    """Write data to a file at the byte position `place`, and return the number of written bytes.
+
+    The operating system may write only a part of the data.
+    """
     os.lseek(file, place, os.SEEK_SET)
     return os.write(file, data)

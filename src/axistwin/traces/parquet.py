@@ -105,7 +105,10 @@ class ParquetSink:
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """Write the current row group, and after it a footer that lists all row groups of the file."""
+        """Write the current row group to the file, and then a new footer.
+
+        The footer lists all row groups of the file.
+        """
         import pyarrow as pa
 
         if not self._new:

@@ -33,7 +33,7 @@ class PolledRegister:
 
 
 class ReportedRegisters:
-    """Registers of a controller that reports each change of a register.
+    """Records changes of registers that the controller itself reports.
 
     `places`: index of the signal of each register.
     """

@@ -11,7 +11,7 @@ LONGEST = 256
 
 
 class Dialogue:
-    """The messages of the host and of the controller on a line, as two signals.
+    """Records the messages on a line as two text signals: one for the host, one for the controller.
 
     The signal of one end is cleared when the other end transmits.
     """
@@ -67,7 +67,7 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the text of the signal, because the device at the other end of the line begins to send.
+        """Clear the text of this signal, because the other end of the line begins to send.
 
         `answered`: True if the stored message is deleted, too.
         """

@@ -367,7 +367,11 @@ class Tracer:
         self.written_ns, self._writing = before_ns, False
 
     def _write_batch(self, sink: Sink, batch: Batch) -> None:
-        """Write a batch of changes; write only the beginning of the batch if the file would become too large."""
+        """Write a batch of changes to the file.
+
+        If the batch would exceed the size limit of a text file, only the first changes are written.  Raises
+        LimitReachedError.
+        """
         try:
             sink.write(batch)
         except LimitReachedError:

@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """Entries of a scene in which a new controller receives the data of an old controller."""
+    """Parts of a scene file that load the saved data of a controller into its twin."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""

@@ -70,14 +70,20 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
 
 
 def _format(exchange: Exchange, end: bytes) -> str:
-    """Return the data format message, e.g. U61, for the line format of the connection."""
+    """Return the data format message for the present connection, e.g. `U61`.
+
+    The message sets the terminator, the character format, the parity and the echo.
+    """
     line = exchange.line_format
     x2 = {"N": 2, "O": 5, "E": 6} if exchange.echo else {"N": 1, "O": 3, "E": 4}
     return f"{TERMINATORS[end]}{FRAMES[line.bytesize, int(line.stopbits)]}{x2[line.parity]}"
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions that set the inputs of a new interface to the input levels of the old interface."""
+    """Return the actions that set the inputs of the twin to the saved levels, e.g. `input1 low`.
+
+    `new`: contents of a new twin.  Only inputs with a different level need an action.
+    """
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(

@@ -104,7 +104,7 @@ def _interface(exchange: Exchange) -> bool:
 
 
 def _uninitialised(exchange: Exchange) -> bool:
-    """Raise LinkError if an IF1 or IF2 has no data format yet.
+    """Raise LinkError if an IF1 or IF2 is waiting for its data format message, e.g. `U61`.
 
     Otherwise the function returns False.
     """

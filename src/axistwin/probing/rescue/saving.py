@@ -82,7 +82,10 @@ def check_new(out: Path) -> None:
 
 
 def _saved_talk(exchange: Exchange, out: Path) -> Path | None:
-    """Write the received data into the directory `out`; return the file, or None if no file was written."""
+    """Save the recorded data as a file in the directory `out`, and return the path of the file.
+
+    Return None if no data were received, or if the file cannot be written.
+    """
     if not exchange.received:
         return None
     try:

@@ -76,7 +76,7 @@ def _set(end: End, flag: str) -> bool:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Close the limit switches of the twin if the limit switches of the motor are closed."""
+    """Connect closed limit switches to the twin if the limit switches of the real motor are closed."""
     if facts.get("limits") == CLOSED:
         for pin in "CD":
             controller.pins[pin].drive(False)

@@ -114,7 +114,11 @@ def _limits(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return test cases that use each pin as an output and as an input."""
+    """Return test cases for the pins of the motor.
+
+    Each pin is used first as an output, and then as an input.  Other cases use the special functions of pins, e.g. as a
+    limit input.
+    """
     found = []
     for pin in PINS:
         says = (f"RU{pin}", f"U{pin}=0", f"RU{pin}", f"U{pin}O", f"RU{pin} RU{pin}A RU", f"U{pin}=1 RU{pin} RU{pin}A",

@@ -36,7 +36,7 @@ class Axis:
         self.knots: deque[tuple[float, float]] = deque()
 
     def move(self, now_s: float) -> float:
-        """Move the axis to the position for the time `now_s`, and return the velocity in pulses/s."""
+        """Update the position of the axis to the time `now_s`, and return the velocity in pulses/s."""
         knots, velocity = self.knots, 0.0
         while len(knots) > 1 and knots[1][0] <= now_s:
             knots.popleft()
@@ -59,9 +59,10 @@ class Group:
 
 
 class Motion:
-    """Calculates the motion of all axes, without access to files or pipes.
+    """Calculates the motion of all axes.
 
-    `pins` has the values of the component's pins by name.  `reports` receives objects for standard output.
+    The class uses no files or pipes.  `pins` has the values of the component's pins by name.  `reports` receives
+    objects for standard output.
     """
 
     def __init__(self, setup: dict[str, Any], pins: Any) -> None:

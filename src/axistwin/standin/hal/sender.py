@@ -176,7 +176,10 @@ class HalSender:
 
     @property
     def stopped(self) -> frozenset[str]:
-        """Names of the controllers whose axes are stopped; any thread may read this property."""
+        """Names of the controllers whose axes are stopped.
+
+        Any thread may read this property.
+        """
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:

@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time in seconds of the last point that `knots` has returned."""
+        """End of the time for which `knots` has returned the path, in seconds."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
