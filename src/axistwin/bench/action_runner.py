@@ -20,7 +20,7 @@ Load = Callable[[str, str], Callable[[], object]]
 
 
 def no_programs(controller: str, file: str) -> Callable[[], object]:
-    """Raise UsageError, because programs cannot be loaded on this bench."""
+    """Raise UsageError, because only a scene can load programs."""
     raise UsageError(f"cannot load {file} into {controller} without a scene: run a scene that loads the file")
 
 
