@@ -133,9 +133,9 @@ def lead_value(pin: Pin) -> str:
 
 
 def action_value(target: str, *values: float) -> str:
-    """Convert the values of a manual action to text, e.g. 4000 counts and 2 seconds to `4000 in 2`.
+    """Return the values of an action as text, e.g. `4000 in 2` for 4000 counts in 2 seconds.
 
-    The text is the value in the line `! target value` of a conversation.
+    The text is the value in the line `! target value` of a conversation, e.g. `! master 4000 in 2`.
     """
     if target == "master":
         counts, seconds = values

@@ -88,7 +88,10 @@ class Characters:
 
 @dataclass(frozen=True)
 class Hex:
-    """Codec for the commands and messages of a board on a bus, in hex or by name."""
+    """Converts the bytes of commands and messages on a bus to text in hex, and back.
+
+    A command can also be written by its name.
+    """
 
     language: Language
 

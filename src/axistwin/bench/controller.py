@@ -130,7 +130,7 @@ class Controller:
         return self._abilities.assign is not None
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable or gain of a SmartMotor by name, at once: `motor.assign("KP", 100)`.
+        """Set a variable or gain of a SmartMotor immediately, e.g. `motor.assign("KP", 100)`.
 
         Raises UsageError if the controller has no such variable.
         """

@@ -92,7 +92,7 @@ class LazyGroup(click.Group):
     """A group of click commands that imports the module of a command only when the command is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
-        """Return the names of all commands in the order of their usual use."""
+        """Return the names of all commands in the order of the help text."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
@@ -102,7 +102,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command whose name is the first word of the command line.
+        """Find a command by its name, the first word of the command line.
 
         Raises UsageError for an unknown word; the message contains a similar name.
         """

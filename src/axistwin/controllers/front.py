@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Tone(Enum):
-    """Meaning of a lamp that is lit: plain, warning or fault."""
+    """Meaning of a lamp that is lit: normal state, warning or fault."""
 
     PLAIN = "on"
     WARNING = "warning"

@@ -89,9 +89,10 @@ class Comparison:
 
 
 def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIENCE_S) -> Comparison:
-    """Play a conversation to its end, even after differences, and return the comparison.
+    """Compare the replies of a bench with the replies in a recorded conversation.
 
-    Raises ProgramError if the bench lacks something that the conversation names.
+    The conversation is played to its end, even if replies differ.  Raises ProgramError if the bench lacks something
+    that the conversation names.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
@@ -281,7 +282,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the replies that the emulated controller sends after the end of the conversation."""
+        """Record the replies that remain after the last line of the conversation."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

@@ -101,7 +101,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Context manager that adds the line number of a header to all errors that occur in the `with` block.
+        """Context manager that adds the line number of the header `key` to each error.
 
         If the conversation does not have this header, errors do not change.
         """

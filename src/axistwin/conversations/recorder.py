@@ -212,7 +212,7 @@ class Recorder:
         return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
-        """Return the character format with which a replay of the conversation begins."""
+        """Return the character format at the start of a replay."""
         usual = self.bench[name].product.line if name in self.bench.controllers else None
         return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
@@ -274,7 +274,7 @@ class TalkFile:
             log.warning("%s: later acts are not recorded", self._write_error)
 
     def close(self) -> None:
-        """Close the file.  Raises UsageError if a line was lost."""
+        """Close the file.  Raises UsageError if the recording is incomplete, e.g. because the disk is full."""
         try:
             self._file.close()
         except OSError as error:

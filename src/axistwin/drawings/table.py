@@ -72,7 +72,7 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points of one piece of the trail, each as the text `X,Y`.
+        """Yield the points of one piece of the tool's path, each as the text `X,Y`.
 
         Each piece is one SVG polyline.  The last point is also the first point of the next piece.
         """

@@ -117,7 +117,7 @@ def _straight(first: Point, middle: Point, last: Point) -> bool:
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest drawn move of an axis.
+    """Return the start time of the oldest move that is still drawn.
 
     If all moves of the axis are drawn, return 0.
     """

@@ -49,7 +49,7 @@ class Port(Protocol):
 
 
 class WallClock:
-    """Real time, for ports to real controllers."""
+    """Clock in real time; base class of the ports to real controllers."""
 
     async def pause(self, seconds: float) -> None:
         """Wait for the given number of seconds."""

@@ -54,7 +54,7 @@ class Status:
 
 @dataclass
 class Scale:
-    """The user's unit of an axis, e.g. mm, and the number of counts per unit."""
+    """Unit that the user has chosen for an axis, e.g. mm, and the number of counts per unit."""
 
     counts_per_unit: float = 1.0
     """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""

@@ -231,7 +231,7 @@ class Board(Core):
         return {number: bool(bits >> number & 1) for number in range(2, 6)}
 
     def define_sequence(self, number: int, commands: Iterable[bytes]) -> Procedure[None]:
-        """Store commands as a sequence with a number from 1 to 15.
+        """Store commands as the sequence `number` (1 to 15).
 
         `command(0x41, number)` performs the sequence.
         """
@@ -454,7 +454,7 @@ class Motor(AxisCore):
         return moving
 
     def _homed(self) -> Procedure[None]:
-        """Set the position to 0 if the search has found HOME; otherwise store a fault."""
+        """Set the present position to 0 if the search has found HOME; otherwise store a fault."""
         self._homing = False
         if signed((yield from self._board.request(0x82))[:6]) == 0 and self._has_moved:
             yield from self._define(0)

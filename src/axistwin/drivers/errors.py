@@ -43,7 +43,7 @@ class SilentError(DriverError):
 
 
 class WrongAnswerError(DriverError):
-    """Raised if a received answer is not a valid answer of this controller, e.g. because of noise on the line."""
+    """Raised if the answer of the controller is invalid, e.g. because of noise on the line."""
 
     in_step = False
 
@@ -53,7 +53,7 @@ class RefusedError(DriverError):
 
 
 class BusyError(RefusedError):
-    """Raised for a command that is possible only after the end of the present motion."""
+    """Raised for a command that is not possible during a motion."""
 
 
 class PositionLostError(DriverError):

@@ -170,9 +170,9 @@ class IF1(Core):
         yield from self._set_ramp(acceleration)
 
     def _set_ramp(self, acceleration: float) -> Procedure[None]:
-        """Send the data of the ramp if the acceleration has changed.
+        """Send a new acceleration, with the speed range and the start/stop speed.
 
-        These data are the speed range, the start/stop speed and the acceleration.
+        Send nothing if the acceleration has not changed.
         """
         thousands = min(max(round(acceleration / 1000), 1), 500)
         if self._ramp != thousands:
@@ -418,9 +418,9 @@ class IF1(Core):
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
     def outputs(self, on: Iterable[int] = (), off: Iterable[int] = ()) -> Procedure[None]:
-        """Set each output whose number is in `on`, and reset each output whose number is in `off`.
+        """Switch outputs on and off.
 
-        Outputs have numbers from 1 to 5.
+        `on`, `off`: numbers of the outputs, 1 to 5.
         """
         setting, resetting = "".join(map(str, on)), "".join(map(str, off))
         text = (f"S{setting}" if setting else "") + (f"R{resetting}" if resetting else "")

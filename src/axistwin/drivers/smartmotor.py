@@ -375,7 +375,7 @@ class Shaft(AxisCore):
         )
 
     def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
-        """Continue a search for the index pulse of the encoder.
+        """Perform the next step of a search for the index pulse of the encoder.
 
         Stop the motor after the pulse, then set the position of the pulse to 0.
         """

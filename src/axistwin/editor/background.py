@@ -101,7 +101,7 @@ def _started() -> "subprocess.Popen[bytes]":
 
 
 def work() -> None:
-    """Execute tasks from standard input until standard input ends.
+    """Execute tasks from standard input until the input is closed.
 
     This is the main function of the separate process.
     """

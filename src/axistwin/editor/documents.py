@@ -73,7 +73,7 @@ class Text:
         """
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # in a line of ASCII characters, the column number is equal in all encodings
+            return here  # a line of ASCII characters has the same column numbers in all encodings
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

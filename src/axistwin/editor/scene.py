@@ -209,7 +209,7 @@ def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Itera
 
 
 def _spots(lines: list[str], line: int) -> Iterator[str]:
-    """Yield the names of the controllers, serial lines, axes and pins that a fault can affect.
+    """Yield the names of everything that a fault can affect: controllers, serial lines, axes and pins.
 
     If the kind of fault is known, only names for this kind are yielded.
     """

@@ -85,7 +85,7 @@ class Server(LanguageServer):
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def shutdown(self) -> None:
-        """End the background process, and then the server."""
+        """End the background process and the server."""
         self._background.close()
         super().shutdown()  # type: ignore[no-untyped-call]
 

@@ -71,7 +71,7 @@ def _blanks(found: re.Match[str]) -> str:
 
 @dataclass(frozen=True)
 class Source:
-    """The lines of a SmartMotor program, with functions that find statements and labels."""
+    """A SmartMotor program as lines, with methods that find statements and labels."""
 
     lines: tuple[str, ...]
 
@@ -231,7 +231,7 @@ def _values() -> Iterator[Item]:
 
 
 def _variables(source: Source) -> Iterator[Item]:
-    """Yield completions for the variables that the program uses, and for the arrays."""
+    """Yield completions for all arrays, and for the variables that the program uses."""
     yield from (Item(name, "variable") for name in _names(source))
     yield from (Item(f"{array}[", "variable", str(COMMANDS.get(f"{array}[]=").name)) for array in ARRAYS)  # type: ignore[union-attr]
 

@@ -306,7 +306,7 @@ class Faults:
 
 
 def free_name(kind: str, taken: Collection[str]) -> str:
-    """Return the default name of a fault: its kind, or e.g. `lose-2` if the name `lose` is taken."""
+    """Return an unused name for a fault: its kind, e.g. `lose`, or its kind with a number, e.g. `lose-2`."""
     candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
     return next(name for name in candidates if name not in taken)
 

@@ -67,7 +67,7 @@ class PtyPort:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # delete the symbolic link of a server that was killed
+                self._link.unlink()  # delete the symbolic link that a killed server has left
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()

@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # 0 V and full voltage are recorded as level changes: record only the voltages between these two values
+            # omit 0 V and full voltage, because they are recorded as level changes
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

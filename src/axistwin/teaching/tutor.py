@@ -176,7 +176,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # lines typed before the power-off no longer have an effect
+        if act == ManualAct.POWER:  # power-off cancels the effect of all lines typed so far
             self._lines.clear()
 
 

@@ -219,4 +219,4 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-_shown = lru_cache(1 << 14)(CHARACTERS.show)  # the cache saves time, because hosts repeat their messages
+_shown = lru_cache(1 << 14)(CHARACTERS.show)  # hosts repeat their messages: the cache avoids a second conversion

@@ -21,7 +21,7 @@ REPORT = "Tests and evidence of each: the fidelity report, docs/report.md."
 @click.argument("model", shell_complete=complete_model)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
 def commands(model: str, as_json: bool) -> None:
-    """List every command in the manual of MODEL, in the manual's order.
+    """List all commands of the controller MODEL, in the order of its manual.
 
     The columns are: syntax (parts in brackets may be left out), parameters with range and unit, the manual's chapter,
     and if the command is implemented.  Control characters are shown as <CR>, <LF> and <SP>.  Into a pipe, one line per

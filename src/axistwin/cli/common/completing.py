@@ -17,7 +17,10 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
-    """Return a function for shell completion of the given names and of files with the given suffixes."""
+    """Return a function for shell completion.
+
+    The function completes the given names, and the names of files with the given suffixes.
+    """
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
         found = [name for name in names if name.startswith(incomplete.lower())]

@@ -16,7 +16,7 @@ from axistwin.errors import UsageError
     help=r"An input that performs a line of a conversation, e.g. 'start: > X3000@5000S1$\r'.",
 )  # fmt: skip
 def fmu(scene: Path, out: Path | None, commands: tuple[str, ...]) -> None:
-    """Write a scene as an FMU, a component for simulation tools with FMI 3.0, e.g. Simulink or Dymola.
+    """Write a scene as an FMU (FMI 3.0) for simulation tools such as Simulink or Dymola.
 
     Inputs are the torque on each shaft with the data sheet of a motor, and all open terminals.  Outputs are positions,
     velocities and terminals.  Hosts, conversations, programs, faults and the script of the scene are inside the FMU.

@@ -203,7 +203,7 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
 
 
 def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
-    """Add a note to the result of a run: the number of program lines that the controllers have refused.
+    """Add a note to the result of a run: the number of refused program lines.
 
     The note also contains the command `axistwin check`, which explains the errors.
     """

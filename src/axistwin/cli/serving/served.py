@@ -18,7 +18,10 @@ Ports = list[tuple[str, PortUrl]]
 
 
 class Served(NamedTuple):
-    """A model or a scene to serve, with its ports.  Each call of `build` returns new controllers."""
+    """A model or scene that the server puts on ports.
+
+    Each call of `build` returns a bench with new controllers.
+    """
 
     title: str
     build: Callable[[], Bench]

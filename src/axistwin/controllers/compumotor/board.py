@@ -28,7 +28,10 @@ FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
 
 
 class Board(State):
-    """An 1810 or 1811 whose power is on.  A reset creates a new `Board`."""
+    """An 1810 or 1811 while its power is on.
+
+    A reset creates a new `Board`.
+    """
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,

@@ -89,9 +89,9 @@ class Card:
         return self._board is not None and self._board.steps(side)
 
     def _encoder_direction(self) -> bool:
-        """Return the level of DIRECTION OUT, which is high in the + direction of the encoder.
+        """Return the level of the output DIRECTION OUT, which shows the direction of the encoder.
 
-        Jumper JU17 inverts the level.
+        The output is high in the + direction.  Jumper JU17 inverts the level.
         """
         return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 

@@ -216,7 +216,10 @@ COMMANDS_1810 = COMMANDS_1811.without(*(c.code for c in COMMANDS_1811 if Accept.
 
 
 def installed(commands: CommandSet, options: Options) -> CommandSet:
-    """Return the commands of a board, depending on the options `encoder_commands` and `interrupt_command`."""
+    """Return the commands of a board with the given options.
+
+    The options `encoder_commands` and `interrupt_command` change the commands of the board.
+    """
     if commands is COMMANDS_1810:
         if options.encoder_commands == "performed":
             commands = COMMANDS_1811.without(DEADBAND)

@@ -151,7 +151,7 @@ class Opcode(Command):
         return " ".join((f"{self.opcode:02X}", *parts))
 
     def decode(self, parameters: bytes) -> tuple[Any, ...] | None:
-        """Return the values for the handler, or None if the parameter bytes are invalid."""
+        """Convert the parameter bytes of a command to values.  Return None if the bytes are invalid."""
         if len(parameters) < self.size or any(parameters[self.size :]):
             return None
         values = []

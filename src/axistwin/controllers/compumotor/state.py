@@ -154,7 +154,7 @@ class State(ABC):
 
     @property
     def mode(self) -> int:
-        """Opcode of the command that selects the present mode."""
+        """Present mode, given as the opcode of its command, e.g. 51h."""
         return self.stream.setting.mode if self.stream.setting else INDEXER
 
     @property

@@ -35,7 +35,7 @@ class Accept(Flag):
 
 
 class Order(IntEnum):
-    """Rank of a command within a message or a sequence step.  A command with a lower rank must come first.
+    """Order of commands within a message or a sequence step: commands with a lower value come first.
 
     Chapter Combining inputs and outputs with move instructions.
     """
@@ -48,7 +48,7 @@ class Instruction(Command):
     """A command that consists of one character."""
 
     order: Order = Order.ANY
-    """Rank of the command: within a message or a sequence step, a command with a lower rank must come first."""
+    """Within a message or a sequence step, a command with a lower value must come first."""
     form: str = ""
     """Syntax, if it cannot be derived from the parameters."""
 

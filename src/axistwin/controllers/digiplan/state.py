@@ -132,7 +132,7 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters that apply to a move that begins now.
+        """Parameters for a new move.
 
         New ramp data apply only after the ramp has been calculated.
         """

@@ -15,7 +15,7 @@ class EndOfWork(Exception):  # noqa: N818  # not a programming error
 
 
 class Fault(Enum):
-    """Kind of fault that an invalid message causes in the interface: a data fault or an out-of-range fault."""
+    """Kind of fault after an invalid message: a data fault, or a parameter out of range."""
 
     DATA = "data fault"
     RANGE = "out of range"

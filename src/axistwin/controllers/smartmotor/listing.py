@@ -120,9 +120,9 @@ class Lines:
         return convert
 
     def line(self, statement: int) -> int:
-        """Return the number of the line that contains a statement, or 0 while no program runs.
+        """Convert the number of a statement to the number of its line.
 
-        `statement`: number of the statement, from 1; 0 while no program runs.
+        Both numbers begin at 1.  While no program runs, both are 0.
         """
         row = self.rows().row(statement - 1) if statement else None
         return 0 if row is None else row + 1
@@ -156,7 +156,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return a copy of the program that notifies subscribers when an observed line begins."""
+        """Return a copy of the program.  The copy notifies subscribers when an observed line begins."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())

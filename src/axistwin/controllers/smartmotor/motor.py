@@ -254,7 +254,7 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call C1 or C2 at the end of a statement (manual, table 7.1).
+        """Call the subroutine C1 or C2 if a call is pending at the end of a statement (manual, table 7.1).
 
         If both calls are pending, only C1 is called.
         """

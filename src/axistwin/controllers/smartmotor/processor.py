@@ -110,7 +110,10 @@ class Processor(Dispatcher, ABC):
 
     @abstractmethod
     def _act(self, why: int) -> None:
-        """Handle the events at which the kernel has stopped."""
+        """Handle the events that have stopped the computation of samples.
+
+        `why`: one bit for each event.
+        """
 
     def catch_up(self, *, changing: bool = True) -> None:
         """Advance the motor's state to the last sample at or before the present time.

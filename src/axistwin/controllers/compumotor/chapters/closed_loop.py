@@ -82,11 +82,11 @@ def set_sigma(board: State, sigma: int) -> None:
 
 
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
-    """Command B3h: select how the correction velocity depends on the position error e.
+    """Command B3h: select the algorithm that calculates the correction velocity.
 
-    Algorithm 1 is K·e, algorithm 2 is K·√e, and algorithm 3 is K·e²; K is `gain`.  The velocity is at most `maximum`.
-    The calculated velocity and `maximum` are in units of the velocity range.  The command is ignored if `maximum` is
-    beyond the range.
+    Algorithm 1 is K·e, algorithm 2 is K·√e, and algorithm 3 is K·e².  The position error is e, and `gain` is K.  The
+    velocity is at most `maximum`.  The calculated velocity and `maximum` are in units of the velocity range.  The
+    command is ignored if `maximum` is beyond the range.
     """
     if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
         board.loop.law = Law(algorithm, gain, ranges, maximum)

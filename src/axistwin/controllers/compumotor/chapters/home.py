@@ -117,7 +117,7 @@ class Search:
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge that defines HOME has been detected.  Return the position of the motor at this time.
+        """Move until the HOME edge is detected.  Return the motor position at the detection.
 
         Return None if the motion ends before an edge has been detected.
         """

@@ -14,10 +14,10 @@ LEVEL_RESPONSE_NS = 3 * MS
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
-    """Commands 20h and 21h: repeat a block of the sequence, i.e. the next `count` commands (1 to 255).
+    """Commands 20h and 21h: repeat the next `count` commands of the sequence.
 
-    Command 20h gives the number of repetitions, 1 to 65,535.  Command 21h repeats the commands until CONTINUE (48h).
-    Inside another loop, 20h and 21h are ignored.
+    `count`: 1 to 255.  Command 20h gives the number of repetitions, 1 to 65,535.  Command 21h repeats the commands
+    until CONTINUE (48h).  Inside another loop, 20h and 21h are ignored.
     """
     sequencer = board.sequencer
     if sequencer.loop is None:
@@ -40,7 +40,11 @@ def wait(unit_ns: int, board: State, count: int) -> Procedure:
 
 
 def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
-    """Command 2Ch: wait for a rising edge of trigger 1 or 6, or for a steady level of triggers 2 to 5."""
+    """Command 2Ch: wait for the input `trigger`.
+
+    Triggers 1 and 6: wait for a rising edge.  Triggers 2 to 5: wait for a steady level, i.e. high if `high` is True,
+    otherwise low.
+    """
     if trigger in EDGE_TRIGGERS:
         yield board.triggers.edge(trigger)
         return

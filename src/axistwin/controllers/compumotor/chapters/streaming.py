@@ -225,9 +225,9 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: store a command that the board executes when the value `word` occurs in the stream.
+    """Command EEh: define a marker, i.e. a value in the stream at which the board executes a command.
 
-    The value is called a marker.  The value is a velocity or a distance that the host sends.  Opcode 00 deletes the
+    `word`: the value, a velocity or a distance that the host sends.  `opcode`: the command.  Opcode 00 deletes the
     marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more than two parameters.
     EEh is also ignored while ten markers are in use, and in distance-time mode for the values 8000h and 8001h.
     """

@@ -65,7 +65,7 @@ def refresh(board: State) -> None:
 
 
 def wake(board: State, skipped: int = 0) -> None:
-    """Schedule the next tracking update if the motor moves or an error must be corrected.
+    """Schedule the next tracking update if the motor moves or a position error must be corrected.
 
     Updates follow at intervals of 2 ms; the next `skipped` updates are left out.
     """
@@ -76,7 +76,9 @@ def wake(board: State, skipped: int = 0) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # stalls and errors can be calculated only with an encoder ratio (B0h)
+    if (
+        loop.ratio is None
+    ):  # without an encoder ratio (B0h), no stalls are detected and no position errors are corrected
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)

@@ -232,9 +232,10 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if the answer to command 85h contains the velocity of a streaming mode.
+    """True if an answer to command 85h was sent in a streaming mode.
 
-    In indexer mode, the answer contains ranges and a velocity number instead.
+    In a streaming mode, the answer contains a velocity.  In indexer mode, the answer contains ranges and a
+    velocity number.
 
     A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """

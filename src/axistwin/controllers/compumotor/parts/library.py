@@ -11,7 +11,7 @@ from axistwin.sim.clock import Clock
 
 
 class Kind(IntEnum):
-    """Types of moves.  The value of each type is the opcode that defines a move of this type."""
+    """Types of moves, each with the opcode of the command that defines such a move."""
 
     RELATIVE = 0xC8
     ABSOLUTE = 0xCB

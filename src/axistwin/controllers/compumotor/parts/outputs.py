@@ -21,7 +21,7 @@ class Outputs:
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
-        # state code and active level that command 0Fh has assigned to each output bit
+        # for each output bit with a state (command 0Fh): code of the state, and True if active high
         self._tracked: dict[int, tuple[int, bool]] = {}
         for number in (1, 2):
             self.write(number + 2, True)

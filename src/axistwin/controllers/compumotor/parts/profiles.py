@@ -69,7 +69,7 @@ def preset(speed: Speed, distance: int) -> VelocityProfile:
 
 
 def continuous(speed: Speed) -> VelocityProfile:
-    """Return the profile of a continuous move: the ramp from zero velocity, then endless motion."""
+    """Return the profile of a continuous move: acceleration from rest, then constant velocity without end."""
     on = (Segment(speed.rate, None),)
     return VelocityProfile(((Phase.ACCELERATING, _way_up(speed).up), (Phase.CONSTANT, on)), speed.range.maximum)
 

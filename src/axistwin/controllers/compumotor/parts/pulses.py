@@ -50,7 +50,7 @@ class VelocityProfile:
 
     @cached_property
     def from_rest(self) -> Profile:
-        """Pulse profile of the motion if the motor starts from rest."""
+        """Pulse profile for a start from rest."""
         return Profile(self.segments)
 
     @cached_property

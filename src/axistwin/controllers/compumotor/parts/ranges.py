@@ -56,7 +56,7 @@ class VelocityRange:
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:
-        """Return the velocity number whose velocity is nearest to the given rate in pulses/s."""
+        """Convert a rate in pulses/s to the nearest velocity number."""
         return round(rate / self.unit)
 
 

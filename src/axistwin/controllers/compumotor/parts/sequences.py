@@ -54,7 +54,7 @@ class Order(Enum):
 
     CONTINUE = auto()  # perform the next command
     SUSPEND = auto()  # suspend the sequence after its present command
-    KILL = auto()  # end the present command, e.g. a move, then suspend the sequence
+    KILL = auto()  # end the present command if it is SINGULAR (e.g. a move), then suspend the sequence
     LEAVE = auto()  # end the sequence after its present command
 
 

@@ -112,7 +112,7 @@ class Stream:
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Enter the streaming mode `setting`, or return to indexer mode if `setting` is None.
+        """Change to a streaming mode, or to indexer mode if `setting` is None.
 
         The streaming buffer is emptied.
         """

@@ -30,7 +30,7 @@ class Law:
     maximum: int
 
     def velocity_profile(self, error: int) -> VelocityProfile:
-        """Return the velocity profile that corrects a position error.
+        """Return the velocity profile that corrects the position error `error`.
 
         The profile is endless motion.  The velocity is at least the resolution of the velocity range.
         """
@@ -149,7 +149,10 @@ class Tracking:
 
     @property
     def in_deadband(self) -> bool:
-        """True if the error is within a defined deadband (B5h)."""
+        """True if the position error is within the deadband.
+
+        False if command B5h has not defined a deadband.
+        """
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:

@@ -33,7 +33,7 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Remove the actions that are assigned to the triggers, and stop waiting for triggers."""
+        """Remove all actions that are assigned to triggers, and all awaited edges of triggers."""
         self._functions.clear()
         self._edges.clear()
 

@@ -33,7 +33,7 @@ class BreakIn:
 
     @property
     def _possible(self) -> bool:
-        """True if the character `(` may begin a new initialisation.
+        """True if the interface accepts the character `(` as the start of a new initialisation.
 
         Conditions: the interface is locked, DSR is active, and no axis moves.
         """

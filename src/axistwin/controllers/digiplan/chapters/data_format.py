@@ -50,7 +50,7 @@ class Frame:
 
     @cached_property
     def _texts(self) -> bytes:
-        """Table that converts the bytes of an answer to the present data format."""
+        """Translation table that gives bit 8 of each answer byte the value that the data format requires."""
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:

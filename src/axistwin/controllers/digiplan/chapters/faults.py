@@ -129,9 +129,9 @@ class StopInputs:
             unsubscribe()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
-        """True if motion in the given directions is allowed: no fault is set, and the limit switches ahead are closed.
+        """True if no fault inhibits motion in the given directions.
 
-        A move towards an open limit switch raises the limit fault.
+        The limit switches are normally closed.  A move towards an open limit switch raises the limit fault.
         """
         self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
         return not self._faults.blocked(directions)

@@ -29,9 +29,9 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if the program has switched this output on.  Output 0 is never on.
+        """True if the program has switched this output on.
 
-        The result does not depend on the supply voltage of the outputs.
+        The result does not depend on the supply voltage of the outputs.  For the number 0, the result is False.
         """
         return self._on.get(number, False)
 

@@ -38,10 +38,10 @@ def motion_status(state: State) -> bytes:
 
 
 def quick_status(state: State) -> bytes:
-    """Command Q: report the motion status as one raw byte without a terminator.  Q clears the same fault bits as K.
+    """Command Q: report the motion status as one raw byte without a terminator.
 
-    The byte is complete only with 8 data bits of which bit 8 is data or 1; otherwise the highest bit is lost.  Chapter
-    Quick status.
+    Like command K, Q then clears fault bits.  The byte is complete only with 8 data bits of which bit 8 is data or 1;
+    otherwise the highest bit is lost.  Chapter Quick status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -65,9 +65,9 @@ def communication_bits(state: State) -> int:
 
 
 def input_status(state: State) -> bytes:
-    """Command I: report the inputs in which no current flows, one bit for each input.
+    """Command I: report the states of the inputs as a decimal number.
 
-    Chapter Input status.
+    The bit of an input is 1 if no current flows in this input.  Chapter Input status.
     """
     return _number(state, state.faults.inputs())
 

@@ -34,11 +34,9 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Stop the motor at an asserted limit (manual, section 3.1).
+    """Stop the motor at an active limit switch or software limit (manual, section 3.1).
 
     A motor that moves away from the limit does not stop.
-
-    The limit is a switch or a software limit.
     """
     i = motor.i
     i[flag] = 1

@@ -81,12 +81,10 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call the subroutine C1 after a fault, or the subroutine C2 after a falling edge of pin G.
+    """Call the subroutine C1 or C2.  Returns True if the call was possible.
 
-    Returns True if the call was possible.
-
-    C2 ends a WAIT early, and cannot be called again before RETURNI, STACK or END.  Nothing changes if the program has
-    no such label; a full return stack sets Bs.
+    C1 is called after a fault, C2 after a falling edge of pin G.  C2 ends a WAIT early, and cannot be called again
+    before RETURNI, STACK or END.  Nothing changes if the program has no such label; a full return stack sets Bs.
     """
     target = motor.program.labels.get(label)
     if target is None or (kind == s.CALL_INPUT and within(motor, kind)) or not _call(motor, target, kind):

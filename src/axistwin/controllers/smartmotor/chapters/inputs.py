@@ -87,9 +87,9 @@ class Inputs:
             i[s.ANALOG + bit] = pin.analog
 
     def _levels(self, count: int) -> int:
-        """Return the levels to which the external encoder drives pins A and B.
+        """Return the levels of pins A and B when the external encoder is at `count`.
 
-        For a step source, pin B is the direction, and pin A is low between two steps.
+        Bit 0 is pin A, bit 1 is pin B.  For a step source, pin B is the direction, and pin A is low between two steps.
         """
         i, master = self.motor.i, self.axis.master
         if i[s.STEPS]:
@@ -162,9 +162,9 @@ class Inputs:
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's present position, followed by the known positions at later times.
+        """Return the shaft's present position, followed by the predicted positions at `times_ns`.
 
-        `times_ns`: the later times.  The list ends before the first position that is not certain.
+        The list ends before the first position that is not certain.
         """
         return self.motor.core.positions_ahead(times_ns)
 

@@ -316,5 +316,8 @@ def internal_encoder(_motor: Processor) -> None:
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1: set the flag Bs, because the servo loop of this motor cannot use an external encoder."""
+    """ENC1 (use the external encoder for the servo loop): set the error flag Bs.
+
+    The servo loop of this motor cannot use an external encoder.
+    """
     motor.syntax_error()

@@ -143,9 +143,9 @@ def _input(name: str) -> Variable | None:
 
 
 def assign(motor: Processor, place: int, value: int) -> None:
-    """a=exp, aa=exp, aaa=exp …: set a signed 32-bit variable; a value that does not fit sets Bd.
+    """a=exp, aa=exp, aaa=exp …: set a signed 32-bit variable.
 
-    A value that does not fit changes nothing.
+    If the value does not fit, the variable does not change, and the error flag Bd is set.
     """
     motor.v[place] = value
 

@@ -46,7 +46,10 @@ class Findings:
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if a statement F= in the program may set the function bit `bit`."""
+        """True if the program can set the bit `bit` of F with a statement F=.
+
+        A value that is not constant can set any bit.
+        """
         return any(
             constant_value(statement) is None or (constant_value(statement) or 0) & bit
             for _, statement in self.all("F=")

@@ -143,7 +143,10 @@ class _Host:
         self._report(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
 
     def _load(self) -> None:
-        """Check the program that a host sends after LOAD.  A compiled image is not checked."""
+        """Check the program that a host sends after LOAD.
+
+        A compiled program, which begins with `$`, is not checked.
+        """
         self._loading = False
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]

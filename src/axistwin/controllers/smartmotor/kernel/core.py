@@ -282,7 +282,7 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the traced values that Python code, and not the kernel, has changed."""
+        """Report the traced values that were changed outside the kernel, by Python code."""
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
@@ -420,7 +420,10 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Store the state of the motor at the present time.  Discard the computed samples after the present time."""
+        """Advance the motor's state to the present time.
+
+        Samples that were computed for later times are discarded.
+        """
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -559,7 +562,10 @@ def prepare(speed: float | None, motors: int) -> None:
 
 
 def needs_kernel(speed: float | None, motors: int) -> bool:
-    """True if plain Python is too slow for the motors, and Numba is available to compile the kernel."""
+    """True if the kernel must be compiled, because plain Python is too slow for the motors.
+
+    False if Numba, the compiler, is not available.
+    """
     return (speed is None or speed * motors > PLAIN_MOTORS) and jit.available()
 
 

@@ -137,7 +137,7 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """Compiled function that marks the machine code in the cache as complete after the first call.
+    """Compiled function whose first call marks the machine code in the cache as complete.
 
     The mark is a file with checksums of the machine code.
     """
@@ -182,7 +182,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # The next start compiles the kernel again, because the checksums are missing.
+        return  # Without the checksums, the next start compiles the kernel again.
 
 
 def _whole(directory: Path) -> bool:
@@ -248,7 +248,7 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # user_cache() raises RuntimeError without a home directory
+    except (OSError, RuntimeError):  # user_cache() raises RuntimeError if the user has no home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
 

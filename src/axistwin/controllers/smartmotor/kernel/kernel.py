@@ -152,9 +152,9 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Handle an index mark that the shaft has reached.
+    """Update the flags Bi and Bx at an index mark of the encoder.
 
-    The position is captured once, and the flag Bi is set.
+    The position of the mark is captured once, and Bi is set.
     """
     shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
     passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]

@@ -64,7 +64,10 @@ def integrated(i: Ints, error: int) -> int:
 
 @sampled
 def output(i: Ints, error: int) -> int:
-    """Return the sum of all PID and feed-forward terms as a PWM value, limited by AMPS."""
+    """Return the output of the servo loop as a PWM value.
+
+    The output is the sum of all PID and feed-forward terms, limited to the range from -AMPS to +AMPS.
+    """
     total = i[s.TUNING] * error + (i[s.INTEGRAL] >> INTEGRAL_BITS) + i[s.TUNING + 2] * i[s.DIFFERENCE] + i[s.TUNING + 7]
     velocity, before = clipped(i[s.VELOCITY], FASTEST), clipped(i[s.VELOCITY_BEFORE], FASTEST)
     forward = i[s.TUNING + 5] * velocity + i[s.TUNING + 6] * (velocity - before)

@@ -10,7 +10,7 @@ from itertools import count, islice
 _slots = count()
 
 # Time
-SAMPLE = next(_slots)  # Number of the last computed sample, from 0 at power-up.
+SAMPLE = next(_slots)  # Number of the last computed sample; the number is 0 at power-up.
 CLK_ZERO = next(_slots)  # Number of the sample at which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO.
 
 # State of the running program
@@ -43,7 +43,7 @@ RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV a
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
-    RELATIVE,  # 1 if D was assigned after P: the next position move is a relative move by D.
+    RELATIVE,  # 1: the next position move is relative, by D, because D was assigned after P.
     BUFFERED_MODE,  # The mode that the next command G starts.
     BUFFERED_FACTOR,  # Number n of the mode MFn or MCn that the next command G starts, e.g. 4 for MF4.
 ) = islice(_slots, 3)
@@ -110,7 +110,7 @@ BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 
 BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # Captured index position, the variable `I`.
-    INDEX_ARMED,  # 1 until the motor captures an index mark; then 0 until the captured position has been read.
+    INDEX_ARMED,  # 1 if the motor captures the next index mark; 0 while a captured position has not been read.
     INDEX_FORCED,  # 1 while an external source forces the index line high.
 ) = islice(_slots, 3)
 
@@ -161,7 +161,7 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 # HEAT is the sum of the squared currents of HEAT_SAMPLES samples, in units of (0.01 A)².
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF true counts, e.g. 9 for every 10.
+# A defective encoder reports COUNTS_OF counts instead of COUNTS_OUT_OF counts, e.g. 9 instead of 10.
 # While the encoder has no defect, COUNTS_OF and COUNTS_OUT_OF are both 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
 UNCOUNTED = next(_slots)  # Counts that a defective encoder has not reported yet, in units of 1/COUNTS_OUT_OF count.

@@ -85,10 +85,7 @@ class Computed:
     """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the values that the interpreter cannot compute itself, e.g. the character for GETCHR.
-
-        Each value is stored for the interpreter.
-        """
+        """Store the values that the interpreter needs but cannot compute, e.g. the character for GETCHR."""
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
@@ -166,7 +163,7 @@ class Reader:
         return self._read()
 
     def _next(self) -> str:
-        """Return the next token, or "" if no token matches."""
+        """Return the next token, or "" if the next characters are not a token."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 

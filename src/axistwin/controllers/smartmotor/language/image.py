@@ -35,7 +35,7 @@ _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]
 
 
 def strip(source: str) -> str:
-    """Return the source text of a program without comments and needless blanks.
+    """Remove comments and needless blanks from the source text of a program.
 
     The motor does not store comments and needless blanks.
     """

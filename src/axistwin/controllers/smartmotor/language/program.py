@@ -54,9 +54,9 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the number of the statement that begins the block's next part, such as ELSE.
+        """Return the number of the statement at which the next part of the block begins, e.g. ELSE.
 
-        After the last part, the end of the block is returned.
+        The next part is the first part after the statement `number`.  After the last part, return the end of the block.
         """
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
@@ -94,7 +94,7 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return a copy of the program that notifies subscribers when certain statements begin.
+        """Return a copy of the program.  The copy notifies subscribers when certain statements begin.
 
         `numbers`: the numbers of these statements.
         """

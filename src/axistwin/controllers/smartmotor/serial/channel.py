@@ -77,7 +77,10 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record, which sets a host-mode position, a host-mode clock value, or A, V or P."""
+        """Execute a binary record of the host.
+
+        The record sets a host-mode position, a host-mode clock value, or one of the parameters A, V and P.
+        """
 
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode."""

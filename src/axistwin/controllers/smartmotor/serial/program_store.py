@@ -121,7 +121,7 @@ class Download:
 
 
 class Upload:
-    """Sends the stored program to a host."""
+    """Sends the stored program to a host, block by block."""
 
     def __init__(self, channel: Channel, data: bytes) -> None:
         self.channel = channel

@@ -32,7 +32,10 @@ def echo_off(motor: Processor, channel: int = 0) -> None:
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP (channel 0), SLEEP1 (channel 1): ignore all commands except WAKE or WAKE1; the echo continues."""
+    """SLEEP (channel 0), SLEEP1 (channel 1): ignore all commands except WAKE or WAKE1.
+
+    The echo of received characters continues.
+    """
     motor.channels[channel].asleep = True
 
 

@@ -43,7 +43,10 @@ class Loaded:
         return result
 
     def _divide(self, sizes: Sequence[int]) -> None:
-        """Divide the module's memory into parts of the given sizes, one part for each array."""
+        """Reserve a part of the module's memory for each array.
+
+        `sizes`: the sizes of the arrays in bytes.
+        """
         if self._sizes == sizes:
             return
         missing = pages(sum(sizes)) - pages(self._memory.buffer.byteLength)

@@ -68,7 +68,7 @@ def local_set(index: int) -> bytes:
 
 
 def local_tee(index: int) -> bytes:
-    """Return the instruction that copies the top of the stack into a local variable."""
+    """Return the instruction that copies the top of the stack into a local variable, without a pop."""
     return b"\x22" + unsigned(index)
 
 
