@@ -97,7 +97,10 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
         self.readback.set_name(name)
 
     async def connect(self, mock: Any = False, timeout: float = 10.0, force_reconnect: bool = False) -> None:
-        """Open the port of the controller, unless the motor is a mock."""
+        """Open the port of the controller.
+
+        `mock`: True for a simulated motor, which has no port.
+        """
         await super().connect(mock, timeout, force_reconnect)
         if not mock:
             await self.controller.connect()

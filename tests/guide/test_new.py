@@ -77,5 +77,5 @@ def test_a_wrong_option_is_refused(tmp_path, option, message):
 def test_nothing_is_overwritten(tmp_path, name):
     (tmp_path / name).write_text("mine")
     code, message = refused("new", tmp_path, "--yes")
-    assert (code, message) == (2, f"axistwin: {tmp_path / name} exists already: choose another directory\n")
+    assert (code, message) == (2, f"axistwin: {tmp_path / name} exists already: choose a directory without this file\n")
     assert [path.name for path in tmp_path.iterdir()] == [name]

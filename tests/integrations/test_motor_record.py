@@ -218,7 +218,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
         assert states == [("X", 0), ("Y", 0), ("X", 1), ("Y", 1)]
         axes = lab.bench["if1"].axes
         assert (x.values["RBV"], y.values["RBV"]) == (axes["X"].position, axes["Y"].position) == (900, -300)
-        with pytest.raises(RefusedError, match="no input for a home switch"):
+        with pytest.raises(RefusedError, match="no home switch is configured"):
             await x.put("HOMF", 1)
         with pytest.raises(
             RefusedError, match=r"VELO=30000 is out of range: expected a value above 0 and at most 25000"

@@ -125,7 +125,7 @@ return found
 """,
     )
     assert found == [
-        "BadInvalidState", "no input for a home switch: expected the option home_input, e.g. home_input=1",
+        "BadInvalidState", "no home switch is configured: expected the option home_input, e.g. home_input=1",
         "BadOutOfRange", "BadOutOfRange", "BadOutOfRange", "BadUserAccessDenied", False, 42, "BadUserAccessDenied",
     ]  # fmt: skip
 

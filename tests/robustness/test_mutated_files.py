@@ -73,7 +73,7 @@ SIGNALS = b"axistwin.signals"
         (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "expected a list of signals in the metadata"),
         (lambda t: t.drop_columns(["integer"]), "expected one column integer of type int64, found no such column"),
         (lambda t: t.drop_columns(["time_ns"]), "expected one column time_ns of type int64, found no such column"),
-        (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "values are missing in the column time_ns"),
+        (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "in each row of the column time_ns"),
         (lambda t: changed(t, "integer", pa.nulls(len(t), pa.int64())), "in the column integer, a value of the signal"),
         (lambda t: changed(t, "integer", pa.nulls(len(t), pa.string())), "column integer of type int64, found string"),
         (lambda t: changed(t, "signal", pa.nulls(len(t), pa.int32())), "column signal of type string, found int32"),

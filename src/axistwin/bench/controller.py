@@ -245,9 +245,7 @@ class Controller:
 
     def _motor(self, attribute: str) -> ServoAxis:
         if self._servo is None:
-            raise UsageError(
-                f"{self.name} has no attribute `{attribute}`: expected a SmartMotor, the only model with this attribute"
-            )
+            raise UsageError(f"{self.name} has no attribute `{attribute}`: expected a SmartMotor")
         return self._servo
 
     def _rs485_uart(self) -> Uart:

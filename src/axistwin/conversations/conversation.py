@@ -190,7 +190,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "unknown kind of line: expected one of ; + > < ! = at the beginning, e.g. > K",
+            "unknown kind of line: expected `;`, `+`, `>`, `<`, `!` or `=` at the beginning, e.g. `> K`",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()

@@ -185,7 +185,7 @@ class Board(Core):
             elif (yield Clock()) > end:
                 raise SilentError(
                     f"no answer to the request {opcode:02X}h within {self.timeout:g} s: "
-                    "check that the board accepts the request in its present state"
+                    "check in the manual in which state the board answers this request"
                 )
             else:
                 yield from self._wait_for_message()

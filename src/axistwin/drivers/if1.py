@@ -506,7 +506,7 @@ class IF1Axis(AxisCore):
         """Run at the start/stop speed until the home input is high, and make this position 0."""
         core = self._if1
         if core.home_input is None:
-            raise RefusedError("no input for a home switch: expected the option home_input, e.g. home_input=1")
+            raise RefusedError("no home switch is configured: expected the option home_input, e.g. home_input=1")
         yield from core._ready_for({direction})
         if not core._state.inputs & I_INPUTS[core.home_input]:
             raise RefusedError(f"home input {core.home_input} is already high: move the axis away from the home switch")

@@ -119,7 +119,7 @@ class SmartMotors(Core):
         yield Write(data)
         if self.echo and (echo := (yield from self._take(len(data), text))) != data:
             raise WrongAnswerError(
-                f"the motor returned the wrong echo {shown(echo)} for {text}: check the line for noise and other hosts"
+                f"the motor returned the wrong echo {shown(echo)} for {text}: check the line for noise or a second host"
             )
 
     @property

@@ -286,9 +286,9 @@ class Faults:
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End a fault of the same kind on the same pin, axis or controller, before a new fault begins.
+        """End the active fault of the same kind on the same pin, axis or controller.
 
-        Only a serial line can have several active faults of one kind.
+        Called before `fault` begins.  Only a serial line can have several active faults of one kind.
         """
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return

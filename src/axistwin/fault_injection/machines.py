@@ -157,9 +157,9 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Make an encoder report a wrong number of counts.
+    """Inject a fault: multiply the motion that an encoder counts by a wrong factor, e.g. 0 for a dead encoder.
 
-    The ratio of reported counts to correct counts is the product of the ratios of all active faults of the encoder.
+    The factor is the product of the factors of all active faults of the encoder.
     """
     encoder = _axis(case).encoder
 

@@ -36,7 +36,7 @@ class Machine(Protocol):
 
     @property
     def bus(self) -> RegisterPort:
-        """The port for the registers of the controller, if the controller is connected to a bus."""
+        """The bus interface of the controller, for access to its registers.  Only a controller on a bus has it."""
 
     @property
     def alarms(self) -> Alarms | None:

@@ -51,7 +51,7 @@ def read(text: str, world: World, here: str = "") -> Arm:
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in VERBS:
         verbs = ", ".join(VERBS)
-        raise UsageError(f"invalid event when={text!r}: expected e.g. 'X passes 1000', with one of the verbs {verbs}")
+        raise UsageError(f"invalid event when={text!r}: expected e.g. 'X passes 1000'; possible verbs are {verbs}")
     return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -118,10 +118,9 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return a trigger that starts when a controller or its host receives the given data.
+    """Return a trigger for received data, e.g. "table hears X1000".
 
-    With the verb "hears" the controller receives the data, e.g. "table hears X1000".  With "says" the host receives
-    the data.
+    With the verb "hears" the controller receives the data.  With "says" the host receives the data.
     """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:

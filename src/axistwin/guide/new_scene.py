@@ -61,7 +61,7 @@ def files(answers: Answers) -> dict[str, str]:
 
 
 def _names(models: Sequence[str]) -> list[str]:
-    """Return a name for each controller: its model, and a number if several controllers have this model."""
+    """Return a name for each controller, e.g. `if1` for the only IF1, or `if1_1` and `if1_2` for two IF1s."""
     several, seen = Counter(models), Counter[str]()
     names = []
     for model in models:

@@ -128,7 +128,7 @@ class DrivenAxis:
             await self._end_motion(self.core.stop)
 
     def resume(self) -> None:
-        """End a pause: permit motions of the axis."""
+        """Permit moves of the axis again after a pause."""
         self.paused = False
         self._go.set()
 

@@ -160,4 +160,4 @@ def _check_names(stations: list[Station], given: Sequence[str]) -> None:
     for name in given:
         if name not in known and name.partition(".")[0] not in {station.name for station in stations}:
             example = min(known)
-            raise UsageError(f"no controller has an axis or register {name!r}: expected e.g. {example}")
+            raise UsageError(f"unknown axis or register {name!r}: expected e.g. {example}")

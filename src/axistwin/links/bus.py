@@ -191,7 +191,10 @@ class Master(Connection):
     # Functions that handle slow and disconnected clients
 
     def resume_writing(self) -> None:
-        """Continue to serve a client that has read its pending answers."""
+        """Continue to send data after the client has read the pending answers.
+
+        If the level of the interrupt has changed in the meantime, report the new level.
+        """
         super().resume_writing()
         if self._unsubscribe is not None and self._last_reported is not self.slot.bus.interrupt:
             self._report(self.slot.bus.interrupt)

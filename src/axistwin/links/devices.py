@@ -247,5 +247,5 @@ def opening(url: object) -> Iterator[None]:
 
 
 def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
-    """Set the outputs DTR and RTS of a serial device or of a host."""
+    """Set the levels of the control lines DTR and RTS."""
     of.dtr, of.rts = dtr, rts

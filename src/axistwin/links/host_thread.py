@@ -61,7 +61,7 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """Wake the host's thread, and wait until the thread runs."""
+        """End the host's `time.sleep`, and block the caller until the host's thread runs again."""
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()
@@ -80,7 +80,7 @@ class HostThread:
 
     @property
     def done(self) -> bool:
-        """True if the host's function has returned or raised an exception."""
+        """True if the host's function has ended."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     @property

@@ -41,7 +41,7 @@ class LoopThread:
         Waiting in this thread would block for ever.
         """
         if threading.current_thread() is self._thread:
-            raise UsageError("cannot advance virtual time in a callback: advance the time in the thread of the test")
+            raise UsageError("cannot advance virtual time in a callback: advance the time outside callbacks")
 
     def do(self, action: Callable[[], T]) -> T:
         """Call a function in the event loop's thread, and return the function's result."""

@@ -89,11 +89,14 @@ class SerialClient(Client, Protocol):
     """Flow control chosen by the client; None: the flow control of the plug."""
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send characters from the controller to the client, with the line errors of these characters."""
+        """Send characters of the controller to the client.
+
+        `errors`: the line errors of these characters, e.g. a parity error.
+        """
 
 
 class Plug(SingleClient[SerialClient]):
-    """Connects a serial port with one client at a time.
+    """Gives one client at a time access to a serial port of a controller.
 
     `title`: the model of the controller.  `reset` is called for each new client.
     """

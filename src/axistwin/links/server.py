@@ -163,7 +163,7 @@ class Server:
 
 
 async def _open(plug: Plug, url: PortUrl) -> OpenPort:
-    """Open a serial port; the scheme of the URL selects the kind of port."""
+    """Open a port for clients, e.g. a TCP port for the URL `tcp://127.0.0.1:5001`."""
     match url.scheme:
         case "pty":
             if sys.platform != "linux":

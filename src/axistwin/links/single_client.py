@@ -21,9 +21,9 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected, or if the state of the connection is unknown.
+        """True if another client may replace this client.
 
-        Another client may then replace this client.
+        This client has disconnected, or the state of its connection is unknown.
         """
 
     def drop(self) -> None:

@@ -125,13 +125,13 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self.plug.disconnect(self)
 
     def pause_writing(self) -> None:
-        """Record that the client has stopped reading data from the connection."""
+        """Record that the client does not read the replies fast enough."""
         self.stalled = True
         if self.answers:
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the client reads data from the connection again."""
+        """Record that the client has read most of the pending replies."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()
@@ -139,7 +139,10 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that the endpoint calls
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected, or if the state of the connection is unknown."""
+        """True if another client may replace this client.
+
+        This client has disconnected, or the state of its connection is unknown because the server does not read data.
+        """
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         return _hung_up(self._socket)

@@ -53,7 +53,7 @@ class PortUrl:
 
 
 def parse(text: str) -> PortUrl:
-    """Parse the URL of a port.  Raises UsageError."""
+    """Parse the URL of a port, e.g. `tcp://127.0.0.1:5001`.  Raises UsageError for an invalid URL."""
     scheme, colon, rest = text.partition(":")
     if "\0" in text:
         raise UsageError(f"invalid port URL {text!r}: expected a URL without NUL characters, e.g. tcp://127.0.0.1:5001")

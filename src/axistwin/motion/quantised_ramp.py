@@ -34,7 +34,7 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels (step rates) of a fast ramp, which has a new level in each time interval.
+    """Yield the levels (step rates) of a fast ramp, whose level changes in each time interval.
 
     Each level comes with its duration, which is 1 interval.
     """

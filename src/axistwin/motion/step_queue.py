@@ -65,7 +65,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return one step command that outputs as many of the next pulses as possible.
+    """Return the step command that outputs the most of the next pulses.
 
     `low` and `high` contain the earliest and the latest permitted tick of each pulse.
     """

@@ -53,7 +53,7 @@ class ActionQueue:
 
     @property
     def _idle(self) -> bool:
-        """True if virtual time runs at full speed and no event is due."""
+        """True if the simulation runs at full speed and has no further events."""
         session, clock = self._session, self._session.bench.clock
         if session.speed is not None:
             return False

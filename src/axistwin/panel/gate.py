@@ -47,7 +47,7 @@ class Gate:
         self._token = token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request to the application, or refuse the request."""
+        """Pass a permitted request to the application, and refuse any other request."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return

@@ -21,9 +21,9 @@ AT_A_TIME = 50
 
 
 class Memory:
-    """Reduces the duration of garbage collections.
+    """Makes Python's garbage collections shorter by excluding existing objects.
 
-    The pages of a session consist of many objects.
+    The pages of a session consist of many objects, whose examination takes a long time.
     """
 
     def __init__(self, session: Session) -> None:

@@ -23,9 +23,9 @@ def execute(client: Client, code: str) -> None:
 
 
 class Outbound:
-    """Delays all messages to the browser while a `with` block builds elements of the page.
+    """Holds back messages to the browser while new elements of the page are built.
 
-    `send` sends the messages afterwards.
+    The elements are built in a `with` block.  `send` sends the messages afterwards.
     """
 
     def __init__(self, client: Client) -> None:

@@ -15,7 +15,7 @@ LONGEST_NAME = 30
 
 @dataclass(eq=False)
 class Person:
-    """One user of the panel, who is identified by the key in a browser's cookie."""
+    """One user of the panel.  A cookie in the user's browser contains the key that identifies the user."""
 
     key: str
     name: str

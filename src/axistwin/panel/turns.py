@@ -25,9 +25,9 @@ class _Abandoned(BaseException):
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Execute `compute()` in short pieces, and return the result.
+    """Execute `compute()` with pauses for other tasks, and return the result.
 
-    Other tasks of the event loop run between the pieces.  Raises the exception of `compute()`.
+    In each pause, other tasks of the event loop run.  Raises the exception of `compute()`.
     """
     work = _Work(compute)
     try:

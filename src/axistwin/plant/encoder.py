@@ -132,7 +132,10 @@ class Encoder:
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
-        """Displace the load by `counts`; the load stays there until the motor moves it back."""
+        """Displace the load by `counts`.
+
+        The load stays displaced until the motor moves the load back.
+        """
         self._displaced += counts
         self.direction = 1 if counts > 0 else -1
 

@@ -35,7 +35,10 @@ class MachineUnits:
 
     @classmethod
     def given(cls, table: Any) -> Self:
-        """Create units from a table, e.g. `{ per = 80, of = "mm" }` for 80 pulses per mm.  Raises UsageError."""
+        """Create units from a table, e.g. `{ per = 80, of = "mm" }` for 80 pulses per mm.
+
+        Raises UsageError for an invalid table.
+        """
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
             raise UsageError(
                 f"invalid units {table!r}: expected counts per unit (key `per`) and the unit (key `of`), e.g. {EXAMPLE}"
@@ -44,7 +47,7 @@ class MachineUnits:
 
     @classmethod
     def written(cls, text: str) -> Self:
-        """Parse the text form of units, e.g. `80 per mm`.  Raises UsageError."""
+        """Parse the text form of units, e.g. `80 per mm`.  Raises UsageError for an invalid text."""
         per, _, of = text.partition(" per ")
         return cls(check_per(per), check_of(of))
 

@@ -223,7 +223,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Notify the subscribers that the axis on which the encoder is mounted has changed its motion."""
+        """Notify the subscribers of a change in the motion of the axis that turns the encoder."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

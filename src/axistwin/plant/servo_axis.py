@@ -53,7 +53,7 @@ class Source(Protocol):
         """
 
     def replan(self) -> None:
-        """Discard predicted positions after a change of load, blocking or ambient temperature."""
+        """Discard predicted positions, because a cause of motion has changed, e.g. the load on the shaft."""
 
     def position(self) -> int:
         """Position of the shaft in encoder counts, initially 0.
@@ -336,7 +336,7 @@ class ServoAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if `positions_at` can predict positions.  For a servo axis, the result is always False."""
+        """Always False, because `positions_at` cannot predict positions of a servo axis."""
         return False
 
     @property

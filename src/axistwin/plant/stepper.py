@@ -42,7 +42,10 @@ class EncoderView:
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
-        """Displace the load by `counts`; the load stays there until the motor moves it back."""
+        """Displace the load by `counts`.
+
+        The load stays displaced until the motor moves the load back.
+        """
         check_counts(counts, "displace")
         self._axis.manual_actions.report(ManualAct.PUSH, counts)
         self._encoder.displace(counts)
@@ -293,9 +296,9 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function that converts the number of pulses in the present move to the number of lost steps.
+        """Return a function that computes the lost steps after a given number of pulses.
 
-        Return None if no steps are lost.
+        The pulses are counted from the beginning of the present move.  Return None if no steps are lost.
         """
         if not self._slips:
             return None

@@ -33,8 +33,8 @@ def build(target: Path, engine: Path) -> Path:
     cores = sorted(engine.glob(CORE))
     if not cores:
         raise UsageError(
-            f"no file {CORE} in the folder {engine}: expected the wheel of pydantic-core for Pyodide, "
-            "e.g. from `make engine`"
+            f"no file {CORE} in the folder {engine}: "
+            "expected the Python package pydantic-core for Pyodide, e.g. from `make engine`"
         )
     if missing_file := next((name for name in ENGINE if not (engine / name).is_file()), ""):
         raise UsageError(

@@ -285,7 +285,7 @@ class Playground:
         self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:
-        """Switch a controller off and on, load a program, and start the program."""
+        """Power-cycle a controller, then load and start a program."""
         self._now.load(name, file, text)
 
     def check(self, name: str, suffix: str, text: str) -> list[dict[str, Any]]:

@@ -71,7 +71,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Dialect:
-    """The functions and data that a probe needs for one family of controllers."""
+    """The functions and data with which a probe tests controllers of one family."""
 
     cases: Callable[[Product, Mapping[str, str]], list[Case]]
     """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""

@@ -86,7 +86,7 @@ def check(source: bytes, file: str, controller: Controller) -> None:
     check_motor(controller)
     if controller.name not in controller.ports:
         raise UsageError(
-            f"{controller.name} shares its serial line with other motors: expected a motor that is alone on its line"
+            f"{controller.name} shares its serial line with other motors: expected a motor with its own serial line"
         )
     alike = Bench().add(controller.product.model, controller.name, **controller.given)
     store(source, file, alike)

@@ -168,7 +168,7 @@ class ServoMoves:
             rested = True
 
     def _turns(self, trajectory: "NDArray[np.int64]") -> list[int]:
-        """Return the indices at which the commanded motion reverses its direction.
+        """Return the indices in `trajectory` at which the motion reverses its direction.
 
         Reversals of `JITTER` counts or less are ignored.
         """

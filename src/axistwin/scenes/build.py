@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if a chain of references leads from `name` back to `name`, e.g. a refers to b, and b refers to a.
+    """True if `name` refers to itself, directly or through other names.
 
     `leads_to`: for each name, the name to which it refers.
     """

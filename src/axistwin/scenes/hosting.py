@@ -241,7 +241,7 @@ class _ConversationHost:
 
 
 class _ControllerHost:
-    """A simulated host of one controller, which sends the lines of a program."""
+    """A simulated host that sends the lines of a program to one controller."""
 
     def __init__(self, clock: Clock, controller: Controller, acts: Iterable[Act], file: str) -> None:
         self.clock, self.controller = clock, controller

@@ -109,9 +109,9 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas and comments, and then a closing bracket if one follows.
+        """Skip blanks, commas, comments, and a closing bracket that follows them.
 
-        Return True after the closing bracket, and at the end of the text.
+        Return True after a closing bracket, and at the end of the text.
         """
         while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
             self.at = found.end()

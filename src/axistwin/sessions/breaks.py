@@ -45,13 +45,13 @@ class Break:
         self._on = bool(on)
 
     def suspend(self) -> None:
-        """Disable the breakpoint until `resume` is called."""
+        """Suspend the breakpoint until `resume` is called."""
         unsubscribe, self._unsubscribe = self._unsubscribe, None
         if unsubscribe is not None:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Enable a breakpoint that `suspend` has disabled.
+        """Resume a suspended breakpoint.
 
         A breakpoint whose sentence does not fit the bench is switched off.
         """

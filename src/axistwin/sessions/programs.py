@@ -15,7 +15,7 @@ OFF_S = 0.1
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
-    """Check a program before loading, and return the name under which the program is stored.
+    """Check a program, and return the name under which the program will be stored.
 
     The name is the file name, or a numbered name if the file name is in use.
 

@@ -338,7 +338,7 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time until `time_ns` is reached or `over()` is True.
+        """Advance virtual time to `time_ns`, or until the function `over` returns True.
 
         Return True if `time_ns` is reached.
         """

@@ -179,9 +179,9 @@ class Clock(Environment):
 
 
 def interrupt(process: Process) -> None:
-    """Raise `simpy.Interrupt` in a procedure, without delay.
+    """Interrupt a procedure at its present `yield`.
 
-    The procedure receives the exception at its present `yield`, in the same nanosecond.
+    The `yield` raises `simpy.Interrupt` in the same nanosecond of virtual time.
 
     Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Procedures must
     not be interrupted in any other way.

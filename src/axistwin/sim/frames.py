@@ -84,7 +84,7 @@ class UartFormat:
 
     @cached_property
     def shape(self) -> tuple[int, int, str]:
-        """Baud rate, number of data bits and parity, which must be equal at the sender and at the receiver."""
+        """Baud rate, number of data bits and parity.  Sender and receiver must use the same values."""
         return self.baudrate, self.bytesize, self.parity
 
     def parity_bit(self, byte: int) -> bool:

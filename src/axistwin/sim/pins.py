@@ -81,7 +81,7 @@ class Pin:
 
     @property
     def drivable(self) -> bool:
-        """True if a test lead can set the level of the terminal."""
+        """True if a test lead can set the level of the pin, e.g. of an input."""
         return not self._output
 
     @property
@@ -137,10 +137,7 @@ class Pin:
         return let_go
 
     def set(self, level: bool) -> None:
-        """Set the level that the connected part applies to the pin.
-
-        The connected part is an output stage, a switch or a wire.
-        """
+        """Set the level that an output stage, a switch or a wire applies to the pin."""
         if level is self._source and not self._flash_ns:
             return
         before, self._source, self._flash_ns = self.level, level, 0
@@ -372,7 +369,7 @@ class UserPin(Pin):
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
-        """Apply the given voltage to the pin through the test lead; None removes the test lead.
+        """Apply a voltage to the pin through the test lead, or remove the test lead if `volts` is None.
 
         Subscribers are notified before the change has an effect.
         """

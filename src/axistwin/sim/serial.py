@@ -119,7 +119,7 @@ class Line:
         self._cuts = [token for token in self._cuts if token is not self]
 
     def short(self, duration_ns: int) -> None:
-        """Inject a fault: hold the wire at space for `duration_ns`, whatever the transmitter sends."""
+        """Inject a short circuit, which holds the wire at space (logic 0) for `duration_ns`."""
         if self.instant:
             self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
         else:

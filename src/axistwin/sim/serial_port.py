@@ -63,7 +63,7 @@ class SetFlow(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """Action of a host: the host stops or resumes sending characters."""
+    """Action of a host: stop or resume the transmission of characters."""
 
     on: bool
 

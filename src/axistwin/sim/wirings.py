@@ -69,9 +69,9 @@ def direct(device: Uart, *, instant: bool = False) -> Wiring:
 
 
 def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Return a wiring that forms a ring: the host sends to the first device, and the last device to the host.
+    """Return a wiring that connects the host and the devices in a ring.
 
-    Each other device sends to the next device.
+    The host sends to the first device.  Each device sends to the next device, and the last device to the host.
     """
 
     def connect(host: Uart) -> tuple[Line, Line]:

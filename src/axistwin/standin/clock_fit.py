@@ -44,7 +44,7 @@ class ClockFit:
 
     @property
     def good(self) -> bool:
-        """True if there are enough clock samples and their error is small."""
+        """True if times can be converted with a small error."""
         return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:

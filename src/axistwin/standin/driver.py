@@ -43,7 +43,7 @@ class Output(Protocol):
 
     @property
     def wiring(self) -> Wired:
-        """Axes that the board drives, and outputs that the board switches."""
+        """Axes and outputs that the board controls."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
         """Queue the pulses of an axis for output by the board.
@@ -116,7 +116,7 @@ class Driver:
 
     @property
     def commanded(self) -> dict[str, int]:
-        """Commanded position of each axis: the number of positive pulses minus the number of negative pulses.
+        """Commanded position of each axis, in pulses.
 
         The motors reach these positions one horizon later.
         """

@@ -32,7 +32,7 @@ class _Stops(TypedDict):
 
 @dataclass(frozen=True)
 class Plan:
-    """The settings of a stand-in, read from the scene file."""
+    """The table [stand-in] of a scene: settings for the control of real motors."""
 
     boards: tuple[tuple[BoardTable, Wiring | HalWiring], ...]
     horizon_s: float

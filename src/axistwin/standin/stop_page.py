@@ -23,7 +23,7 @@ MOST_BODY = 1024
 
 
 class StopPage:
-    """Web server of the page that shows the state of the motors and can stop all motors.
+    """Web server for a page that shows the motors' state and has a button to stop all motors.
 
     `state` returns values for the page, and `stop` stops all motors; the server calls both functions in other threads.
     """

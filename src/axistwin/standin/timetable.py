@@ -77,7 +77,7 @@ class Timetable:
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the clock tick at which the board will send the next report about a trigger.
+        """Return the clock tick at which the board next reports the state of a trigger.
 
         The tick is at `soon` or later.
 

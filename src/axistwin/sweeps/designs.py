@@ -77,7 +77,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        raise UsageError(f"the random values {path}={varied[path].text} need a number of runs: add e.g. --runs 100")
+        raise UsageError(f"no number of runs for the random values {path}={varied[path].text}: add e.g. --runs 100")
 
 
 def _with_draws(

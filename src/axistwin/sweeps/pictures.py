@@ -37,7 +37,7 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
         sweep = title or path
-        raise TraceError(f"{sweep}: the sweep has no measures and no claims to plot")
+        raise TraceError(f"{sweep}: no results to plot: expected a sweep with a measure or a claim")
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):

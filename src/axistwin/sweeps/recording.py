@@ -48,7 +48,7 @@ class _LostSteps:
     losing: Callable[[int], int] | None
 
     def changes(self, until_ns: int) -> tuple[Times, list[int]]:
-        """Return the times of pulses before `until_ns`, and the total number of lost steps at each of these times."""
+        """Return two lists: the times of the pulses before `until_ns`, and the total of lost steps at each time."""
         if self.losing is None:
             return np.array([self.since_ns], np.int64), [self.lost]
         first = self.profile.pulses_by(self.since_ns - 1 - self.move_ns) + 1

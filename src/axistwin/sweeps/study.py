@@ -59,7 +59,7 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """The trial with the values of the original scene, for comparison; None until this trial has run."""
+        """The reference trial, which has the values of the original scene; None before this trial has run."""
         told = self._stored.user_attrs.get(DELIVERED)
         return None if told is None else Trial(**told)
 

@@ -65,7 +65,7 @@ class CompumotorGuide(Guide):
         return self.restored(pin, "low", away=f"the slide stands on the switch: move away in {other}: type  {move}")
 
     def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode
-        """Return the meaning of the bits in an answer to request 88h, or "" for any other message."""
+        """Return an explanation of the bits in an answer to request 88h; "" for any other message."""
         return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
 
     def number(self, value: int) -> Iterator[str]:

@@ -32,7 +32,7 @@ Check = Callable[[Evidence], bool]
 
 @dataclass(frozen=True)
 class Step:
-    """One step of a lesson, with a task, lines that solve the task, and a check of the result."""
+    """One step of a lesson: a task, its solution, and a check of the result."""
 
     task: str
     solution: tuple[str, ...]

@@ -165,7 +165,7 @@ class Tutor:
         return [Sent(byte, 0, column) for column, byte in enumerate(line, start=1)]
 
     def _check(self, lines: Sequence[Sequence[Sent]]) -> list[Diagnostic]:
-        """Check all lines as one program, and return the diagnostics of the last line."""
+        """Check the last line in the context of the earlier lines, and return its diagnostics."""
         check = self.controller.product.check
         assert check is not None, "every family has a checker"
         numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)

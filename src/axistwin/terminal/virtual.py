@@ -63,7 +63,7 @@ class VirtualEnd(ABC):
         Raises AxistwinError.
         """
         if not text:
-            raise UsageError("no program to store: expected the text of a program, e.g. :store RTEMP END")
+            raise UsageError("no program to store: expected a program after the command, e.g. :store RTEMP END")
         self.session.load(self.controller.name, "typed.sms", f"{text}\n")
 
     @property

@@ -249,7 +249,10 @@ def _check_speed(speed: Speed) -> None:
 def _bench(
     what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    """Return the bench (the simulated set-up) of a model or a scene, and the ports of the scene."""
+    """Return a bench (a simulated set-up), and the ports that its scene defines.
+
+    `what`: a model, a scene or a bench.  Without a scene, the list of ports is empty.
+    """
     if isinstance(what, str) and not what.endswith(".toml"):
         bench = Bench()
         bench.add(what, **options)

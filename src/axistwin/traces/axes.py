@@ -126,7 +126,10 @@ class StepperTrace:
         return cached[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
-        """Return the rising and falling edges of the step output for pulses that begin at the times `rises`."""
+        """Return the edges of the step output: the rising edges, and the falling edges before `before_ns`.
+
+        `rises`: the times of the rising edges.
+        """
         import numpy as np
 
         falls = np.concatenate((*self._falls, rises + STEP_NS))

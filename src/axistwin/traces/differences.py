@@ -52,7 +52,9 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare two traces; only signals whose names match a pattern are compared.
+    """Compare two traces.
+
+    Only signals whose names match one of the `patterns` are compared.
 
     The comparison ends at the end of the shorter trace.  Step pulses are not compared, because the signal `pulses`
     contains the same information.  Raises UsageError if a pattern has no match.

@@ -18,9 +18,9 @@ class LimitReachedError(OSError):
 
 
 class Output:
-    """A file to which each block is written completely or, if OSError is raised, not at all.
+    """A file to which each block is written completely or not at all.
 
-    `limit`: largest size in bytes.
+    OSError is raised if a block cannot be written.  `limit`: largest size in bytes.
     """
 
     def __init__(self, path: Path, limit: int | None = None) -> None:

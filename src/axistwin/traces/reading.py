@@ -233,7 +233,7 @@ def _vcd(path: Path) -> Trace:
                 except ValueError:
                     raise TraceError(
                         f"{path}:{number}: invalid change {shortened(line.rstrip())}: "
-                        "expected a value and an identifier, e.g. 1!"
+                        "expected a value and a signal identifier, e.g. 1!, which sets the signal ! to 1"
                     ) from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 
@@ -334,9 +334,7 @@ def _parquet_table(path: Path) -> Any:
             )
     for name in ("time_ns", "signal"):
         if table[name].null_count:
-            raise TraceError(
-                f"{path} is not a trace: values are missing in the column {name}, expected one in each row"
-            )
+            raise TraceError(f"{path} is not a trace: expected a value in each row of the column {name}")
     return table
 
 

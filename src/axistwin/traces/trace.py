@@ -104,7 +104,10 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack.close()
 
     def _write_save_file(self) -> None:
-        """Write the GTKWave save file beside a VCD file.  An error is reported; the trace continues."""
+        """Write a GTKWave save file, which selects the signals of the VCD file to display.
+
+        An error is reported; the trace continues.
+        """
         if ending(self.path) == WAVES:
             try:
                 write_save_file(self.path, self._chosen, self._began_ns, self.bench.now)

@@ -93,7 +93,7 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
         raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:
         model = made.model
-        raise UsageError(f"programs for {model} cannot be checked: expected another model, e.g. if1")
+        raise UsageError(f"programs for {model} cannot be checked: expected a model with a checker, e.g. if1")
     return made, files
 
 

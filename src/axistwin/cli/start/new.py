@@ -37,10 +37,10 @@ def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> A
     """
     scene = directory / "scene.toml"
     if scene.exists():
-        raise UsageError(f"{scene} exists already: choose another directory")
+        raise UsageError(f"{scene} exists already: choose a directory without this file")
     texts = new_scene.files(_answers(given, asking=not yes))
     if existing_files := [directory / name for name in texts if (directory / name).exists()]:
-        raise UsageError(f"{existing_files[0]} exists already: choose another directory")
+        raise UsageError(f"{existing_files[0]} exists already: choose a directory without this file")
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

@@ -66,7 +66,7 @@ class _Long(Channel, ChannelInteger):
 
 
 class _Menu(Channel, ChannelEnum):
-    """A channel with one of several choices as its value."""
+    """A channel whose value is an entry of a list, e.g. No or Yes."""
 
 
 class _String(Channel, ChannelString):

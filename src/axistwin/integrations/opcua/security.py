@@ -33,7 +33,11 @@ class Account:
 
 
 def read_users(path: Path) -> dict[str, Account]:
-    """Read a file of users, with a line `NAME PASSWORD operator|viewer` for each user.  Raises UsageError."""
+    """Read the names, passwords and roles of users from a file.
+
+    Each user has a line, e.g. `anna k7Rw2p operator`.  The roles are `operator` and `viewer`.  Raises UsageError if the
+    file cannot be read or a line is invalid.
+    """
     found = {}
     try:
         lines = path.read_text(encoding="utf-8").splitlines()

@@ -8,7 +8,7 @@ MAX_SPEED = 1e6
 
 
 def read_speed(text: str) -> float | None:
-    """Parse a speed, e.g. `10` or `max`.  Raises UsageError.
+    """Parse a speed, e.g. `10` or `max`.  Raises UsageError for an invalid speed.
 
     `max` (full speed) becomes None; the largest number is 1,000,000.
     """

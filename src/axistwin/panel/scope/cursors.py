@@ -71,7 +71,7 @@ def _mean(track: Track, from_ns: int, to_ns: int) -> float:
 
 
 def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int | None:
-    """Return the time of the signal change that is nearest to `time_ns`.
+    """Return the time of the nearest signal change before or after `time_ns`.
 
     Returns None if all changes are more than `within_ns` away.
     """

@@ -11,7 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Information to display a signal: the unit if its values are numbers, the codec if its values are messages."""
+    """The unit of a signal's numbers, or the codec that converts a signal's messages to words."""
 
     unit: str = ""
     units: MachineUnits | None = None

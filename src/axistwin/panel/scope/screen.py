@@ -48,7 +48,7 @@ class Cursors:
 
     @property
     def named(self) -> dict[str, int]:
-        """Time of each cursor that is set; the keys are the cursor names A and B."""
+        """Times of the cursors by name, e.g. `{"A": 5000}` if only cursor A is set."""
         return {name: at for name, at in (("A", self.a_ns), ("B", self.b_ns)) if at is not None}
 
     @property
@@ -112,7 +112,10 @@ class Screen:
             self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
 
     def move_lane(self, place: int, to: int) -> None:
-        """Move the lane of a signal to another vertical position."""
+        """Move a signal up or down on the screen.
+
+        Each signal is shown in a lane (a horizontal strip).  `place`: old number of the lane.  `to`: new number.
+        """
         names = list(self.names)
         if 0 <= place < len(names):
             name = names.pop(place)

@@ -141,7 +141,7 @@ class Track:
         return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
-        """Mark the value of the signal as unknown, beginning at `time_ns`."""
+        """Mark the value of the signal as unknown from `time_ns` onwards."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:

@@ -148,7 +148,7 @@ class Asides:
 
 
 class PanelRemedies(Remedies):
-    """Advice of the tutor that names the buttons and switches of the panel."""
+    """Advice of the tutor to a user of the panel, e.g. `press START`."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
@@ -176,7 +176,7 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return the instruction that tells the user how to switch the power.
+        """Return the instruction to switch the power off or on.
 
         `words`: "off", "on", or both; the user switches the power in this sequence.
         """

@@ -196,7 +196,7 @@ class _Joystick:
         self._client.on_disconnect(self._release)
 
     def refresh(self) -> None:
-        """Show the present pulse rate of the joystick."""
+        """Show the rate of the pulses that the joystick sends."""
         rate = self._context.bench.controllers[self._name].joystick.rate
         text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
         if self._label.text != text:
@@ -215,7 +215,7 @@ class _Joystick:
         ).mark(f"{name}-joystick")  # fmt: skip
 
     def _deflect(self, part: float) -> None:
-        """Deflect the joystick by a fraction of full deflection, from -1 to 1."""
+        """Set the deflection of the joystick; full deflection is -1 or 1."""
         context, rate = self._context, round(part * 50) * self._most // 50
         if rate != self._held and context.touch(partial(context.session.do, self._name, "joystick", str(rate))):
             self._held = rate
@@ -225,7 +225,7 @@ class _Joystick:
             self._deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
 
     def _release(self) -> None:
-        """Release the joystick when the browser disconnects."""
+        """Release the joystick.  Called when the browser disconnects."""
         if self._held and self._context.drives:
             with self._client:
                 self._deflect(0)

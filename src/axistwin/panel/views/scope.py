@@ -159,7 +159,10 @@ class _Scope:
                 self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
     def _lane(self, value: dict[str, Any]) -> str | None:
-        """Return the signal whose lane is under the pointer; None if the signals are overlaid."""
+        """Return the signal whose lane (horizontal strip) is under the pointer.
+
+        The result is None if the signals are overlaid in one diagram, or the pointer is not on a lane.
+        """
         names = self.screen.names
         if value.get("lane") is None or not self.screen.lanes or not names:
             return None

@@ -274,7 +274,7 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an input element in an attribute of the object `owner`.
+    """Connect an input element to an attribute of `owner`, so that each new value is stored in the attribute.
 
     `name`: the name of the attribute.  `then`: a function that is called after each new value.  Returns a function that
     updates the element if the attribute has changed.

@@ -107,7 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the entries of a scene that restore the data of an old board on a new board.
+    """Return scene entries that transfer the data of an old board to a new board.
 
     The actions set the levels of the trigger inputs, and load a file with commands.
     """

@@ -184,7 +184,7 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report that a stop is complete as soon as all motors of the group are at rest.
+        """Report the end of a stop when all motors of the group are at rest.
 
         The report is sent at the latest `MOST_STILL_S` seconds after the stop.
         """
@@ -217,7 +217,7 @@ def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
 
 
 def lines(pipe: int) -> Iterator[str | None]:
-    """Yield each line received from a pipe, or None while the next line is incomplete."""
+    """Yield the lines received from a pipe.  Yield None while no data are available."""
     pending = b""
     while True:
         ready, _, _ = select.select([pipe], [], [], 0)
