@@ -180,7 +180,7 @@ def test_an_encoder_fault_remains_after_a_power_cycle(motor):
 def test_an_ideal_motor_has_no_encoder_faults():
     bench = Bench()
     bench.add("smartmotor")
-    with pytest.raises(UsageError, match="ideal motor"):
+    with pytest.raises(UsageError, match="is ideal and cannot have this fault"):
         bench.faults.add("encoder_dead", "smartmotor.shaft")
     bench.add("if1")
     with pytest.raises(UsageError, match="no encoder"):
