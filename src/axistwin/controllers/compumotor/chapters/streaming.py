@@ -36,19 +36,22 @@ class StreamOutput:
         self._end = END_OF_STREAM if setting.mode == DISTANCE_TIME else None
 
     def perform(self) -> Procedure:
-        """Output the entries of the streaming buffer until the buffer is empty or motion is blocked."""
+        """Move the motor at the velocities in the streaming buffer, until the buffer is empty.
+
+        The output also ends when the motion is blocked, e.g. by a limit input.
+        """
         board, stream = self._board, self._stream
         yield board.occupy(board.start_ns)
         marker: Marker | None = None
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # if markers follow each other directly, the board executes only the last marker
+                marker = met  # of several markers without a velocity between them, only the last has an effect
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # return if a callback has ended the stream
+            if not stream.performing:  # `_output` has called a function that has ended the stream
                 return
             if duration_ns is None:
                 break
@@ -62,7 +65,7 @@ class StreamOutput:
         stream.finish()
 
     def _run_ahead(self) -> None:
-        """Output several streamed velocities in one step, to make the simulation faster.
+        """Output several velocities from the streaming buffer at once, to make the simulation faster.
 
         Each of these velocities is in the present direction and causes only pulses before the next event.  The pulses
         are the same as if each velocity were output separately.
@@ -77,10 +80,10 @@ class StreamOutput:
             board.clock.skip(len(segments) * self._period_ns)
 
     def _ahead(self, most: int) -> list[Segment]:
-        """Remove velocities from the streaming buffer, and return one profile segment for each velocity.
+        """Convert the next velocities in the streaming buffer to segments of a velocity profile.
 
-        A segment has the duration of one update period.  Only the next velocities in the present direction are removed,
-        at most `most` velocities.
+        The velocities are removed from the buffer.  Only velocities in the present direction are converted, at most
+        `most` velocities.  Each segment has the duration of one update period.
         """
         segments: list[Segment] = []
         setting, markers = self._setting, self._stream.markers
@@ -93,9 +96,9 @@ class StreamOutput:
         return segments
 
     def _output(self, entry: Entry) -> int | None:
-        """Output an entry of the stream, and return the time in ns until the next entry.
+        """Output one entry of the streaming buffer, e.g. a velocity.
 
-        None: the stream ends.
+        Return the time in ns until the output of the next entry.  Return None if the stream ends.
         """
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
@@ -121,7 +124,11 @@ class StreamOutput:
         return -1 if plus == bool(word & CCW) else +1
 
     def _run(self, word: int) -> bool:
-        """Change to a streamed velocity.  Return False if the motion is blocked, e.g. by a limit input."""
+        """Change the motor velocity to the next velocity that the host has sent in advance.
+
+        `word`: the velocity, or the distance for one update period.  Return False if the motion is blocked, e.g. by a
+        limit input.
+        """
         pulses, rate, sign = self._pulses, _rate(self._setting, word), self._sign(word)
         if not rate:
             pulses.kill()
@@ -142,10 +149,9 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command that the host has stored for a marker in the stream.
+        """Start the command of a marker.  A marker is a special value among the streamed velocities or distances.
 
-        The stream continues while the command is executed.  While the command of an earlier marker is executed, the
-        marker is ignored.
+        The stream continues while the command is executed.  During this time, other markers are ignored.
         """
         if marker is None:
             return
@@ -181,7 +187,10 @@ def _segment(setting: Setting, word: int) -> Segment:
 
 @lru_cache(maxsize=4096)
 def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
-    """Return the profile of a motion without end at a streamed velocity."""
+    """Return an endless velocity profile with one constant velocity.
+
+    `word`: the velocity, or the distance for one update period.
+    """
     return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 
@@ -225,11 +234,12 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, i.e. a value in the stream at which the board executes a command.
+    """Command EEh: define a marker, i.e. a special velocity or distance that makes the board execute a command.
 
-    `word`: the value, a velocity or a distance that the host sends.  `opcode`: the command.  Opcode 00 deletes the
-    marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more than two parameters.
-    EEh is also ignored while ten markers are in use, and in distance-time mode for the values 8000h and 8001h.
+    `word`: the velocity or distance, which the host later sends among the streamed data.  `opcode`: the command.
+    Opcode 00 deletes the marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more
+    than two parameters.  EEh is also ignored while ten markers are in use, and in distance-time mode for the values
+    8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return
