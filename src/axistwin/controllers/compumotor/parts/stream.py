@@ -112,9 +112,9 @@ class Stream:
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Change to a streaming mode, or to indexer mode if `setting` is None.
+        """Set the operating mode of the board: a streaming mode or indexer mode.
 
-        The streaming buffer is emptied.
+        `setting`: the streaming mode with its parameters, or None for indexer mode.  The streaming buffer is emptied.
         """
         self.setting = setting
         self.clear()
@@ -180,7 +180,10 @@ class Stream:
         self._refresh()
 
     def finish(self) -> None:
-        """Record the end of the stream.  The process that outputs the buffer calls this method."""
+        """Record that the output of the streaming buffer has ended.
+
+        The process that outputs the contents of the buffer calls this method.
+        """
         self.process = None
         self._refresh()
 
@@ -188,15 +191,15 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # a process cannot kill itself; the active process ends soon, because `performing` is now False
+            # a process cannot kill itself; the output process returns because `performing` is now False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the stream at once.  Also end the command that a marker of the stream has started.
+        """End the output of the streaming buffer at once.  Also end a command that a marker has started.
 
-        Called at power-off and before the test function.
+        A marker is a special value in the buffer.  Called at power-off and before the test function.
         """
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:
