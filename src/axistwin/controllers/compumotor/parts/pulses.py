@@ -203,7 +203,7 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Maximum number of segments for the next call of `append`.
+        """Maximum number of velocity segments that the method `append` accepts now.
 
         Each segment outputs one velocity.  If the maximum is 0, velocities must be output one by one.
         """
@@ -212,7 +212,10 @@ class PulseGenerator:
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, segments: Sequence[Segment]) -> None:
-        """Output the given segments in the present direction, and then keep the last velocity."""
+        """Continue the motion in the same direction with the velocities of `segments`.
+
+        The motor keeps the velocity of the last segment until another profile begins.
+        """
         added = (*segments[:-1], Segment(segments[-1].rate, None))
         if len(self._output.segments) < MOST_SEGMENTS:
             self._output = self._output.cut(self._elapsed_ns, added)
@@ -277,7 +280,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # return if a callback has begun another profile
+            if plan != self._plan:  # a callback of `_enter` has started another velocity profile
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:
