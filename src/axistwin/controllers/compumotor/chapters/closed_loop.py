@@ -61,9 +61,9 @@ def end_on_stall(board: State, on: bool) -> None:
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: define that `motor` motor pulses correspond to `encoder` encoder pulses.
+    """Command B0h: define the ratio of motor pulses to encoder pulses.
 
-    Both numbers are positive.  The board counts four encoder pulses for each encoder line.
+    The ratio is `motor` : `encoder`, two positive numbers.  The board counts four encoder pulses for each encoder line.
     """
     board.loop.ratio = motor, encoder
     wake(board)

@@ -39,9 +39,9 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the input after the motor has passed the edge.
+        """Return the level of an input after the motor has passed the signal edge that defines HOME.
 
-        The edge is the target of the search.  `direction`: direction of the motion, CW (+1) or CCW (-1).
+        `direction`: direction of the motion, CW (+1) or CCW (-1).
         """
         return self.active_level if direction == -self.edge else not self.active_level
 
@@ -98,7 +98,10 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move the motor back to the position `target` after the search.  Return True after arrival at `target`."""
+        """Move the motor back to `target`, the position at which the search has detected the HOME edge.
+
+        The motor has overshot this position while it decelerated.  Return True if the motor has arrived at `target`.
+        """
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:
