@@ -95,7 +95,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of tracking updates that the simulation can skip.
+    """Return how many updates of the position tracking, one every 2 ms, the simulation can skip.
 
     An update can be skipped if no stall is possible until this update.  The last update before any other event is never
     skipped, because this update reads the encoder.  Backlash makes the encoder count depend on earlier readings.

@@ -119,7 +119,7 @@ class Tracking:
         """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        # values that belong to the present or last move
+        # state of the move in progress; at rest: state of the last move
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0
