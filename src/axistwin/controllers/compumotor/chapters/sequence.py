@@ -14,10 +14,10 @@ LEVEL_RESPONSE_NS = 3 * MS
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
-    """Commands 20h and 21h: repeat the next `count` commands of the sequence.
+    """Commands 20h and 21h: repeat the block of commands that follows in the sequence.
 
-    `count`: 1 to 255.  Command 20h gives the number of repetitions, 1 to 65,535.  Command 21h repeats the commands
-    until CONTINUE (48h).  Inside another loop, 20h and 21h are ignored.
+    `count`: number of commands in the block, 1 to 255.  `times`: number of repetitions after 20h, 1 to 65,535.  Command
+    21h repeats the block until CONTINUE (48h).  Inside another loop, 20h and 21h are ignored.
     """
     sequencer = board.sequencer
     if sequencer.loop is None:

@@ -22,7 +22,7 @@ class Owner:
 
     @property
     def busy(self) -> bool:
-        """True while a SINGULAR command from this source of commands is in progress."""
+        """True while a command with the attribute SINGULAR is in progress, e.g. a move."""
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:

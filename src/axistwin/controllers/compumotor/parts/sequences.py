@@ -50,7 +50,7 @@ class Sequences:
 
 
 class Order(Enum):
-    """Requests to the sequence that is being performed."""
+    """Requests to continue, suspend or end the sequence in progress."""
 
     CONTINUE = auto()  # perform the next command
     SUSPEND = auto()  # suspend the sequence after its present command
