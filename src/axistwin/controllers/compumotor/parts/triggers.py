@@ -33,7 +33,7 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Remove all actions that are assigned to triggers, and all awaited edges of triggers."""
+        """Remove all actions that are assigned to trigger inputs, and all events for edges of trigger inputs."""
         self._functions.clear()
         self._edges.clear()
 
