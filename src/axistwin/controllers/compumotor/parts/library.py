@@ -92,7 +92,7 @@ class Library:
 
     @property
     def crunched(self) -> bool:
-        """True if the board has calculated all pre-defined moves."""
+        """True if the board has finished the calculation ("crunching") of all moves that the host has defined."""
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:
