@@ -48,7 +48,7 @@ class Words:
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """Return each byte of a command with its column in the command text."""
+        """Convert the text of a command to bytes.  Return each byte with the column of its text."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
             raise ProgramError(
@@ -232,12 +232,11 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if an answer to command 85h was sent in a streaming mode.
+    """True if the board's answer to command 85h contains a streamed velocity.
 
-    In a streaming mode, the answer contains a velocity.  In indexer mode, the answer contains ranges and a
-    velocity number.
+    In indexer mode, the answer contains ranges and a velocity number instead.
 
-    A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
+    A streamed velocity with the lower byte 0 can equal the answer for velocity 0 in indexer mode.
     """
     return _RANGES.decode(data) is None or data[1] != 0
 
