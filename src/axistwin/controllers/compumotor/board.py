@@ -181,7 +181,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that the board now requires of a command from the host.
+    """Return the attributes that a host's command needs in the present state of the board.
 
     For example, a streaming mode requires the attribute `Accept.STREAMING`.
     """

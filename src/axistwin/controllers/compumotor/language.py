@@ -25,7 +25,7 @@ class Accept(Flag):
     progress: one that the host has sent, and one that a sequence has begun.  Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # the command takes time, e.g. a move
+    SINGULAR = auto()  # the execution of the command takes time, e.g. a command that moves the motor
     INDEXER = auto()  # the command is valid in indexer mode
     STREAMING = auto()  # the command is valid in the streaming modes
     SEQUENCE = auto()  # the command may be placed in a sequence buffer
