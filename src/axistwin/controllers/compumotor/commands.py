@@ -74,7 +74,7 @@ MARKER = (u16("marker", 1), u8("command"), u8("parameter 1"), u8("parameter 2"))
 INTERRUPT, DEADBAND = 0x01, 0xB5
 ENCODER_DEFINITIONS = (0x2F, 0xD4, 0xD5)
 
-# Handlers of the commands that act on a trigger
+# Creates the handler of a command that assigns an action to a trigger input
 by_trigger = partial(partial, stop.on_trigger)
 
 # fmt: off
