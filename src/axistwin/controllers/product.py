@@ -25,12 +25,13 @@ class Store(Protocol):
     """Non-volatile memory of a controller."""
 
     def load(self) -> bytes | None:
-        """Return the contents that were saved last, or None if nothing has been saved."""
+        """Return the present contents of the memory, or None if the memory is empty."""
 
     def save(self, contents: bytes) -> None:
-        """Save new contents of the memory.  A failed write raises no exception.
+        """Replace the contents of the memory.
 
-        After a crash of the host computer the memory holds either the new or the previous contents.
+        A failed write raises no exception.  After a crash of the host computer the memory holds either the new or the
+        previous contents.
         """
 
 
@@ -79,7 +80,7 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Control lines of a serial port, before and after the wiring of the connector."""
+    """Control lines of a serial port, e.g. DTR, at the connector and inside the device."""
 
     plug: ControlLines
     """The lines at the connector."""
@@ -88,7 +89,7 @@ class Handshake(NamedTuple):
 
 
 class Awaited(NamedTuple):
-    """An input for which a device waits before it continues."""
+    """A digital input that must change its level before a waiting device continues."""
 
     work: str
     """The work that waits: "the move", "step 3 of the sequence"."""
@@ -178,7 +179,7 @@ class Language(Protocol):
         """
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Return each byte of a command with its column in the command text.
+        """Convert the text of a command to bytes.  Return each byte with the column of its text.
 
         Raises ProgramError with the column, counted from 1.
         """
