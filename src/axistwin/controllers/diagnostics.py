@@ -141,7 +141,7 @@ def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
 
 
 def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
-    """Return a fix that makes the given edits, or None if no edits are given."""
+    """Create a fix from the text edits `edits`.  Return None if `edits` is empty."""
     listed = tuple(edits)
     return Fix(title, listed, sure) if listed else None
 

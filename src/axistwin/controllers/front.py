@@ -72,7 +72,10 @@ class Word(_Item):
 
 @dataclass(frozen=True)
 class Reading(_Item):
-    """A register that is displayed as a number with a unit: its value times `scale`."""
+    """A register that the front panel displays as a number with a unit.
+
+    The displayed number is the value of the register, multiplied by `scale`.
+    """
 
     unit: str = ""
     scale: float = 1
@@ -99,5 +102,5 @@ class Group:
 
     @property
     def sources(self) -> Iterator[str]:
-        """Names of all terminals and registers in the group."""
+        """Names of the terminals and registers that this group of the front panel displays."""
         return iter(dict.fromkeys(item.source for item in self.items))
