@@ -51,14 +51,14 @@ ENDED_BY = {
 
 
 class NoBattery:
-    """Replacement for the battery-backed memory, which an IF1 does not have."""
+    """Memory of an IF1, which has no battery and therefore loses all data at power-off."""
 
     def load(self) -> bytes | None:
-        """Return None, because an IF1 keeps no data without power."""
+        """Return None, because the memory of an IF1 is empty after power-on."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Discard the contents, because an IF1 keeps no data without power."""
+        """Discard the given data, because an IF1 has no battery-backed memory."""
 
 
 class Card:
@@ -177,7 +177,7 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Wire the inputs DSR and CTS of the interface as in the given cable.
+    """Connect the inputs DSR and CTS of the interface through the serial cable `cable`.
 
     The cable connects each input to the host, to the output DTR or RTS of the interface, or to no signal.  The result
     contains the pins that the interface reads.
