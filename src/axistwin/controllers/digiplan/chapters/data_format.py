@@ -50,7 +50,10 @@ class Frame:
 
     @cached_property
     def _texts(self) -> bytes:
-        """Translation table that gives bit 8 of each answer byte the value that the data format requires."""
+        """Translation table for the bytes of the interface's answers to the host.
+
+        The table sets, clears or keeps bit 8 of each byte, depending on the data format.
+        """
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
@@ -68,10 +71,10 @@ class Frame:
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format of a received message: baud rate, data bits, parity, bit 8 of the command, bit 8 of the terminator.
+    """Format of a received message: baud rate, data bits, parity and bit 8.
 
-    `eighth`: the two values of bit 8.  A receiver with 8 data bits and no parity reads the parity bit of a 7-bit sender
-    as bit 8.
+    `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 data bits and no parity reads the
+    parity bit of a 7-bit sender as bit 8.
     """
 
     baudrate: int

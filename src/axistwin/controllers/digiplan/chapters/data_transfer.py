@@ -51,9 +51,9 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Accept characters with receive errors, e.g. parity errors, or discard these characters if `on` is False.
+        """Accept or discard characters with receive errors, e.g. parity errors.
 
-        Characters with errors are accepted only until the data format is known.
+        `on`: True to accept these characters, which is necessary only until the data format is known.
         """
         self.tolerant = self.uart.resynchronises = on
 
