@@ -24,9 +24,10 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Switch the detection of the character `(` on or off.  The detection uses the default data format.
+        """Begin or end the detection of the start character `(`.
 
-        While the detection is on, character errors set no fault bits.
+        During the detection, the character is also recognised in the default data format `U61`, and receive errors set
+        no fault bits.
         """
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None

@@ -85,11 +85,11 @@ def set_data_format(state: State) -> Procedure:
 
 
 def _data_format(state: State) -> Procedure:
-    """Wait for a valid data format message, `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`, and return the format.
+    """Wait for a valid data format message from the host, e.g. `U61 <CR>`.  Return the data format.
 
-    Characters with framing errors are accepted, so that a host can use its own format from the beginning.  The answer
-    to each `(` is `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
-    answer; the host must repeat the whole message.
+    The message has the form `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`.  Characters with framing errors are accepted, so
+    that a host can use its own format from the beginning.  The answer to each `(` is `U <CR>`; `*` erases the memory
+    and gets the same answer.  A wrong message is dropped without an answer; the host must repeat the whole message.
     """
     reader = FormatReader()
     while True:
@@ -131,7 +131,7 @@ class FormatReader:
 
 
 def only_at_initialisation(_: Step) -> str:
-    """Commands `(`, `*`, `U`, `V`: report that the command is valid only during initialisation.
+    """Commands `(`, `*`, `U`, `V`: valid only during the initialisation of the interface.
 
     The commands detect the baud rate, erase the memory, and set the data format.  After initialisation these commands
     are a data fault.  While the interface is locked, `(` begins the initialisation again if DSR is active and no axis
