@@ -71,17 +71,19 @@ def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
 
 
 def set_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command S: turn the given outputs (1 to 5) on at the end of the move.
+    """Command S: turn outputs on after the move in the same message or sequence step.
 
-    Chapter Output switching commands.
+    `outputs`: numbers of the outputs, 1 to 5.  Example: `S12` turns outputs 1 and 2 on.  Chapter Output switching
+    commands.
     """
     step.set = outputs
 
 
 def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command R: turn the given outputs (1 to 5) off at the end of the move.
+    """Command R: turn outputs off after the move in the same message or sequence step.
 
-    Chapter Output switching commands.
+    `outputs`: numbers of the outputs, 1 to 5.  Example: `R12` turns outputs 1 and 2 off.  Chapter Output switching
+    commands.
     """
     step.reset = outputs
 

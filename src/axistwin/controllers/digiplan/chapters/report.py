@@ -27,10 +27,11 @@ def _number(state: State, value: int) -> bytes:
 
 
 def motion_status(state: State) -> bytes:
-    """Command K: report the motion status as a decimal number, in which each bit means one state or fault.
+    """Command K: report the motion status as a decimal number.
 
-    1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating, 16 drive fault, 32 emergency stop, 64 limit, 128
-    communication fault.  K clears fault bits whose cause no longer exists.  Chapter Motion status.
+    The number is the sum of the present states and faults: 1 in motion, 2 at programmed speed, 4 accelerating,
+    8 decelerating, 16 drive fault, 32 emergency stop, 64 limit, 128 communication fault.  K clears fault bits whose
+    cause no longer exists.  Chapter Motion status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -49,10 +50,10 @@ def quick_status(state: State) -> bytes:
 
 
 def communication_status(state: State) -> bytes:
-    """Command F: report the communication status as a decimal number, in which each bit means one fault or state.
+    """Command F: report the communication status as a decimal number.
 
-    1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.  F clears all bits
-    except 32.  Chapter Motion status.
+    The number is the sum of the present faults and states: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer
+    overflow, 16 out of range, 32 locked.  F clears all bits except 32.  Chapter Motion status.
     """
     status = communication_bits(state)
     state.faults.line = LineFault.NONE
