@@ -9,7 +9,10 @@ from axistwin.sim.clock import Procedure
 
 
 def go(step: Step) -> str | None:
-    """Command G: begin a run (continuous motion) of the selected axes, and set the stored distance to zero."""
+    """Command G: begin a run (continuous motion) of the selected axes, e.g. `XG$`.
+
+    The run sets the stored distance of preset moves to zero.
+    """
     if step.run:
         return "G is repeated"
     if not step.major:
@@ -27,9 +30,9 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin a run (continuous motion), which continues during the next steps of a sequence.
+    """Begin a run (continuous motion) of the axes that are selected in a message or sequence step.
 
-    The distance of an index (preset move) is set to 0.
+    In a sequence, the run continues during the next steps.  The distance of an index (preset move) is set to 0.
     """
     parameters = state.in_force
     table = ramp(parameters)
