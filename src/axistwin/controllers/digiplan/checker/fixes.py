@@ -30,7 +30,10 @@ def start(text: Sequence[Sent]) -> Fix | None:
 
 
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
-    """Return a fix that removes the distance of an axis, because a run (continuous motion) has no distance."""
+    """Return a fix that removes the distance from a run command, e.g. `X100G` becomes `XG`.
+
+    A run (continuous motion) has no distance.
+    """
     found = _DISTANCE.match(message.text, at)
     if found is None:
         return None

@@ -47,7 +47,7 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance without a later start command `$`, because this distance has no effect.
+        """Report a distance that has no effect, because the start command `$` is missing.
 
         Called at the end of the program.
         """

@@ -22,7 +22,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """A possible state of the interface at the start of a sequence step.
+    """State of the interface when a sequence step begins.  A repeated step can begin in several states.
 
     `running`: number of the step that has begun the present run, or 0 if no axis runs.
     """
