@@ -22,7 +22,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # maximum length of a message, in characters; all valid sequences are shorter
+MOST_CHARACTERS = 2048  # the interface drops further characters of a message
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -53,7 +53,7 @@ class Interface(State):
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
         self._told = False  # True if the user has received the hint `INITIALISED`, which is sent only once
-        self._eighth: list[bool] = []  # value of bit 8 of each character in the present message
+        self._eighth: list[bool] = []  # for each character of the message: True if its bit 8 is 1
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
@@ -104,7 +104,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # let the cancelled move or sequence end before the next character is read
+                yield self.clock.timeout(0)  # during this event, the cancelled move or sequence ends
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -228,16 +228,16 @@ class Interface(State):
             return self.work.when_free(self._give_control_back())
         if not message.start:
             if self._in_range(message.steps[0]):
-                self.set_parameters(message.steps[0])  # a message without `$` only sets parameters
+                self.set_parameters(message.steps[0])  # a message that does not end in `$` sets parameters only
         elif not (self.work.busy and self.options.busy == "ignore"):
             return self.work.when_free(self._start(message))
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Carry out this message after the start of the previous message.
+        """Wait until the previous message from the host has been started, and then carry out `message`.
 
         The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
-        that arrive after this message.  The command `#` drops both messages.
+        that arrive after `message`.  The command `#` drops both messages.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()
@@ -286,8 +286,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        # data fault: a sequence in progress waits for the host, so the host cannot start another sequence
-        if self.work.control is not None:
+        if self.work.control is not None:  # a paused sequence waits for commands: no second sequence can be started
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
