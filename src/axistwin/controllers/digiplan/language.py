@@ -23,7 +23,7 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
-    """Conditions under which a command is allowed: the kind of the message, and the state of the interface."""
+    """Conditions under which a command is allowed, e.g. only during initialisation."""
 
     DIRECT = auto()  # the command is allowed in a direct message, which is executed immediately
     STEP = auto()  # the command is allowed in a step of a sequence
@@ -35,8 +35,9 @@ class Accept(Flag):
 
 
 class Order(IntEnum):
-    """Order of commands within a message or a sequence step: commands with a lower value come first.
+    """Order of the commands in a message or a sequence step.
 
+    Each member is a group of commands.  Groups with lower numbers come first, e.g. HIGH (command H) before MOVE.
     Chapter Combining inputs and outputs with move instructions.
     """
 
@@ -117,7 +118,7 @@ class Lines(Written):
     """Parameter type: the numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
-        """Convert digits to the numbers of inputs or outputs.
+        """Convert a text of digits to the numbers of inputs or outputs, e.g. "13" to (1, 3).
 
         Return the numbers, and whether all numbers are within the range.
         """
@@ -151,7 +152,7 @@ class _Reader:
         self.text = text.replace(" ", "")
         self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
-        self.begins: list[int] = []  # indices in `text` at which the steps begin
+        self.begins: list[int] = []  # index in `text` of the first character of each sequence step
 
     def read(self) -> Message:
         self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0

@@ -14,7 +14,7 @@ RAMP = {"speed_range": ">", "start_stop": "<", "acceleration": "^", "character_d
 
 @lru_cache(maxsize=64)
 def listed(sequence: str) -> tuple[str, ...]:
-    """Return the steps of a sequence as texts, without the colons between them.
+    """Return the text of each step of a sequence, e.g. `X100` and `Y200` for the sequence `:X100:Y200:$`.
 
     The result is empty if no sequence is stored.
     """
@@ -22,9 +22,9 @@ def listed(sequence: str) -> tuple[str, ...]:
 
 
 def typed(step: Step) -> str:
-    """Return the text of a step.  The commands are in the order that the manual requires.
+    """Return the commands of a sequence step as text, e.g. `H1X100`.
 
-    Parsing the text gives the same step.
+    The commands are in the order that the manual requires.  Parsing the text gives the same step.
     """
     pulse, length = step.pulse, step.settings.get("pulse_length")
     parts = (
