@@ -48,7 +48,7 @@ class Hardware(NamedTuple):
 
 
 class State(ABC):
-    """Components, settings and status of an interface that has power."""
+    """State of an IF1 or IF2 while the power is on: components, settings and status."""
 
     def __init__(self, card: Hardware) -> None:
         clock, uart, lines, pins, options = card.clock, card.uart, card.lines, card.pins, card.options
@@ -142,7 +142,7 @@ class State(ABC):
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a new ramp.
+        """Begin to calculate the acceleration ramp from the present parameters.
 
         The interface processes no characters during the calculation, which takes up to a second.
         """

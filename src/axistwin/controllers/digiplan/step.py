@@ -15,14 +15,18 @@ class EndOfWork(Exception):  # noqa: N818  # not a programming error
 
 
 class Fault(Enum):
-    """Kind of fault after an invalid message: a data fault, or a parameter out of range."""
+    """Kind of fault that an invalid message causes: a data fault, or a parameter out of range."""
 
     DATA = "data fault"
     RANGE = "out of range"
 
 
 class Problem(NamedTuple):
-    """A problem in a message, with its position in the text, a description, and the chapter of the manual."""
+    """A problem in a message from the host.
+
+    `position`: index of the problem in the text of the message.  `message`: description of the problem.  `chapter`:
+    chapter of the controller's manual.
+    """
 
     rule: Rule
     fault: Fault
@@ -87,7 +91,7 @@ class Parameters:
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
     distance: int = 0  # Length of an index (preset move) in steps; in linear interpolation: length on the major axis.
     minor_distance: int = 0  # Length on each minor axis in linear interpolation, in steps.
-    backlash: int = 0  # Backlash distance in steps, with its sign.
+    backlash: int = 0  # Backlash distance in steps; the sign is the direction in which each index ends.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
@@ -96,15 +100,15 @@ class Parameters:
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the parameters in which the distance of an index (preset move) is zero.
+        """Return a copy of the parameters in which the distances of a preset move are zero.
 
-        A run (continuous move) sets this distance to zero.
+        A run (continuous move) sets these distances to zero.
         """
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the parameters that apply after this step.
+        """Return a copy of the parameters as they are after the execution of `step`.
 
-        After a run (continuous move), the distance of an index (preset move) is zero.
+        After a run (continuous move), the distance of a preset move is zero.
         """
         return self.after(step).without_index() if step.run else self.after(step)
