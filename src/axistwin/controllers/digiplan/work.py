@@ -34,7 +34,10 @@ class Work:
 
     @property
     def busy(self) -> bool:
-        """True while the interface is occupied, or while a message waits to be carried out."""
+        """True while a move, run or sequence is in progress, or while a message waits to be carried out.
+
+        A sequence that has given control to the host does not count as in progress.
+        """
         return self.occupied or self.held is not None
 
     def begin(self, procedure: Procedure) -> None:
@@ -66,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # a process cannot interrupt itself: interrupt the active process when the process waits
+            # a process cannot interrupt itself: if it has called `cancel`, interrupt it at its next `yield`
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -92,7 +95,7 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """Take the control of the sequence from the host.  Return the event for which the sequence waits.
+        """End the host's control of a paused sequence.  Return the event that continues the sequence.
 
         Return None if the host has no control.
         """
