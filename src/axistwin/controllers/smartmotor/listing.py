@@ -81,9 +81,9 @@ class Lines:
         self._rows = Rows((), (), frozenset())
 
     def connect(self, motor: Motor) -> None:
-        """Begin to report the executed lines of a motor that has just been switched on.
+        """Begin to report the program lines that a motor executes.
 
-        The program of the motor is not running yet.
+        The motor has just been switched on.  The program of the motor is not running yet.
         """
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins

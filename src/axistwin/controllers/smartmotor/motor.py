@@ -177,7 +177,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # While the power is off, set all latched flags: the protection reports a fault only if its flag is 0.
+            # All latched flags are 1 while the power is off, because a fault whose flag is 1 is not reported.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -263,7 +263,7 @@ class Motor(Processor):
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # If the program has no routine C1, this fault ends the program.
+                flow.end(self)  # The routine C1 cannot be called: the fault ends the program.
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 

@@ -443,7 +443,7 @@ class Core:
             return
         in_last = samples % LONGEST
         # Each command of a host discards the servo samples that were computed for later times.
-        # Hosts often send commands at equal intervals: compute only 25 % more samples than were used this time.
+        # Hosts often send commands at equal intervals: compute only 25 % more servo samples than in the last interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

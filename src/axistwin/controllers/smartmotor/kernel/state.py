@@ -91,8 +91,8 @@ MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next 
 # CI_SPOILT is 1 if a cam parameter was changed while a command CI was waiting.
 # While CI_SPOILT is 1, the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
-# CAM_TABLE is 1 if n in the command MCn (e.g. 4 in MC4) is a factor for the entries of the cam table.
-# CAM_TABLE is 0 if n in the command MCn (e.g. 4 in MC4) is a factor for the counts of the external encoder.
+# CAM_TABLE is 1 if the factor n of the command MCn (e.g. 4 in MC4) multiplies the entries of the cam table.
+# CAM_TABLE is 0 if the factor n of the command MCn (e.g. 4 in MC4) multiplies the counts of the external encoder.
 CAM_TABLE = next(_slots)
 
 # Host mode
@@ -123,7 +123,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
     STOPPING,  # 1 while the motor decelerates after a fault (only if F=1 is set).
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
     FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1; C1 is then called a second time.
-    OBSERVE_INDEX,  # 1 if each change of the flag Bx (index mark) is an event for Python code.
+    OBSERVE_INDEX,  # 1 if Python code must handle each change of the flag Bx (index mark).
 ) = islice(_slots, 5)
 # INDEX_LOW and INDEX_HIGH are the positions of the nearest index marks below and above the shaft position.
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
