@@ -193,9 +193,12 @@ def text(out: Ints, n: int) -> int:
 @pytest.mark.parametrize(
     ("function", "words"),
     [
-        (not_sampled, "not_sampled calls quotient: expected a function marked with @sampled"),
+        (
+            not_sampled,
+            "cannot compile the call of quotient in not_sampled: expected a function with the decorator @sampled",
+        ),
         (both, "variable value of both has values of different types: expected one type, e.g. int"),
-        (text, "text calls len: expected a function marked with @sampled"),
+        (text, "cannot compile the call of len in text: expected a function with the decorator @sampled"),
     ],
 )
 def test_what_is_outside_the_subset_is_refused(function, words):

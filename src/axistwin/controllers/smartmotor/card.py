@@ -97,7 +97,9 @@ class SmartMotor:
         return inhibition(self._motor)
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable such as `a` or `al[3]`, a motion parameter or a gain, at once.
+        """Assign a value to a variable, array element, motion parameter or gain, e.g. to `a`, `al[3]`, `A` or `KP`.
+
+        A new gain takes effect immediately, because the command F is also executed.
 
         Raises UsageError for an unknown name.
         """

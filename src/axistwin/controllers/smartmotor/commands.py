@@ -28,8 +28,8 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# Chapter titles that begin with a number belong to the 4.76 manual.
-# Chapter titles without a number belong to the guide that describes the base language.
+# Chapter titles with a number, e.g. "7.0 F=", belong to the manual of firmware 4.76.
+# Chapter titles without a number, e.g. "Modes", are for commands that the 4.76 manual does not describe.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -74,7 +74,10 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """Return a handler that stores a motion parameter if the value is within the limits of the parameter."""
+    """Return a command handler that stores the value of a motion parameter, e.g. the handler of A=.
+
+    The handler sets the flag Bs if the value is outside the range of `field`.
+    """
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 
@@ -193,7 +196,7 @@ COMMANDS = CommandSet(
     I("!",         "pause until a character arrives",    FLOW,     (),              INSIDE, flow.pause),
     I("Z",         "total reset",                        FLOW,     (),              BOTH,   flow.reset),
 
-    # Commands for fault handling (chapter 4), and the command F= (chapter 7)
+    # Commands that clear flags (4.76 manual, chapter 4), and the command F= (4.76 manual, chapter 7)
     I("ZS",        "clear all flags",                    CLEARING, (),              BOTH,   faults.clear_all),
     I("Zr",        "clear Br, positive limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BR)),
     I("Zl",        "clear Bl, negative limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BL)),

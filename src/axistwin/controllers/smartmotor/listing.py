@@ -81,9 +81,9 @@ class Lines:
         self._rows = Rows((), (), frozenset())
 
     def connect(self, motor: Motor) -> None:
-        """Connect the listing to a processor that has just been switched on.
+        """Begin to report the program lines that a motor executes.
 
-        The program of the processor is not running yet.
+        The motor has just been switched on.  The program of the motor is not running yet.
         """
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
@@ -105,9 +105,10 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a function that replaces statement numbers by line numbers, and then calls `follower`.
+        """Return a function that converts the values of the register LINE from statement numbers to line numbers.
 
-        `names`: the observed registers.  Without the register LINE, the result is `follower`.
+        The function then passes all changes of registers to `follower`.  `names`: the observed registers.  Without the
+        register LINE, the result is `follower`.
         """
         if LINE not in names:
             return follower
@@ -165,9 +166,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the motor's program by the copy `after`, which notifies subscribers when certain statements begin.
+    """Replace the motor's program by a copy that reports the beginning of other statements.
 
-    A program in execution continues.
+    `after`: the copy.  A running program continues at the same statement.
     """
     if after is motor.program:
         return
@@ -181,9 +182,9 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a dictionary that maps each statement's index in the old code to the index in the new code.
+    """Return a dictionary from the old to the new index of each statement in the compiled code of a program.
 
-    The two codes differ only in the operations that report the beginning of a statement.
+    The old code and the new code differ only in the operations that report the beginning of a statement.
     """
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):

@@ -126,7 +126,9 @@ class Motor(Processor):
         return self._program
 
     def set_program(self, text: str) -> None:
-        """End the running program and replace the program in the memory.
+        """End the running program, and store a new program in the memory of the motor.
+
+        `text`: the source text of the new program.
 
         The text is compiled at the present virtual time, in pieces, so that a long program does not block the
         simulation for a long time.
@@ -175,11 +177,11 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # A fault is reported only if its flag is 0.  So all latched flags are 1 while the power is off.
+            # All latched flags are 1 while the power is off, because a fault whose flag is 1 is not reported.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
-        """Store the state of the motor's mechanics and windings for the next power-up."""
+        """Copy the physical state of the motor, e.g. speed and temperatures, to the axis for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -243,7 +245,7 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the values, such as GETCHR, that a statement needs from outside the kernel.
+        """Fetch the inputs that a statement of the program reads, e.g. a received character for GETCHR.
 
         A negative `number` instead reports the start of the statement `~number`.
         """
@@ -261,7 +263,7 @@ class Motor(Processor):
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # A fault ends the program if label C1 cannot be called
+                flow.end(self)  # The routine C1 cannot be called: the fault ends the program.
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 

@@ -53,18 +53,21 @@ class StoredProgram(Protocol):
 
     @property
     def labels(self) -> Mapping[int, int]:
-        """For each label number: index in the compiled code at which the label begins."""
+        """The index of each label in the compiled code; the keys are the numbers of the labels, e.g. 5 for C5."""
 
     @property
     def statements(self) -> Sequence[object]:
         """The statements of the program, in the order of its text."""
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement at an index in the code."""
+        """Return the number of the statement whose compiled code begins at the index `head`."""
 
 
 class Processor(Dispatcher, ABC):
-    """The state of a processor that is switched on, with the operations that command handlers use."""
+    """The processor of a motor that is switched on.
+
+    The handlers of the commands use this class to read and change the state of the processor.
+    """
 
     def __init__(
         self,
@@ -110,13 +113,15 @@ class Processor(Dispatcher, ABC):
 
     @abstractmethod
     def _act(self, why: int) -> None:
-        """Handle the events that have stopped the computation of samples.
+        """Handle the events that have interrupted the computation of servo samples, e.g. a fault.
 
         `why`: one bit for each event.
         """
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the motor's state to the last sample at or before the present time.
+        """Advance the motor's state to the present time.
+
+        The result is the state after the latest servo sample.
 
         `changing`: True if the caller changes the state afterwards.
         """
@@ -127,7 +132,7 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self) -> None:
-        """Set the flag Bs because of invalid text or an impossible command.
+        """Set the flag Bs (syntax error) after an invalid command, or a command that cannot be executed.
 
         The error is also stored for the report RCHN of the host's channel.
         """

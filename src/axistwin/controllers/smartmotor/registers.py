@@ -26,9 +26,9 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return where the processor stores the value of each register: the kind of storage, and the index.
+    """Return the place of each register's value in the memory of the processor.
 
-    The kind is an operation of the interpreter, e.g. SLOT.
+    A place is a pair: an operation of the interpreter that reads the value, e.g. SLOT, and an index.
 
     A read of the register RI does not clear Bi.
     """
@@ -115,7 +115,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all traced registers, and a function that receives the changes of these registers.
+        """Return the names of all traced registers, and a function that must be called after changes of registers.
 
         The function passes each change to all subscribers of the register.
         """

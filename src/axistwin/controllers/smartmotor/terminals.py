@@ -59,7 +59,10 @@ class EncoderPin(UserPin):
 
     @property
     def volts(self) -> float:
-        """The voltage at the pin, which is 5 V or 0 V if the external encoder sets the level."""
+        """The voltage at the pin.
+
+        The voltage is 5 V or 0 V while the external encoder sets the level of the pin.
+        """
         return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
 
     def unplug(self) -> None:
@@ -179,7 +182,7 @@ class IndexLine(Pin):
             self._report_changes()
 
     def _report_changes(self) -> None:
-        """Make the kernel stop at every change of the index line."""
+        """Make each change of the index line's level an event of the simulation."""
         if self._motor is not None:
             self._motor.catch_up()
             self._motor.i[s.OBSERVE_INDEX] = 1

@@ -77,9 +77,11 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return `run` if `count` values fit, otherwise set the flag Bs and return None.
+    """Check the number of values in a VST or VLD (a transfer between variables and the EEPROM).
 
-    `run`: the variables or array elements of a VST or VLD.  The values must fit into `run` and into the EEPROM.
+    `run`: the variables or array elements of the transfer.  `count`: the number of values.
+
+    Returns `run`.  If `run` or the EEPROM is too small for the values, sets the flag Bs and returns None.
     """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run

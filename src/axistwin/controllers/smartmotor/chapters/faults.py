@@ -34,7 +34,7 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Stop the motor at an active limit switch or software limit (manual, section 3.1).
+    """Stop the motor because a limit switch or a software limit is active (manual, section 3.1).
 
     A motor that moves away from the limit does not stop.
     """
@@ -77,9 +77,9 @@ def stopped(motor: Processor) -> None:
 
 
 def _interrupt(motor: Processor, *, ends_program: bool) -> None:
-    """Call C1 after a fault if F=32 is set.
+    """Call C1, the program's fault routine, if the program has enabled this call with F=32.
 
-    Without F=32, a motor protection fault ends the program.
+    Without F=32 or without C1, a motor protection fault ends the program.
 
     C1 is called even if the main program has ended, as in the example of 4.3.  A fault within C1 calls C1 again.
     """
@@ -124,7 +124,7 @@ def _passes(motor: Processor, flag: int, active: int, acknowledged: int, towards
 
 
 def clear(motor: Processor, *, slot: int) -> None:
-    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.
+    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear the flag with the same letter, e.g. Zr clears the flag Br.
 
     A persistent cause sets the flag again (manual, section 4.2).
     """

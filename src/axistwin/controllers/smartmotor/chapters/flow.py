@@ -112,7 +112,7 @@ def return_(motor: Processor) -> None:
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: return from C1, the routine for faults (manual, chapter 7)."""
+    """RETURNF: return from the fault routine, which begins at label C1 (manual, chapter 7)."""
     interpreter.go_back(motor.i)
 
 
@@ -158,7 +158,7 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, Cn, etc. from a host: set the error flag Bs, because these keywords are valid only in programs.
+    """IF, WHILE, etc.: set the error flag Bs, because a host has sent a keyword that is valid only in programs.
 
     In a program, the compiler replaces these keywords by jumps.
     """

@@ -48,9 +48,9 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Compute the clock value of a position that the host has sent without a clock value.
+    """Add a trajectory point for which the host has sent only the position, without the time (clock value).
 
-    The result is the last clock value plus the last clock difference.
+    The clock value of the point is the last clock value plus the last clock difference.
     """
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:

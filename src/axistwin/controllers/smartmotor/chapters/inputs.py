@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # The prediction does not contain this edge or step: discard the prediction.
+        i[s.PREDICTED] = 0  # Discard the predicted encoder counts, because they do not include this edge.
 
     def _wiring(self) -> None:
         """Store whether the external encoder sets the level of pin A, of pin B, or of both pins."""
@@ -97,9 +97,9 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Update the kernel after a change of the external encoder's motion.
+        """Pass a new motion of the external encoder to the kernel (the code that computes the servo samples).
 
-        The kernel computes as if the run began one sample earlier, so that each sample adds equal counts and carries
+        The kernel computes as if the motion began one sample earlier.  Each sample then adds equal counts and carries
         the remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
@@ -134,9 +134,11 @@ class Inputs:
         return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Predict the external encoder's counts in the next samples.
+        """Return the predicted count of the external encoder in each of the next servo samples.
 
-        The prediction assumes that the axis keeps its motion.
+        `first`: number of the first sample.  `samples`: number of predicted counts.
+
+        The prediction assumes that the axis of the external encoder keeps its motion.
         """
         core = self.motor.core
         if not self._follows():
@@ -169,7 +171,10 @@ class Inputs:
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
-        """Return the commanded position in encoder counts, without the shift by O= and the reversal by F=2."""
+        """Return the commanded position of the shaft in encoder counts.
+
+        The commands O= and F=2 do not affect this position.
+        """
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:

@@ -67,9 +67,9 @@ def directional(motor: Processor) -> None:
 
 
 def update_flags(motor: Processor) -> None:
-    """Clear the flag of each limit that is no longer asserted.
+    """Clear the flag Bp unless the positive limit is asserted, and Bm unless the negative limit is asserted.
 
-    The next sample sets the flags of asserted limits.
+    The next servo sample sets the flags of asserted limits.
     """
     motor.i[s.BP] &= beyond_plus(motor.i)
     motor.i[s.BM] &= beyond_minus(motor.i)

@@ -95,7 +95,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # MD empties the buffer of points, except while host mode is in progress.
             host_mode.clear(motor)
-        # Do not change BUFFERED_MODE: the buffered mode starts when host mode ends (manual, section 10.2).
+        # Keep the mode in BUFFERED_MODE: this mode starts when host mode ends (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
@@ -150,9 +150,9 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return the direction in which a mode would move the shaft now.
+    """Return the direction in which the command G will move the shaft in a given mode.
 
-    Only the sign of the result counts.  The result 0 means that the direction is unknown.
+    The sign of the result is the direction.  The result 0 means that the direction is unknown.
     """
     i = motor.i
     if mode == s.M_POSITION:
@@ -316,8 +316,5 @@ def internal_encoder(_motor: Processor) -> None:
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1 (use the external encoder for the servo loop): set the error flag Bs.
-
-    The servo loop of this motor cannot use an external encoder.
-    """
+    """ENC1: set the error flag Bs, because the servo loop of this motor cannot use an external encoder."""
     motor.syntax_error()

@@ -22,9 +22,10 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """Checker for cam commands, with the cam parameters after the last checked statement.
+    """Checks the cam commands of a program, e.g. SIZE= and MC.
 
-    The value of an unknown parameter is None.
+    The attributes contain the values of the cam parameters after the last checked statement.  None means that a value
+    is unknown.
     """
 
     findings: Findings
@@ -126,7 +127,7 @@ class _Cam:
 
 
 def check(findings: Findings) -> None:
-    """Apply the cam rules to a program that uses mode cam."""
+    """Report wrong uses of cam mode in a program, e.g. a command MC before BASE is assigned."""
     begun = next(findings.all(*MODES), None)
     if begun is None:
         return

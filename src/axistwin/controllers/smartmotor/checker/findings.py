@@ -46,9 +46,9 @@ class Findings:
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if the program can set the bit `bit` of F with a statement F=.
+        """True if a statement of the program may set a given bit of F, e.g. F=32.
 
-        A value that is not constant can set any bit.
+        A statement such as F=a, whose value is not constant, may set any bit.
         """
         return any(
             constant_value(statement) is None or (constant_value(statement) or 0) & bit

@@ -84,9 +84,10 @@ class Flow:
 
     @cached_property
     def interrupts_only(self) -> frozenset[int]:
-        """Statements of the interrupt routines C1 and C2 that the main program never executes.
+        """Numbers of the statements that only an interrupt routine (C1 or C2) can execute.
 
-        Statements in subroutines of the interrupt routines are included.
+        Statements in subroutines of the interrupt routines are included.  Statements that the main program can reach
+        are not included.
         """
         called = {number for label in self.interrupts for number in self._reached(label)}
         return frozenset(called - self._reached(None))
@@ -255,7 +256,9 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """Report missing labels: C1 if the program sets F=32, and C2 if the program sets F=64.
+    """Report F=32 in a program without the label C1, and F=64 in a program without the label C2.
+
+    With F=32, faults call C1.  With F=64, pin G calls C2.
 
     Also report each STACK that GOTO does not follow at once.
     """

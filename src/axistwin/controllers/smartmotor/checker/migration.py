@@ -26,9 +26,10 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report a move that may fail because the limit faults at power-up are not cleared (manual, sections 2.0 and 3.1).
+    """Report the first motion command of a program if limit faults may prevent the motion.
 
-    Unconnected limit inputs cause a fault at power-up.
+    Unconnected limit inputs cause a fault at power-up.  The program must clear this fault, e.g. with ZS (manual,
+    sections 2.0 and 3.1).
 
     The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
@@ -49,7 +50,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
 
 
 def _direction(findings: Findings) -> None:
-    """Report F=2, whose meaning has changed in firmware 4.76 (manual, section 1.4)."""
+    """Report each F=2 in a program, because firmware 4.76 has changed the meaning of F=2 (manual, section 1.4)."""
     for number, statement in findings.all("F="):
         if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
@@ -57,10 +58,9 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report useless tests of the flags Be and Bh.
+    """Report IF, ELSEIF and WHILE with the flag Be or Bh, because these faults end the program before the test.
 
-    A position error sets Be, and overheating sets Bh.  Without F=32, both faults end the program, so the program cannot
-    test the flag (manual, section 4.1).  Tests are IF, ELSEIF and WHILE.
+    A position error sets Be, and overheating sets Bh.  With F=32, both faults call C1 instead (manual, section 4.1).
     """
     if findings.sets_function(CALL_C1):
         return
@@ -74,9 +74,9 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """Report each command SLN= or SLP= that changes an enabled software limit (manual, section 3.2).
+    """Report SLN= and SLP= in a program while the software limits are enabled (manual, section 3.2).
 
-    The program must disable the software limits with SLD before SLN= and SLP=.
+    The program must first disable the software limits with SLD.
     """
     enabled = -1
     for number, keyword in enumerate(findings.words):

@@ -59,7 +59,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         # The command CI may have selected a new cam table: read the last entry of the new table.
         end = entry(i, v, i[s.CAM_SIZE])
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
-    if word & MODULO_CAM:  # With F=128, the position and the counter CTR restart at each zero point of the cam.
+    if word & MODULO_CAM:  # F=128 resets the motor's position and the counter CTR when a new cam cycle begins.
         shift = i[s.CAM_ORIGIN] + end * way
         i[s.CAM_ORIGIN] = 0
         i[s.COMMANDED] -= shift << 16
@@ -108,7 +108,7 @@ def cam_position(i: Ints, v: Ints) -> int:
 
 @sampled
 def cam(i: Ints, v: Ints, moved: int) -> None:
-    """Compute one sample of cam mode."""
+    """Compute the commanded position in cam mode for one servo sample."""
     before = i[s.COMMANDED]
     origin = i[s.ORIGIN]
     if moved != 0:

@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """State of a motor's simulation, e.g. `ASLEEP` while the motor rests."""
+    """State of the computation of a motor's servo samples, e.g. `STOPPED` while the power is off."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -61,7 +61,7 @@ class Phase(Enum):
 
 
 class _Block(NamedTuple):
-    """A block of consecutive samples.
+    """A series of consecutive servo samples of one motor.
 
     The samples are computed ahead, or the motor is at rest during the block.
 
@@ -82,9 +82,9 @@ class _Block(NamedTuple):
 
 
 class Core:
-    """Computes the samples of a motor in advance, and stores the state of the motor.
+    """Simulates one motor: stores the motor's state, and computes servo samples ahead of the clock.
 
-    The committed state does not include samples in the future.
+    The stored (committed) state does not include samples in the future.
 
     `act(why)` handles the event at the end of a block.
     """
@@ -156,16 +156,16 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # The first predicted time may be in the present sample: then the first predicted position is also `here`.
+        # If `times_ns` begins in the present servo sample, the first prediction is the present position `here`.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Keep only the edges of the external encoder that were already read.  Discard the predicted edges.
+        """Discard the predicted counts of the external encoder, except the count for the next servo sample.
 
-        The prediction is outdated, because the motion of the external encoder has changed.  The edges of the next
-        sample were read before now.  All later samples are computed again.
+        The prediction is outdated, because the motion of the external encoder has changed.  The count for the next
+        sample was read before this change.  All later samples are computed again.
         """
         block = self._block
         if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
@@ -174,7 +174,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return how many samples of the present block are already over.
+        """Return the number of servo samples in the present block whose time has passed.
 
         A block is a series of samples that the kernel computes ahead of time.
         """
@@ -216,7 +216,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the motor has been computed up to the present time.
+        """True if the stored state of the motor belongs to the present time.
 
         The block that is computed ahead then stays valid.
         """
@@ -227,9 +227,9 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the computation of the next block of samples at the present virtual time.
+        """Schedule the computation of the motor's next servo samples.
 
-        The computation begins after all other events of the present time.
+        The computation takes place at the present virtual time, after all other events of this time.
         """
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
@@ -246,9 +246,9 @@ class Core:
         return sum(self._moves_by(self._past())[-rate:]) / rate
 
     def _moves_by(self, computed: int) -> list[int]:
-        """Return the counts that the shaft has moved in each of the last samples.
+        """Return the movement of the shaft in each of the last eight servo samples, in counts.
 
-        `computed`: the last of these samples, counted from the begin of the block.
+        `computed`: number of the last of these samples, counted from the begin of the block.
         """
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
         before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
@@ -282,14 +282,17 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the traced values that were changed outside the kernel, by Python code."""
+        """Report the traced values, e.g. registers, that have changed between two servo samples.
+
+        Such changes are made by Python code, e.g. by a command of the host.
+        """
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report all changes of traced values in a finished block of samples.
+        """Report the changes of traced values, e.g. registers, during a block of servo samples.
 
         `done`: the log in which the kernel has stored the changes.
         """
@@ -315,7 +318,9 @@ class Core:
         self._schedule_end(self._compute_block(most))
 
     def _length(self) -> int:
-        """Return the largest number of samples for the next block.
+        """Return the number of servo samples to compute in the next block.
+
+        An event, e.g. a fault, may end the block earlier.
 
         During a trajectory several blocks may be computed as one, because the end of the trajectory ends the block
         anyway. One long block saves a fifth of the computing time of a hundred motors, because each change to another
@@ -326,7 +331,7 @@ class Core:
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the external encoder's counts for the next samples.
+        """Read the counts that the external encoder will certainly have in the next servo samples.
 
         Returns the number of these samples, at most `most`.
         """
@@ -405,7 +410,10 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Store the motor's state at the end of a block of samples, and handle the event that has ended the block."""
+        """Complete a block of servo samples whose time has passed.
+
+        The method stores the motor's state, and handles the event at the end of the block, e.g. a fault.
+        """
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -433,9 +441,9 @@ class Core:
         if phase is Phase.WAITING:
             self._rest(samples)
             return
-        in_last = samples % LONGEST  # Samples after the last full block of LONGEST samples.
-        # Hosts often send commands at equal intervals.  A command discards the samples that are computed after it.
-        # So the next block is at most 25 % longer than the part of this block before the command.
+        in_last = samples % LONGEST
+        # Each command of a host discards the servo samples that were computed for later times.
+        # Hosts often send commands at equal intervals: compute only 25 % more servo samples than in the last interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -483,7 +491,10 @@ class Engine:
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute samples; return the reason for stopping and the number of computed samples."""
+        """Compute servo samples until an event occurs, but at most `most` samples.
+
+        Returns two values: the event, and the number of computed samples.
+        """
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -510,7 +521,10 @@ class Engine:
         return Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Replace the motor's state by the state that was computed for the last sample."""
+        """Store the computed state of the motor at the end of a block of servo samples.
+
+        Changes during the block are reported.
+        """
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -519,11 +533,11 @@ class Engine:
             core.on_samples.emit(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
 
     def forget(self) -> None:
-        """Release the memory of the computed samples while the motor rests."""
+        """Release the memory for computed shaft positions when the motor comes to rest."""
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Enlarge the arrays that are too small for the next samples or for the traced values."""
+        """Prepare the output arrays of the kernel for `most` servo samples."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -533,7 +547,7 @@ class Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Create new views of the kernel's arrays if an array has been replaced."""
+        """Create new NumPy views of the motor's arrays for compiled code, if an array has been replaced."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return
@@ -562,7 +576,7 @@ def prepare(speed: float | None, motors: int) -> None:
 
 
 def needs_kernel(speed: float | None, motors: int) -> bool:
-    """True if the kernel must be compiled, because plain Python is too slow for the motors.
+    """True if the simulation of the motors needs compiled code, because plain Python is too slow.
 
     False if Numba, the compiler, is not available.
     """

@@ -9,7 +9,7 @@ GOES_ON, UNDERFLOW, EXIT, LAST = range(4)
 
 @sampled
 def host(i: Ints, ring: Ints) -> int:
-    """Compute one sample of host mode.
+    """Compute the commanded position in host mode for one servo sample.
 
     Returns GOES_ON, UNDERFLOW, EXIT or LAST.
 

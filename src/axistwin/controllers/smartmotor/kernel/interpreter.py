@@ -24,7 +24,7 @@ STACK = 64
 # Results of the execution of a statement
 DONE, TRAP, HELD, FETCH = range(4)
 
-# Operation codes of expressions; ADD and all later codes take two values
+# Operation codes of expressions.  ADD and all codes after ADD combine two values, e.g. a+b.
 RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,

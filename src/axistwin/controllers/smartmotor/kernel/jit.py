@@ -137,9 +137,10 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """Compiled function whose first call marks the machine code in the cache as complete.
+    """A compiled function that marks its machine code in the cache as complete after the first call.
 
-    The mark is a file with checksums of the machine code.
+    The first call compiles the function, and stores the machine code.  The mark is a file with checksums of the machine
+    code.
     """
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
@@ -182,7 +183,7 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # Without the checksums, the next start compiles the kernel again.
+        return  # If the file of checksums is missing, axistwin compiles the machine code again at its next start.
 
 
 def _whole(directory: Path) -> bool:
@@ -190,7 +191,7 @@ def _whole(directory: Path) -> bool:
 
     Damaged files are removed.
     """
-    import json  # lazy import: needed only for compiled code
+    import json  # lazy import: needed only for the cache of machine code
 
     try:
         sealed = json.loads((directory / SEAL).read_bytes())
@@ -204,9 +205,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return a copy of each module's global variables, in which compiled functions replace the Python functions.
+    """Copy the global variables of each module, and replace Python functions in the copies by compiled functions.
 
-    The keys are the names of the modules.
+    The keys of the result are the names of the modules.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
@@ -254,7 +255,7 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
-    """Return a hash that changes if a function or the compiler changes.
+    """Return a hash that identifies the given functions and the version of the compiler.
 
     The hash includes the code and globals of each function, and the versions and options of the compiler.
     """

@@ -27,9 +27,9 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Each event that interrupts the computation of samples has a bit of its own.
-# The three events in the bit mask BEFORE_SAMPLE interrupt the computation before a sample is computed.
-# All other events interrupt the computation after a sample has been computed.
+# Bits of the events that interrupt the computation of servo samples, e.g. a fault.
+# An event in the bit mask BEFORE_SAMPLE occurs before the computation of a servo sample.
+# An event that is not in the bit mask BEFORE_SAMPLE occurs after the computation of a servo sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # Event: Python must execute the next statement of the program.
 VALUE_WAITS = 2  # Event: the next statement needs a value from Python, e.g. GETCHR.
@@ -49,7 +49,10 @@ BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 @sampled
 def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the program statements that belong to one sample."""
+    """Execute the statements of the motor's program for one servo sample (245.76 µs).
+
+    Returns ALL_DONE, or the event that interrupts the program.
+    """
     if i[s.PENDING] and i[s.PROGRAM] == s.STOPPED:
         return CALL_WAITS
     while i[s.BUDGET] > 0 and i[s.PROGRAM] == s.RUNNING and i[s.SAMPLE] + 1 >= i[s.WAIT_UNTIL]:
@@ -118,9 +121,9 @@ def beyond_minus(i: Ints) -> int:
 
 @sampled
 def heading(i: Ints) -> int:
-    """Return a number whose sign is the direction of motion.
+    """Return the direction of motion: a positive number, a negative number, or 0.
 
-    The number is 0 while the motor stops because of a fault.
+    The result is 0 while the motor decelerates after a fault.
     """
     if i[s.STOPPING]:
         return 0
@@ -228,9 +231,9 @@ def advance(
     log: Ints,
     most: int,
 ) -> int:
-    """Compute samples until an event stops the kernel, and return the reason for stopping.
+    """Compute servo samples until an event occurs, e.g. a fault, but at most `most` samples.
 
-    At most `most` samples are computed.
+    Returns the bits of the events, or ALL_DONE if no event has occurred.
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
     `shaft` and `commanded` receive the actual and the commanded position of each sample, in counts of the machine.
@@ -243,7 +246,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # In the first sample, compare all traced values, because Python code may have changed any of these values.
+            # Check all traced values in the first sample: Python code may have changed any value before this call.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

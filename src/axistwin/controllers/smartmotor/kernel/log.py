@@ -50,9 +50,9 @@ def room(log: Ints) -> bool:
 
 @sampled
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
-    """Append the changed values to the log.
+    """Record the traced values that have changed in the latest servo sample.
 
-    Only the first `numbers` traced values are compared with their values at the last call.
+    Only the first `numbers` traced values are compared with their last recorded values.
     """
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
@@ -65,12 +65,12 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Return a log without traced values, which is used while there is no trace."""
+    """Return an empty log, for a motor without traced values."""
     return array("q", [0] * HEAD)
 
 
 def moving(operation: int, place: int) -> bool:
-    """True if a value can change without a statement of the program, e.g. the position of the shaft."""
+    """True if a value can change while no program statement is executed, e.g. the position of the shaft."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
@@ -91,13 +91,16 @@ def following(
 
 
 def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
-    """Return the last known value of each traced variable, by kind and index."""
+    """Return the last recorded values of all traced variables as a dictionary.
+
+    A key is the kind of a variable (an operation of the interpreter, e.g. SLOT) and its index.
+    """
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Snapshot:
-    """Finds the traced values that have changed since the last call.
+    """Finds the traced values that differ from their last recorded values.
 
     In plain Python, a Snapshot is faster than the function `note`.
     """
@@ -126,14 +129,14 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the slice of a log that contains the header and the list of traced values."""
+    """Return a slice for the first part of a log, i.e. for the header and the list of traced values."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """Return the logged changes as three arrays.
+    """Return the changes of traced values that a log contains.
 
-    The arrays contain the numbers of the samples, the indices of the values, and the new values.
+    The result is three arrays: the numbers of the servo samples, the indices of the values, and the new values.
     """
     first = head(log).stop
     written = log[first : first + CHANGE * log[USED]]

@@ -24,45 +24,45 @@ LEAST = 1e-6
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
 
-# The following names are the indices of the values in the array `f`.
+# Indices of the values in the array `f`, which contains the numbers of the physical model.
 _slots = count()
 SPEED = next(_slots)  # Shaft speed in counts per sample.
 FRACTION = next(_slots)  # The exact shaft position in counts is SHAFT + FRACTION; SHAFT is an integer.
-OUTSIDE = next(_slots)  # External torque and gravity, as an acceleration in counts/sample².
+OUTSIDE = next(_slots)  # Acceleration of the shaft by external torque and gravity, in counts/sample².
 # COULOMB is the deceleration by dry friction, in counts/sample².
 # STATIC_BRAKE is the additional deceleration by the engaged static brake, in counts/sample².
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
-JAM = next(_slots)  # Additional deceleration by a jammed shaft: 0 or infinite.
+JAM = next(_slots)  # Additional friction in counts/sample²: infinite while the shaft is jammed, otherwise 0.
 VISCOUS = next(_slots)  # Fraction (0 to 1) by which viscous friction reduces the speed in each sample.
-# In each sample, damping multiplies the shaft speed by OPEN_GAIN or CLOSED_GAIN.
-# OPEN_GAIN: only viscous friction damps the shaft, because the windings are open or the current is limited.
-# CLOSED_GAIN: viscous friction and back-EMF damp the shaft.
+# The shaft speed is multiplied by OPEN_GAIN or CLOSED_GAIN in each servo sample, because the shaft is damped.
+# OPEN_GAIN applies while only viscous friction damps the shaft: the windings are open, or the current is limited.
+# CLOSED_GAIN applies while viscous friction and back-EMF damp the shaft.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the current at standstill for a PWM value of 1, in A.
 # AMPS_PER_SPEED: at a speed of 1 count/sample, the back-EMF reduces the current by this number of amperes.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
-AMPS_NOW = next(_slots)  # Current through the windings at the end of a sample, in A.
-# Current after a sample: AMPS_KEPT * (current before the sample) + (1 - AMPS_KEPT) * (steady-state current)
+AMPS_NOW = next(_slots)  # Current through the windings after the latest servo sample, in A.
+# Current after a servo sample: AMPS_KEPT * (current before the sample) + (1 - AMPS_KEPT) * (steady-state current)
 AMPS_KEPT = next(_slots)
-# Mean current of a sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
+# Mean current in a servo sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-# In each sample, the shaft moves by (1 - LAG) * new speed + LAG * old speed; LAG is 0 to 1/2.
+# Shaft movement in a servo sample: (1 - LAG) * (speed after the sample) + LAG * (speed before the sample)
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
-# Temperature differences, in K, after a long time with a constant current I, in A:
-# winding - housing = WINDING_RISE * I², housing - air = HOUSING_RISE * I²
+# Steady temperature difference between winding and housing, in K: WINDING_RISE * (current in A)²
+# Steady temperature difference between housing and air, in K: HOUSING_RISE * (current in A)²
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# Temperature change of the winding in 256 samples: WINDING_STEP * (steady-state temperature - winding)
-# Temperature change of the housing in 256 samples: HOUSING_STEP * (winding - housing) + AIR_STEP * (air - housing)
+# Change of WINDING_C in 256 servo samples: WINDING_STEP * (steady temperature of the winding - WINDING_C)
+# Change of HOUSING_C in 256 servo samples: HOUSING_STEP * (WINDING_C - HOUSING_C) + AIR_STEP * (AMBIENT - HOUSING_C)
 # The factors WINDING_STEP, HOUSING_STEP and AIR_STEP are between 0 and 1.
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)
 # LOSS_NJ is the heat that a current of 1 A produces in one sample, in nJ.
-# WORK_NJ is the mechanical work of a current of 1 A during a movement of 1 count, in nJ.
+# WORK_NJ is the mechanical work, in nJ, while the shaft moves by 1 count with a motor current of 1 A.
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)
 PER_NM = next(_slots)  # Acceleration of the shaft by a torque of 1 N·m, in counts/sample².
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)

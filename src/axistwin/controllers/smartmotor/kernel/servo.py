@@ -36,7 +36,7 @@ IDEAL_BITS = 5
 
 @sampled
 def rotate(i: Ints, f: Floats) -> None:
-    """Compute the motion, the current and the heat of the motor for one sample.
+    """Compute the shaft's motion, the motor current and the heat in one servo sample (245.76 µs).
 
     The motion depends on PWM, drive, brake and all torques.
     """
@@ -75,7 +75,7 @@ def stall_amps(i: Ints, f: Floats) -> float:
 
 @sampled
 def mean_amps(f: Floats, settled: float) -> float:
-    """Return the mean current in this sample, in A.
+    """Return the mean motor current during the present servo sample, in A.
 
     The current changes from AMPS_NOW towards `settled`.
     """
@@ -84,7 +84,7 @@ def mean_amps(f: Floats, settled: float) -> float:
 
 @sampled
 def amps_after(f: Floats, settled: float) -> float:
-    """Return the current at the end of this sample, in A."""
+    """Return the motor current at the end of the present servo sample, in A."""
     amps = f[m.AMPS_KEPT] * f[m.AMPS_NOW] + (1.0 - f[m.AMPS_KEPT]) * settled
     return 0.0 if -LEAST_AMPS < amps < LEAST_AMPS else clipped_amps(f, amps)
 
@@ -119,7 +119,7 @@ def miscount(i: Ints, counts: int) -> None:
 
 @sampled
 def friction(i: Ints, f: Floats) -> float:
-    """Return the friction at the shaft in counts/sample².
+    """Return the deceleration of the shaft by friction, in counts/sample².
 
     The static brake and a jam increase the friction.
     """
@@ -207,7 +207,7 @@ def tracked(i: Ints) -> int:
 
 @sampled
 def ideal_rests(i: Ints, f: Floats) -> int:
-    """Return 1 if an ideal motor would not move in the next sample."""
+    """Return 1 if the shaft of an ideal motor rests in the next servo sample, otherwise 0."""
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return 1
     if i[s.MODE] == s.M_TORQUE:
@@ -243,7 +243,7 @@ def cool(i: Ints, f: Floats) -> None:
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """Return 1 if the shaft is at rest, and the motor's state is constant except for its temperatures.
+    """Return 1 if the shaft stays at rest and only the motor's temperatures can change, otherwise 0.
 
     The result is valid until an input or the trajectory changes.
     """
@@ -287,9 +287,9 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """Return 1 if an overheated motor will cool down and stay cool.
+    """Return 1 if an overheated motor without current stays below its temperature limit TH, otherwise 0.
 
-    The overheat fault has already been reported.
+    The result is 0 until the overheat fault has been reported.
     """
     if i[s.BH] == 0 or i[s.IDEAL] != 0 or i[s.CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
@@ -298,9 +298,9 @@ def cools(i: Ints, f: Floats) -> int:
 
 @sampled
 def rest(i: Ints, f: Floats, samples: int) -> None:
-    """Compute many samples of a motor at rest in one step.
+    """Advance the state of a motor at rest by many servo samples at once.
 
-    The results are the same as if each sample were computed.
+    The result is the same as if each sample were computed.
     """
     i[s.SAMPLE] += samples
     if i[s.IDEAL] != 0:
@@ -318,6 +318,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # The temperatures no longer change: skip whole blocks.
+            left %= m.HEAT_BLOCK  # The temperatures are constant now: skip multiples of HEAT_BLOCK.
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

@@ -24,9 +24,9 @@ FASTEST = 1 << 32
 
 @sampled
 def control(i: Ints) -> None:
-    """Set the PWM value for the next sample.
+    """Compute the PWM value of the motor for the next servo sample.
 
-    In mode torque, T gives the value; in other modes, the following error does.
+    In torque mode, the value is computed from T.  In all other modes, the value is computed from the position error.
 
     PWM is 0 while the drive is off.
     """
@@ -55,9 +55,9 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Return the new integral term: the old integral term plus KI times the following error.
+    """Return the integral term of the servo law after the addition of KI times the position error.
 
-    KL limits the new integral term.
+    KL limits the integral term.
     """
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 

@@ -11,14 +11,14 @@ _slots = count()
 
 # Time
 SAMPLE = next(_slots)  # Number of the last computed sample; the number is 0 at power-up.
-CLK_ZERO = next(_slots)  # Number of the sample at which the counter CLK was 0: CLK = SAMPLE - CLK_ZERO.
+CLK_ZERO = next(_slots)  # Value of SAMPLE when the counter CLK was 0, so that CLK = SAMPLE - CLK_ZERO.
 
 # State of the running program
 (
     PROGRAM,  # State of the program: STOPPED, RUNNING or BLOCKED.
     PC,  # Index into `code` of the next statement.
-    STATEMENT,  # Number of the latest statement that has begun.
-    BUDGET,  # Number of statements that may still be executed in this sample.
+    STATEMENT,  # Number of the program statement that is being executed or was executed last.
+    BUDGET,  # Number of statements that the program may still execute in the present servo sample.
     STATEMENTS_PER_SAMPLE,
     WAIT_UNTIL,  # Number of the sample at which a WAIT ends.
     DEPTH,  # Number of return addresses on the stack.
@@ -26,7 +26,7 @@ CLK_ZERO = next(_slots)  # Number of the sample at which the counter CLK was 0: 
 RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
 SWITCHES, *_ = islice(_slots, 11)  # Values that SWITCH compares: one for the main program, and one for each subroutine.
 (
-    TWAITING,  # 1 while TWAIT pauses the program; the pause ends when Bt is 0.
+    TWAITING,  # 1 while the command TWAIT pauses the program until the trajectory ends (flag Bt = 0).
     PAUSED,  # 1 while the command ! pauses the program; the pause ends when a serial character arrives.
     RUN_GIVEN,  # 1 if the command RUN has started the program; RUN? then has no effect.
     C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call.
@@ -43,7 +43,7 @@ RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV a
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
-    RELATIVE,  # 1: the next position move is relative, by D, because D was assigned after P.
+    RELATIVE,  # 1: the next position move is relative, by the distance D.  0: the move goes to the position P.
     BUFFERED_MODE,  # The mode that the next command G starts.
     BUFFERED_FACTOR,  # Number n of the mode MFn or MCn that the next command G starts, e.g. 4 for MF4.
 ) = islice(_slots, 3)
@@ -60,7 +60,7 @@ PID_RATE = next(_slots)  # Number of samples between two servo updates, set by P
     VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
 ) = islice(_slots, 4)
 # TARGET is the position at which a position move ends.
-# In the modes MFR and MSR, TARGET is a divisor: the gear ratio is FACTOR / TARGET motor counts per count of CTR.
+# In the modes MFR and MSR, the motor moves by FACTOR / TARGET counts for each count of the counter CTR.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
 # The position that the controller reports is DIRECTION * SHAFT + ORIGIN.
 SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
@@ -70,7 +70,7 @@ DIRECTION, ORIGIN = next(_slots), next(_slots)
 (
     CTR,  # External counter, which the program can read as CTR.
     MASTER,  # Number of edges received from the external encoder.
-    MASTER_SEEN,  # Number of external encoder edges that the trajectory has followed.
+    MASTER_SEEN,  # External encoder counts that have already been added to CTR.
 ) = islice(_slots, 3)
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = islice(_slots, 7)
 """A steady run of the external encoder: +1 or -1; counts per sample, and remainder; samples left; end."""
@@ -78,7 +78,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins that the external encoder drives: 1 is pin A, 2 is pin B, 3 is both pins.
-    PIN_EDGES,  # Count of the edges on pins A and B from sources other than the external encoder.
+    PIN_EDGES,  # Net count of edges that a signal other than the external encoder has caused on pins A and B.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
     RESOLUTION,  # Change of CTR after four edges or four steps: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
     STEPS,  # 1 if pins A and B are step and direction inputs.
@@ -88,11 +88,11 @@ CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that are in use.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command CI activates.
 # CI_PENDING is 1 while the command CI waits for the zero point of the cam.
-# CI_SPOILT is 1 after a change of a cam parameter has cancelled a waiting command CI.
+# CI_SPOILT is 1 if a cam parameter was changed while a command CI was waiting.
 # While CI_SPOILT is 1, the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
-# CAM_TABLE is 1 if the command MCn multiplies the entries of the cam table by n.
-# CAM_TABLE is 0 if the command MCn multiplies the counts of the external encoder by n.
+# CAM_TABLE is 1 if the factor n of the command MCn (e.g. 4 in MC4) multiplies the entries of the cam table.
+# CAM_TABLE is 0 if the factor n of the command MCn (e.g. 4 in MC4) multiplies the counts of the external encoder.
 CAM_TABLE = next(_slots)
 
 # Host mode
@@ -101,7 +101,7 @@ CAM_TABLE = next(_slots)
 # HOST_LEFT is the number of samples left in the present segment of the trajectory.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # Size of the buffer of host mode, in integers.  Each point needs two integers.
+HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode: two for each trajectory point.
 HOST_ARMED = next(_slots)  # 1 if the next command G starts host mode (MD).
 
 # Each flag is stored as an integer, 0 or 1.
@@ -123,7 +123,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
     STOPPING,  # 1 while the motor decelerates after a fault (only if F=1 is set).
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
     FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1; C1 is then called a second time.
-    OBSERVE_INDEX,  # 1 if the kernel must stop at each change of the flag Bx (index mark).
+    OBSERVE_INDEX,  # 1 if Python code must handle each change of the flag Bx (index mark).
 ) = islice(_slots, 5)
 # INDEX_LOW and INDEX_HIGH are the positions of the nearest index marks below and above the shaft position.
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
@@ -134,11 +134,11 @@ PINS = next(_slots)
 # GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
-    DEBOUNCE,  # Number of samples for which pin G must keep a new level before the level is accepted.
+    DEBOUNCE,  # Debounce time of pin G: number of servo samples after which a new level is accepted.
     LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
-    GO_PIN,  # 1 while a falling edge of pin G has the effect of the command G.
+    GO_PIN,  # 1 if pin G is the go input: a falling edge has the effect of the command G.
     BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
-    BRAKE_READ,  # Becomes 1 when an assignment reads the brake pin (manual, section 5.1, note 2).
+    BRAKE_READ,  # 1 after an assignment has read the brake pin, e.g. a=UG (manual, section 5.1, note 2).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
 # No switch changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
@@ -162,9 +162,9 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
 # A defective encoder reports COUNTS_OF counts instead of COUNTS_OUT_OF counts, e.g. 9 instead of 10.
-# While the encoder has no defect, COUNTS_OF and COUNTS_OUT_OF are both 0.
+# COUNTS_OF and COUNTS_OUT_OF are both 0 if no defect of the encoder is simulated.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Counts that a defective encoder has not reported yet, in units of 1/COUNTS_OUT_OF count.
+UNCOUNTED = next(_slots)  # Remainder of the division by COUNTS_OUT_OF in the simulation of a defective encoder.
 ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
 HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
 

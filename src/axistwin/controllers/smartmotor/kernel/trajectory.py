@@ -46,9 +46,9 @@ def max_stoppable_speed(distance: int, acceleration: int) -> int:
 
 @sampled
 def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration: int) -> int:
-    """Return the trajectory velocity for this sample of a move.
+    """Return the commanded velocity of a position move in the present servo sample.
 
-    `remaining`: distance to the target.
+    `velocity`: commanded velocity in the last sample.  `remaining`: distance to the target.
     """
     way = 1 if remaining >= 0 else -1
     distance = remaining * way
@@ -59,7 +59,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if wanted <= 0:
         return wanted * way  # The motor is moving away from the target, or is at rest.
     # Upper limit of the stopping distance: w²/(2A) + w/2 + A/8, with the velocity w and the acceleration A.
-    # `needed` is this limit multiplied by 8A.
+    # `needed` is the upper limit of the stopping distance, multiplied by 8 * A to avoid divisions.
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
         best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)
@@ -136,7 +136,9 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """Compute one sample of a mode that follows the external counter: MF1, MF2, MF4, MS, MFR or MSR.
+    """Compute the commanded position in mode MF1, MF2, MF4, MS, MFR or MSR for one servo sample.
+
+    In these modes, the commanded position follows the external counter.
 
     The ratio is MFMUL/MFDIV in MFR and MSR, and 1 in all other modes.
     """

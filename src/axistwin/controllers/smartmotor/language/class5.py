@@ -16,7 +16,7 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A Class 5 command, and the command of firmware 4.76 with the same effect.
+    """A command of Class 5 (later SmartMotors), and the equivalent command of firmware 4.76.
 
     `form`: pattern that finds the Class 5 command.  `here`: the command of firmware 4.76.  `sure`: True if both
     commands take values in the same unit.
@@ -91,7 +91,7 @@ VALUES = (
 
 
 def message(found: Found) -> str:
-    """Return the checker's message about a Class 5 word."""
+    """Return an error message about a command or variable of Class 5 (later SmartMotors)."""
     note = f" ({found.note})" if found.note else ""
     return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 uses {found.here}{note}"
 

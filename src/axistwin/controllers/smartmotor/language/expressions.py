@@ -216,8 +216,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # `--a` can differ from `a`, because the negation of the lowest number overflows.  So `--a` negates twice.
-            # More minus signs have the result of two minus signs (even number) or of one minus sign (odd number).
+            # Do not simplify `--a` to `a`: if `a` is the lowest number, its negation overflows.
+            # Compile an even number of minus signs as two negations, and an odd number as one negation.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
@@ -275,7 +275,7 @@ class Reader:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
             raise Malformed(
-                f"too many external values, such as GETCHR, in one statement: expected at most {s.HIDDEN_MOST}", self.at
+                f"too many inputs in one statement, e.g. GETCHR or AINA1: expected at most {s.HIDDEN_MOST}", self.at
             )
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)

@@ -115,9 +115,9 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """Return two values: the decoded text, and True or False.  True means that the text agrees with its header.
+        """Return two values: the decoded text of the program, and True if its checksum and length are correct.
 
-        The header contains a checksum and a length.  For a text without a header, the second value is always True.
+        The header of the program contains the correct checksum and length.  Without a header, the second value is True.
         """
         self._begin(whole=True)
         self._decode(len(self._rest))
@@ -125,7 +125,7 @@ class Decoder:
         return text, self._header is None or self._header == (_sum(text), len(text))
 
     def _begin(self, *, whole: bool) -> bool:
-        """Skip the header and the label table of an image.
+        """Remove the header and the label table from the received data of a compiled program.
 
         Returns True if the text of the program has begun.
         """
@@ -192,7 +192,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps that are complete at a keyword, e.g. at ENDIF the jump from IF to ENDIF.
+    """Yield the jumps whose targets are known at a keyword of the program, e.g. the jump from IF at ENDIF.
 
     Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """

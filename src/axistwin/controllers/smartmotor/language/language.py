@@ -28,7 +28,7 @@ EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """Code that the interpreter executes for an assignment to array elements.
+    """Compiled form of an assignment to array elements, e.g. of `al[0]=1` or `al[0] 1 2 3.`.
 
     The code is the number of values, the array, the first index, and the values.
     """
@@ -51,7 +51,9 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the variables or array elements from `name` to the end of the group or array.
+        """Return the range of variables or array elements that begins with the element `name`.
+
+        The range ends with the array, or with the variable's group, e.g. a to z.
 
         Returns None if `name` does not exist.
         """

@@ -54,9 +54,9 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the number of the statement at which the next part of the block begins, e.g. ELSE.
+        """Return the number of the next statement that divides or ends the block, e.g. of ELSE or ENDIF.
 
-        The next part is the first part after the statement `number`.  After the last part, return the end of the block.
+        The search begins after the statement with the given number.
         """
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
@@ -94,23 +94,22 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return a copy of the program.  The copy notifies subscribers when certain statements begin.
+        """Return a copy of the program that reports the beginning of selected statements to subscribers.
 
-        `numbers`: the numbers of these statements.
+        `numbers`: the numbers of the selected statements.
         """
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of a statement.
+        """Return the number of the statement whose code begins at the index `head`.
 
-        `head`: index in `code` at which the code of the statement begins.  At the end of the code, the result is the
-        number of statements.
+        The first statement has the number 0.  At the end of the code, the result is the number of all statements.
         """
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the extra code that notifies subscribers when a statement begins.
+        """Return the length of the extra code, in integers, that reports the beginning of a statement.
 
         `head`: index in `code` at which the code of the statement begins.  The length is 0 if the statement has no
         extra code.
@@ -214,9 +213,9 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost unfinished block.
+        """Return the innermost open block of the program, e.g. a WHILE whose LOOP has not been found yet.
 
-        Return None if there is no unfinished block, or if the block does not begin with `keyword`.
+        Returns None if no block is open, or if the block does not begin with `keyword`.
         """
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
@@ -250,7 +249,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Assign a BREAK to the innermost SWITCH or WHILE block."""
+        """Store that a BREAK statement leaves the innermost open SWITCH or WHILE block."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
@@ -324,7 +323,10 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the code generated so far already notifies subscribers when the statement `number` begins."""
+        """True if the generated code already contains the beginning of the statement `number`.
+
+        The report to subscribers is then not generated again.
+        """
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:

@@ -56,11 +56,11 @@ class Transfer(Protocol):
         """Handle a received character."""
 
     def spoil(self) -> None:
-        """Handle a character with a line error."""
+        """Handle a character that was received with an error, e.g. a wrong parity."""
 
 
 class Dispatcher(Protocol):
-    """The operations that a serial channel requires from the processor."""
+    """Interface through which a serial channel uses the motor's processor, e.g. to execute a command."""
 
     clock: Clock
     i: "array[int]"
@@ -68,7 +68,7 @@ class Dispatcher(Protocol):
     channels: "tuple[Channel, Channel]"
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the motor's state to the last sample at or before the present time."""
+        """Advance the motor's state to the present time, i.e. to the latest servo sample."""
 
     def update_outputs(self) -> None:
         """Update the motor's outputs after a change of its state."""
@@ -87,7 +87,10 @@ class Dispatcher(Protocol):
 
 
 class Channel:
-    """One serial channel of a motor that is switched on."""
+    """One of the two serial channels of a motor.
+
+    A channel exists only while the motor is switched on.
+    """
 
     def __init__(self, motor: Dispatcher, number: int, uart: Uart) -> None:
         self.motor, self.number, self.uart = motor, number, uart
@@ -198,7 +201,7 @@ class Channel:
         if byte <= LAST_ADDRESS:
             # The address byte selects which motor obeys; this motor's own address ADDR does not change.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
-        elif byte in RECORDS:  # Records for other motors are received and ignored.
+        elif byte in RECORDS:  # A binary record for another motor is received completely, and then ignored.
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
@@ -252,7 +255,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # While the flag is 0, no channel has this error: delete the error that an earlier flag has left.
+            # If the flag of an error is 0, errors of this kind that the channels have stored are outdated.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

@@ -43,7 +43,7 @@ class Loaded:
         return result
 
     def _divide(self, sizes: Sequence[int]) -> None:
-        """Reserve a part of the module's memory for each array.
+        """Reserve memory in the WebAssembly module for each array that the function receives.
 
         `sizes`: the sizes of the arrays in bytes.
         """

@@ -73,7 +73,7 @@ def local_tee(index: int) -> bytes:
 
 
 def call(index: int) -> bytes:
-    """Return the instruction that calls a function of the module."""
+    """Return the WebAssembly instruction that calls the function with the given index."""
     return b"\x10" + unsigned(index)
 
 

@@ -78,7 +78,7 @@ class Expressions:
                 return self._common(body, orelse)
             case ast.Call():
                 return self._kind_of_call(node)
-        return w.I64  # a comparison or `not` has an integer value
+        return w.I64  # The expression is a comparison or `not`: its result is an integer.
 
     def _kind_of_call(self, node: ast.Call) -> int:
         called = self._called(node)
@@ -119,7 +119,8 @@ class Expressions:
         called: Callable[..., Any] = self._global(node.func)
         if called not in _BUILT_IN and called not in self._functions:
             raise NotImplementedError(
-                f"{self._definition.name} calls {ast.unparse(node.func)}: expected a function marked with @sampled"
+                f"cannot compile the call of {ast.unparse(node.func)} in {self._definition.name}: "
+                "expected a function with the decorator @sampled"
             )
         return called
 
