@@ -245,7 +245,8 @@ def play(bench: Bench, controller: Controller, script: str) -> None:
     Checks of a state: `at 0 10 0`, `X at 10`, `X between 1 399`, `X moves 120 -20`, `X runs at 400`, `X moving`,
     `X at rest`, `moving`, `still`, `led is high`, `outputs 01000`, `outputs unchanged`, `output4 high for 200 ms`
     (each time since the script began), `output4 high for 48000 to 48007 ms`.  Of the latest motion, pulse by pulse:
-    `X 100 pulses at 200`, `X constant at 200`, `X 300 pulses from 400 to 1000 by 100 at 10000`, `X like Y`, and
+    `X 100 pulses at 200`, `X constant at 200`, `X 300 pulses from 400 to 1000 by 100 at 10000`,
+    `Y 75 of 300 pulses from 400 ...` (the minor axis), `X like Y`, and
     `X begins 3 to 5 ms after Y` (after the last pulse of Y before it).
     """
     seen = {name: edges(pin) for name, pin in controller.pins.items() if name.startswith("output")}
@@ -338,6 +339,10 @@ def _state(
         case [axis, pulses, "pulses", "from", start, "to", top, "by", increment, "at", acceleration]:
             ramp = ramped(int(pulses), int(start), Fraction(top), int(increment), int(acceleration))
             return since_start(axes[axis]), pulse_times_of(ramp)
+        case [axis, minor, "of", pulses, "pulses", "from", start, "to", top, "by", increment, "at", acceleration]:
+            ramp = ramped(int(pulses), int(start), Fraction(top), int(increment), int(acceleration))
+            share = Fraction(minor) / Fraction(pulses)
+            return since_start(axes[axis]), pulse_times_of([(rate * share, seconds) for rate, seconds in ramp])
         case [axis, "like", other]:
             return since_start(axes[axis]), since_start(axes[other])
         case [axis, "begins", low, "to", high, "ms", "after", other]:
