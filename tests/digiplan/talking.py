@@ -1,6 +1,7 @@
 """Helpers of the IF1 and IF2 tests: send messages, run, read answers, moves and levels, and play scripts."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -233,23 +234,34 @@ def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("script", table.values(), ids=table.keys())
 
 
+@dataclass
+class Seen:
+    """Changes of each output since a script began, as (nanoseconds, level), and the marked place."""
+
+    changes: dict[str, list[tuple[int, bool]]]
+    place: tuple[int, int, int]
+
+
 def play(bench: Bench, controller: Controller, script: str) -> None:
     """Carry out the actions and checks of a script, which are separated by `; `.
 
     Actions: `X100$` (send a message), `types x10<CR>` (send characters), `slowly X10$` (send a message, 2 ms before
     each character), `0.5 s` (run), `until CHECK` (run until this check of a state is true), `idle` (until E is not
     `E`), `estop low`, `input1 high`, `estop released` (drive a pin), `host RTS off`, `host parity E`, `power on`,
-    `K?` (send a request, ignore the answer).
+    `K?` (send a request, ignore the answer), `mark` (keep the positions for `moved`).
     Checks of answers: `K: 32`, `F: 8|16` (one of them), `N: X` (the steps of X), `Q: 32` (byte), `receives C<CR>`.
     Nothing else may be received.
-    Checks of a state: `at 0 10 0`, `X at 10`, `X between 1 399`, `X moves 120 -20`, `X runs at 400`, `X moving`,
-    `X at rest`, `moving`, `still`, `led is high`, `outputs 01000`, `outputs unchanged`, `output4 high for 200 ms`
-    (each time since the script began), `output4 high for 48000 to 48007 ms`.  Of the latest motion, pulse by pulse:
-    `X 100 pulses at 200`, `X constant at 200`, `X 300 pulses from 400 to 1000 by 100 at 10000`,
-    `Y 75 of 300 pulses from 400 ...` (the minor axis), `X like Y`, and
+    Checks of a state: `at 0 10 0`, `moved 0 10 0` (since `mark`, or since the script began), `X at 10`,
+    `X between 1 399`, `X moves 120 -20`, `X runs at 400`, `X moving`, `X at rest`, `moving`, `still`, `led is high`,
+    `outputs 01000`.
+    Of the outputs since the script began: `outputs unchanged`, `output4 high for 200 ms` (each time),
+    `output4 high for 48000 to 48007 ms`.
+    Of the latest motion, pulse by pulse: `X 100 pulses at 200`, `X constant at 200`, `X like Y`,
+    `X 300 pulses from 400 to 1000 by 100 at 10000`, `Y 75 of 300 pulses from 400 ...` (the minor axis), and
     `X begins 3 to 5 ms after Y` (after the last pulse of Y before it).
     """
-    seen = {name: edges(pin) for name, pin in controller.pins.items() if name.startswith("output")}
+    changes = {name: edges(pin) for name, pin in controller.pins.items() if name.startswith("output")}
+    seen = Seen(changes, positions(controller))
     for act in script.split("; "):
         words = act.split()
         if words[:1] != ["receives"]:
@@ -264,7 +276,7 @@ def play(bench: Bench, controller: Controller, script: str) -> None:
     assert controller.serial.read() == b""
 
 
-def _act(bench: Bench, controller: Controller, words: list[str], seen: dict[str, list[tuple[int, bool]]]) -> bool:
+def _act(bench: Bench, controller: Controller, words: list[str], seen: Seen) -> bool:
     """Perform an action other than a message; return False if the words are no such action."""
     host = controller.serial.host
     match words:
@@ -286,6 +298,8 @@ def _act(bench: Bench, controller: Controller, words: list[str], seen: dict[str,
             setattr(host, setting, int(value) if value.isdecimal() else value)
         case ["power", "on" | "off" as level]:
             controller.power(level == "on")
+        case ["mark"]:
+            seen.place = positions(controller)
         case ["idle"]:
             until_idle(bench, controller)
         case ["K?" | "F?" | "I?" | "O?" | "E?" | "N?" as request]:
@@ -312,14 +326,15 @@ def _answer(bench: Bench, controller: Controller, words: list[str], act: str) ->
     return True
 
 
-def _state(
-    controller: Controller, words: list[str], seen: dict[str, list[tuple[int, bool]]]
-) -> tuple[object, object] | None:
+def _state(controller: Controller, words: list[str], seen: Seen) -> tuple[object, object] | None:
     """Return the state of which the words speak, and the expected one; None if they are no such check."""
     axes, pins = controller.axes, controller.pins
     match words:
         case ["at", *places]:
             return positions(controller), tuple(map(int, places))
+        case ["moved", *distances]:
+            moved = [now - then for now, then in zip(positions(controller), seen.place, strict=True)]
+            return moved, [int(distance) for distance in distances]
         case [axis, "at", "rest"]:
             return axes[axis].moving, False
         case [axis, "moving"]:
@@ -354,11 +369,11 @@ def _state(
         case [pin, "is", "low" | "high" as level]:
             return pins[pin].level, level == "high"
         case ["outputs", "unchanged"]:
-            return [name for name, changes in seen.items() if changes], []
+            return [name for name, changes in seen.changes.items() if changes], []
         case ["outputs", levels]:
             return outputs(controller), levels
         case [pin, "low" | "high" as level, "for", *lengths, "ms"]:
-            found = [(off - on) / MS for (on, was), (off, _) in pairwise(seen[pin]) if was is (level == "high")]
+            found = [(off - on) / MS for (on, was), (off, _) in pairwise(seen.changes[pin]) if was is (level == "high")]
             if lengths[1:2] == ["to"]:
                 return len(found) == 1 and float(lengths[0]) <= found[0] <= float(lengths[2]), True
             return found, [float(length) for length in lengths]
