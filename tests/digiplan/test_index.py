@@ -33,13 +33,14 @@ from .talking import ask, command, play, pulse_times_of, ready, scripts, since_s
         'Default values: "Index Length 0 steps": such an index has no pulse and ends at once':
         "X$; XYZ0$; 0.1 s; E: C; N: 0; X moves; Y moves; Z moves",
         'Index mode: "send the cancel code "# <CR>". This will stop any axis in motion"; the rest of the index is lost':
-        "X+Y-Z4000$; 1 s; #; 0.01 s; still; X between 1 3999; X like Y; X like Z; N: X; N: Y; N: Z; 20 s; N: X; still",
+        "X+Y-Z4000$; 1 s; #; 0.01 s; still; X between 1 3999; X like Y; X like Z; N: X; N: Y; N: Z; mark; 20 s; "
+        "moved 0 0 0",
         'Index mode: the cancel code is "# <CR>", so `#` alone has no effect':
         "X400$; 0.2 s; types #; 0.2 s; moving; types <CR>; 0.01 s; still",
         "Cancel: it does not change a deceleration in progress; the index takes 342 ms in all":
         "X300@1000$; 0.3 s; #; 1 s; X between 261 300; N: X",
         "Cancel: the index is cancelled, but the programmed distance is kept":
-        "X400$; 0.5 s; #; 0.1 s; X between 1 399; X$; 2 s; X 400 pulses at 400",
+        "X400$; 0.5 s; #; 0.1 s; X between 1 399; mark; X$; 2 s; moved 400 0 0",
         "Cancel: at rest it does nothing and raises no fault": "#; ###; 0.1 s; K: 0; F: 0; X5$; 0.1 s; X at 5",
         "R9: `#` acts at once, and drops the held message":
         "XG$; Y100$; 1 s; X moving; Y at 0; #; 1 s; still; Y at 0; E: C; Z5$; 1 s; Z at 5",
@@ -161,7 +162,7 @@ def test_cancel_at_speed_decelerates_along_the_ramp(bench, if1, move, top, below
 @pytest.mark.parametrize("speed", [400, 200, 7])
 def test_cancel_at_or_below_the_start_stop_speed_stops_at_once(bench, if1, speed):
     """Cancel: at these speeds there is no ramp; # and CR take 2.2 ms, and a strobe 1 ms."""
-    play(bench, if1, f"X4000@{speed}$; 1 s; #; 0.005 s; still; N: X; 5 s; N: X; still")
+    play(bench, if1, f"X4000@{speed}$; 1 s; #; 0.005 s; still; mark; 5 s; moved 0 0 0")
 
 
 def test_cancel_while_accelerating_goes_down_from_there(bench, if1):

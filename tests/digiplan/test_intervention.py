@@ -35,7 +35,7 @@ from .talking import arrivals, ask, command, gaps, play, positions, ready, scrip
         "R22: a sequence ends with a fault, handed over or not":
         ":%:X10@400:$; 0.1 s; receives %<CR>; Y4000$; 0.5 s; estop low; 0.5 s; estop released; K: 32; %; 0.5 s; X at 0",
         'Cancel: "This will stop any axis in motion"; it also ends the sequence that has handed over control':
-        ":%:X20@400:$; 0.1 s; receives %<CR>; Y4000$; 1 s; #; 0.1 s; E: C; Y between 1 3999; %; 1 s; X at 0; N: Y",
+        ":%:X20@400:$; 0.1 s; receives %<CR>; Y4000$; 1 s; #; 0.1 s; E: C; Y between 1 3999; mark; %; 1 s; moved 0 0 0",
         'Intervention: "execute any move instruction it receives": a sequence within a sequence is a data fault':
         ":%:X10@400:$; 0.1 s; receives %<CR>; :Y5@400:Z5:$; :$; 1 s; at 0 0 0; F: 8; %; 1 s; at 10 0 0",
     }

@@ -89,8 +89,8 @@ def test_a_backlash_correction_away_from_the_limit_that_the_move_found(bench):
         "limit_plus low; 0.1 s; K?; X-400@400$; 0.2 s; limit_plus high; 0.01 s; limit_plus low; 0.01 s; "
         "limit_plus high; 0.01 s; limit_plus low; 0.01 s; limit_plus high; 2 s; at -400 0 0",
         "Clearing: any request clears the limit bit; the emergency stop bit only after its input has closed":
-        "X4000@400$; 1 s; estop low; limit_plus low; 0.5 s; K: 96; K: 32; estop released; 0.1 s; K: 32; K: 0; "
-        "X-10$; idle; X 10 pulses at 400",
+        "X4000@400$; 1 s; estop low; limit_plus low; 0.5 s; K: 96; K: 32; estop released; 0.1 s; K: 32; K: 0; mark; "
+        "X-10$; idle; moved -10 0 0",
     }
 )  # fmt: skip
 def test_a_limit_input_at_rest(bench, if1, script):

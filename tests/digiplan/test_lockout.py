@@ -34,8 +34,8 @@ from .talking import ask, play, ready, scripts
         "[; 0.1 s; !!?; @99999; X65536/Y1$; :::; )*; K K; host parity E; X1000$; host parity N; host baudrate 300; "
         "UUUUUU; 1 s; host baudrate 9600; types <CR>; 0.1 s; K: 0; F: 32; ]; 0.1 s; K: 0; F: 0",
         'Battery backup: "power must be temporarily removed in order to reset the system" after an emergency stop':
-        ":X100@400:=0,1:$; [; 1 s; estop low; 0.5 s; estop released; K: 32; K: 32; K: 32; still; X between 300 600; "
-        "5 s; still; X between 300 600; led is high",
+        ":X100@400:=0,1:$; [; 1 s; estop low; 0.5 s; estop released; K: 32; K: 32; K: 32; X between 300 600; mark; "
+        "5 s; moved 0 0 0; led is high",
         "Lockout: `X100[` is a data fault, so the interface is not locked (R7)":
         "types X100; 0.1 s; [; X60$; 0.5 s; at 60 0 0; F: 8",
     }

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.units import S
 
-from .talking import OWN_TIME_NS, edges, gaps, moves, play, positions, scripts, times
+from .talking import OWN_TIME_NS, edges, gaps, moves, play, scripts, times
 
 
 @scripts(
@@ -70,9 +70,7 @@ def test_zero_repeats_for_ever_until_it_is_cancelled(bench, if1):
     """Repeating: "it will continue round until the cancel code "# <CR>" is sent"."""
     play(bench, if1, " : X 1000 @ 400 : Y : X- : Y- : = 0, 1 : $; 1000 s; E: E")  # one pass takes 10 s
     assert len(moves(if1.axes["X"])) in (199, 200, 201)
-    play(bench, if1, "#; 0.1 s; E: C")
-    x, y, _ = positions(if1)
-    play(bench, if1, f"100 s; at {x} {y} 0")
+    play(bench, if1, "#; 0.1 s; E: C; mark; 100 s; moved 0 0 0")
 
 
 @pytest.mark.parametrize("step", ["=1,0", "=1,64", "=1,3", "=0,9"])

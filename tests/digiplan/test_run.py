@@ -39,7 +39,7 @@ def test_go_stands_behind_the_axis(bench, if1, message):
         'Index mode: "More than one axis may be selected"':
         "X+Y-ZG$; 10 s; X runs at 400; Y runs at -400; Z runs at 400; #; 1 s; X like Y; X like Z; N: X; N: Y; N: Z",
         'Run mode: "the interface will default to zero index length", so "the distance MUST be stated"':
-        "X70$; XG$; 1 s; #; 0.1 s; X$; Y$; 1 s; N: 0; Y at 0; X70$; 1 s; X 70 pulses at 400",
+        "X70$; XG$; 1 s; #; 0.1 s; mark; X$; Y$; 1 s; moved 0 0 0; X70$; 1 s; moved 70 0 0",
         "Busy status and motion status: running at speed is 1 + 2": "XG$; 0.1 s; E: E; K: 3",
         'Run mode: "the axis to be moved is selected as before", and then comes G; digest: "after axis/speed"':
         "GX$; 0.2 s; still; K: 128; F: 8; G$; 0.2 s; still; K: 128; F: 8; @500G$; 0.2 s; still; K: 128; F: 8",
@@ -59,16 +59,15 @@ def test_after_an_interpolated_run_the_index_lengths_are_zero(bench, if1):
     command(bench, if1, "#", seconds=0.1)
     x, y = if1.axes["X"].position, if1.axes["Y"].position
     assert (x > 0, 0 <= x - 4 * y < 4) == (True, True)  # the ratio of the lengths is the ratio of the speeds
-    play(bench, if1, f"X$; 1 s; X/Y$; 1 s; at {x} {y} 0; F: 0; X/YG$; 0.2 s; F: 16")  # there is no ratio left
+    play(bench, if1, "X$; 1 s; X/Y$; 1 s; moved 0 0 0; F: 0; X/YG$; 0.2 s; F: 16")  # there is no ratio left
 
 
 @pytest.mark.parametrize("run", ["X@400G$", "X/Y@400G$", ":X@400G:P0,5:A:$"])
 def test_each_index_length_is_zero_until_it_is_said_again(bench, if1, run):
     """Run mode: "the distance MUST be stated in a subsequent index instruction", both distances of an interpolation."""
-    play(bench, if1, f"X200/Y100@400$; 1 s; {run}; 0.3 s; #; 0.3 s; X between 201 1000")
-    x, y = if1.axes["X"].position, if1.axes["Y"].position
-    play(bench, if1, f"Z-$; 0.5 s; X/Y$; 0.5 s; at {x} {y} 0; X50/Y$; 0.5 s; at {x + 50} {y} 0; X/Y25$; 0.5 s; Z$; "
-         f"0.5 s; at {x + 100} {y + 25} 50; F: 0")  # fmt: skip
+    play(bench, if1, f"X200/Y100@400$; 1 s; {run}; 0.3 s; #; 0.3 s; X between 201 1000; mark; Z-$; 0.5 s; "
+         "X/Y$; 0.5 s; moved 0 0 0; X50/Y$; 0.5 s; moved 50 0 0; X/Y25$; 0.5 s; Z$; 0.5 s; "
+         "moved 100 25 50; F: 0")  # fmt: skip
 
 
 def test_a_run_that_is_refused_leaves_the_index_length(bench, if1):
