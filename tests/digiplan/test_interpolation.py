@@ -125,7 +125,7 @@ def test_the_cancel_code_brings_both_axes_down_together(bench, if1):
     axes=st.permutations("XYZ"),
     signs=st.tuples(st.sampled_from("+-"), st.sampled_from("+-")),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_every_interpolated_move_ends_on_exact_counts_and_keeps_to_the_line(
     major, share, speed, acceleration, start_stop, axes, signs
 ):

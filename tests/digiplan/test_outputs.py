@@ -7,7 +7,6 @@ from .talking import play, ready, scripts
 
 @scripts(
     {
-        'Default values: "Outputs 1-5 - Off (reset)"': "outputs 00000",
         'Outputs: ""S2 $ <CR>" turns on output 2"': "S2 $; 0.05 s; outputs 01000",
         'Outputs: ""S13 R2 $ <CR>" turns outputs 1 and 3 on, and turns output 2 off"':
         "S2$; S13 R2 $; 0.05 s; outputs 10100",
@@ -27,7 +26,6 @@ from .talking import play, ready, scripts
         "P4, 20 $; 1 s; output4 high for 200 ms; outputs 00000",
         'Outputs: "The phase of the output pulse will depend on the prior state of the output"':
         "S4$; 0.05 s; P4,20$; 1 s; output4 low for 200 ms; outputs 00010",
-        'Default values: "Pulse output - 10 (100mS)"': "P1$; 1 s; output1 high for 100 ms",
         # the second pulse begins after the first one
         'Acceleration: "will remember any programmed data unless it is overwritten": the pulse length, too':
         "P4,20$; P5$; until output4 is high; 0.199 s; outputs 00010; 0.8 s; output4 high for 200 ms; "
