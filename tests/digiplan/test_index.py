@@ -83,7 +83,7 @@ def test_the_distance_at_speed_is_the_index_less_both_ramps(bench, if1):
     ],
 )  # fmt: skip
 def test_a_short_index_has_a_small_plateau_at_the_top(bench, if1, distance, levels_used, left_over, plateau):
-    """Index mode: "a symmetrical acceleration and deceleration with a small plateau at the top".
+    """Index mode: "a profile giving a symmetrical acceleration and deceleration with a small plateau at the top".
 
     R11: as many levels as fit; the steps left over run at the next level.
     """

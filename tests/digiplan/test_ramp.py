@@ -83,7 +83,7 @@ def test_the_last_rise_may_be_smaller(bench, if1):
     {
         'Start/stop: "Below this speed, no acceleration is applied and the clock will run at a fixed frequency"':
         "<12; X200@1200$; 3 s; X 200 pulses at 1200; X200@1100$; 3 s; X 200 pulses at 1100",
-        'Acceleration: data "may be sent as part of the initialisation routine or ... with the first move": an example':
+        'Acceleration: "may be sent as part of the initialisation routine or may be included with the first move"':
         ">1 <10 ^15 @ 4800 X 5000 $; 5 s; X 5000 pulses from 1000 to 4800 by 100 at 15000",
         "Acceleration: the manual's example of parameters in one message, before the move":
         ">1<10^15@4800; Z5000$; 5 s; Z 5000 pulses from 1000 to 4800 by 100 at 15000",
@@ -91,7 +91,7 @@ def test_the_last_rise_may_be_smaller(bench, if1):
         "X1000@1000^20$; 5 s; X 1000 pulses from 400 to 1000 by 100 at 20000",
         'Acceleration: ""^7 <CR>" will set an acceleration rate of 7000 steps/sec2"':
         "^7@2000; Z3000$; 12 s; Z 3000 pulses from 400 to 2000 by 100 at 7000",
-        'Acceleration: "the rate at which the clock accelerates ... up to the programmed speed": slowly':
+        'Acceleration: "the rate at which the clock accelerates from the start/stop speed up to the programmed speed"':
         "^1@1500; Z4000$; 12 s; Z 4000 pulses from 400 to 1500 by 100 at 1000",
         "Acceleration: the steepest ramp": "^500@25000; Z9000$; 12 s; Z 9000 pulses from 400 to 25000 by 100 at 500000",
         "Acceleration: range 2": ">2^20@5000; Z5000$; 12 s; Z 5000 pulses from 400 to 5000 by 200 at 20000",
