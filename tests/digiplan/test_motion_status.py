@@ -56,7 +56,7 @@ def test_motion_status_on_a_slow_ramp(bench, if1, script):
         "0.1 s; E: F; K: 64; E: C; ?; 0.1 s; E: F; F: 8; E: C",
         "R20: E answers `[` if locked, otherwise F in a fault, otherwise E if busy, otherwise C":
         "?; X4000@400$; E: F; [; E: [; ]; F: 8; E: E; #; 0.1 s; E: C",
-        'Report-back: "except for ... about 1 second following receipt of new acceleration ... data"; sample 7':
+        'Report-back: "except for a period of about 1 second following receipt of new acceleration ... data"; sample 7':
         "X400@400^20$; E; 0.95 s; at 0 0 0; 0.15 s; receives E<CR>; X between 1 399",
         "Input status: 8 + 64 + 128 for inputs 1 to 3 without current": "I: 200",
         'Input status: "will read all inputs"; resetting needs a motion status request':

@@ -36,8 +36,7 @@ from .talking import OWN_TIME_NS, edges, gaps, moves, play, scripts, times
         "X moves 1000 -1000 1000 -1000 1000 -1000; E: E; K: 0; O: 1; input1 high; 4.9 s; X at 1000; Y between 901 1000",
         'Repeating: "restarted from step 1", with all passes, after a cancel in the second of five passes':
         "input1 high; :H1X100@400:=4,1:$; 0.4 s; input1 low; 0.5 s; at 200 0 0; #; input1 high; :$; idle; at 700 0 0",
-        # 4 × 256 times 990 ms, about 17 minutes, are exact but for the interface's own time
-        "Repeating a delay: an index of an hour in repeats costs nothing extra":
+        "Repeating a delay: 4 x 256 times 990 ms, about 17 minutes, are exact but for the interface's own time":
         ":S1:P0,99:=255,2:=3,2:R1:$; 1020 s; output1 high for 1013760 to 1014789 ms",
     }
 )  # fmt: skip
