@@ -39,8 +39,7 @@ SLOW_FILES = {
     "conversations": "golden recorder",
     "diagnostics": "check_agrees check_fix check_formats codes",
     "digiplan": "anything at_every_moment backlash battery_backup check command_list control_of_data_transfer"
-    " data_format faults index initialisation interpolation listing memory_image ramp repeats"
-    " sequence_properties speed stored_state",
+    " data_format faults initialisation interpolation listing memory_image ramp sequence_properties stored_state",
     "editor": "editing lsp",
     "examples": "scenes",
     "fault_injection": "anywhere machines triggers",

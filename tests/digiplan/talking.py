@@ -1,6 +1,7 @@
 """Helpers of the IF1 and IF2 tests: send messages, run, read answers, moves and levels, and play scripts."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -177,6 +178,11 @@ def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
     return controller.axes[axis].velocity
 
 
+def outputs(controller: Controller) -> str:
+    """Return the levels of outputs 1 to 5 as five digits."""
+    return "".join(str(int(controller.pins[f"output{n}"].level)) for n in range(1, 6))
+
+
 def edges(pin: Pin) -> list[tuple[int, bool]]:
     """Return a list that grows with (nanoseconds, level) of each change of the pin."""
     seen: list[tuple[int, bool]] = []
@@ -228,37 +234,72 @@ def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("script", table.values(), ids=table.keys())
 
 
+@dataclass
+class Seen:
+    """Changes of each output since a script began, as (nanoseconds, level), and the marked place."""
+
+    changes: dict[str, list[tuple[int, bool]]]
+    place: tuple[int, int, int]
+
+
 def play(bench: Bench, controller: Controller, script: str) -> None:
     """Carry out the actions and checks of a script, which are separated by `; `.
 
-    Actions: `X100$` (send a message), `0.5 s` (run), `estop low`, `estop high`, `estop released` (drive a pin),
-    `host RTS off`, `power on`, `idle` (run until E is not `E`), `K?` (send a request, ignore the answer).
-    Checks: `K: 32` (answer), `Q: 32` (byte), `at 0 10 0`, `X at 10`, `X moves 120 -20`, `X runs at 400`, `X moving`,
-    `X at rest`, `moving`, `still`, `led is high`, `outputs 01000`, `receives C<CR>`.  Nothing else may be received.
+    Actions: `X100$` (send a message), `types x10<CR>` (send characters), `slowly X10$` (send a message, 2 ms before
+    each character), `0.5 s` (run), `until CHECK` (run until this check of a state is true), `idle` (until E is not
+    `E`), `estop low`, `input1 high`, `estop released` (drive a pin), `host RTS off`, `host parity E`, `power on`,
+    `K?` (send a request, ignore the answer), `mark` (keep the positions for `moved`).
+    Checks of answers: `K: 32`, `F: 8|16` (one of them), `N: X` (the steps of X), `Q: 32` (byte), `receives C<CR>`.
+    Nothing else may be received.
+    Checks of a state: `at 0 10 0`, `moved 0 10 0` (since `mark`, or since the script began), `X at 10`,
+    `X between 1 399`, `X moves 120 -20`, `X runs at 400`, `X moving`, `X at rest`, `moving`, `still`, `led is high`,
+    `outputs 01000`.
+    Of the outputs since the script began: `outputs unchanged`, `output4 high for 200 ms` (each time),
+    `output4 high for 48000 to 48007 ms`.
+    Of the latest motion, pulse by pulse: `X 100 pulses at 200`, `X constant at 200`, `X like Y`,
+    `X 300 pulses from 400 to 1000 by 100 at 10000`, `Y 75 of 300 pulses from 400 ...` (the minor axis), and
+    `X begins 3 to 5 ms after Y` (after the last pulse of Y before it).
     """
+    changes = {name: edges(pin) for name, pin in controller.pins.items() if name.startswith("output")}
+    seen = Seen(changes, positions(controller))
     for act in script.split("; "):
         words = act.split()
-        if words[0] != "receives":
+        if words[:1] != ["receives"]:
             assert controller.serial.read() == b"", f"received before {act!r}"
-        if not _act(bench, controller, words) and not _check(bench, controller, words, act):
+        if _act(bench, controller, words, seen) or _answer(bench, controller, words, act):
+            continue
+        if (found := _state(controller, words, seen)) is not None:
+            assert found[0] == found[1], act
+        else:
             assert act == act.upper(), f"neither an action nor a check: {act!r}"
             write(controller, act)
     assert controller.serial.read() == b""
 
 
-def _act(bench: Bench, controller: Controller, words: list[str]) -> bool:
+def _act(bench: Bench, controller: Controller, words: list[str], seen: Seen) -> bool:
     """Perform an action other than a message; return False if the words are no such action."""
+    host = controller.serial.host
     match words:
         case [seconds, "s"]:
             bench.run(float(seconds))
+        case ["until", *check]:
+            assert bench.run_until(lambda: equal(_state(controller, check, seen)), 100), " ".join(words)
+        case ["types", *text]:
+            write(controller, _characters(" ".join(text)), end="")
+        case ["slowly", *text]:
+            each_character(bench, controller, " ".join(text) + "\r", lambda n: bench.run(0.002))
         case [pin, "low" | "high" as level]:
             controller.pins[pin].drive(level == "high")
         case [pin, "released"]:
             controller.pins[pin].release()
         case ["host", line, "on" | "off" as level]:
-            setattr(controller.serial.host, line.lower(), level == "on")
+            setattr(host, line.lower(), level == "on")
+        case ["host", setting, value]:
+            setattr(host, setting, int(value) if value.isdecimal() else value)
         case ["power", "on" | "off" as level]:
             controller.power(level == "on")
+        case ["mark"]:
+            seen.place = positions(controller)
         case ["idle"]:
             until_idle(bench, controller)
         case ["K?" | "F?" | "I?" | "O?" | "E?" | "N?" as request]:
@@ -268,33 +309,82 @@ def _act(bench: Bench, controller: Controller, words: list[str]) -> bool:
     return True
 
 
-def _check(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
-    """Perform a check; return False if the words are no check."""
+def _answer(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
+    """Check an answer; return False if the words are no such check."""
     match words:
+        case ["N:", "X" | "Y" | "Z" as axis]:
+            assert number(bench, controller, "N") == abs(controller.axes[axis].position), act
         case ["K:" | "F:" | "I:" | "O:" | "E:" | "N:" as request, answer]:
-            assert (act, status(bench, controller, request[0])) == (act, answer)
+            obtained = status(bench, controller, request[0])
+            assert obtained in answer.split("|"), f"{act}: {obtained}"
         case ["Q:", value]:
             assert ask(bench, controller, "Q") == bytes([int(value)]), act
-        case ["at", *places]:
-            assert list(positions(controller)) == [int(place) for place in places]
-        case [axis, "at", "rest"]:
-            assert not controller.axes[axis].moving, act
-        case [axis, "moving"]:
-            assert controller.axes[axis].moving, act
-        case [axis, "at", place]:
-            assert (act, controller.axes[axis].position) == (act, int(place))
-        case [axis, "moves", *lengths]:
-            assert moves(controller.axes[axis]) == [int(length) for length in lengths], act
-        case [axis, "runs", "at", speed]:
-            assert controller.axes[axis].velocity == int(speed), act
-        case ["moving" | "still" as state]:
-            assert moving(controller) is (state == "moving"), act
-        case [pin, "is", "low" | "high" as level]:
-            assert controller.pins[pin].level is (level == "high"), act
-        case ["outputs", levels]:
-            assert "".join(str(int(controller.pins[f"output{n}"].level)) for n in range(1, 6)) == levels
-        case ["receives", text]:
-            assert controller.serial.read() == text.replace("<CR>", "\r").replace("<LF>", "\n").encode("ascii"), act
+        case ["receives", *text]:
+            assert controller.serial.read().decode("latin-1") == _characters(" ".join(text)), act
         case _:
             return False
     return True
+
+
+def _state(controller: Controller, words: list[str], seen: Seen) -> tuple[object, object] | None:
+    """Return the state of which the words speak, and the expected one; None if they are no such check."""
+    axes, pins = controller.axes, controller.pins
+    match words:
+        case ["at", *places]:
+            return positions(controller), tuple(map(int, places))
+        case ["moved", *distances]:
+            moved = [now - then for now, then in zip(positions(controller), seen.place, strict=True)]
+            return moved, [int(distance) for distance in distances]
+        case [axis, "at", "rest"]:
+            return axes[axis].moving, False
+        case [axis, "moving"]:
+            return axes[axis].moving, True
+        case [axis, "at", place]:
+            return axes[axis].position, int(place)
+        case [axis, "between", low, high]:
+            return int(low) <= axes[axis].position <= int(high), True
+        case [axis, "moves", *lengths]:
+            return moves(axes[axis]), [int(length) for length in lengths]
+        case [axis, "runs", "at", speed]:
+            return axes[axis].velocity, Fraction(speed)
+        case [axis, pulses, "pulses", "at", rate]:
+            return since_start(axes[axis]), constant(Fraction(rate), int(pulses))
+        case [axis, "constant", "at", rate]:
+            return since_start(axes[axis]), constant(Fraction(rate), len(since_start(axes[axis])))
+        case [axis, pulses, "pulses", "from", start, "to", top, "by", increment, "at", acceleration]:
+            ramp = ramped(int(pulses), int(start), Fraction(top), int(increment), int(acceleration))
+            return since_start(axes[axis]), pulse_times_of(ramp)
+        case [axis, minor, "of", pulses, "pulses", "from", start, "to", top, "by", increment, "at", acceleration]:
+            ramp = ramped(int(pulses), int(start), Fraction(top), int(increment), int(acceleration))
+            share = Fraction(minor) / Fraction(pulses)
+            return since_start(axes[axis]), pulse_times_of([(rate * share, seconds) for rate, seconds in ramp])
+        case [axis, "like", other]:
+            return since_start(axes[axis]), since_start(axes[other])
+        case [axis, "begins", low, "to", high, "ms", "after", other]:
+            begin = start_ns(axes[axis])
+            after = begin - max(at_ns for at_ns in times(axes[other]) if at_ns <= begin)
+            return float(low) * MS <= after <= float(high) * MS, True
+        case ["moving" | "still" as state]:
+            return moving(controller), state == "moving"
+        case [pin, "is", "low" | "high" as level]:
+            return pins[pin].level, level == "high"
+        case ["outputs", "unchanged"]:
+            return [name for name, changes in seen.changes.items() if changes], []
+        case ["outputs", levels]:
+            return outputs(controller), levels
+        case [pin, "low" | "high" as level, "for", *lengths, "ms"]:
+            found = [(off - on) / MS for (on, was), (off, _) in pairwise(seen.changes[pin]) if was is (level == "high")]
+            if lengths[1:2] == ["to"]:
+                return len(found) == 1 and float(lengths[0]) <= found[0] <= float(lengths[2]), True
+            return found, [float(length) for length in lengths]
+    return None
+
+
+def _characters(text: str) -> str:
+    return text.replace("<CR>", "\r").replace("<LF>", "\n")
+
+
+def equal(found: tuple[object, object] | None) -> bool:
+    """True if a state is the expected one."""
+    assert found is not None, "not a check of a state"
+    return found[0] == found[1]

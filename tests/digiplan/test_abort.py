@@ -6,23 +6,7 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import (
-    command,
-    gaps,
-    moves,
-    number,
-    play,
-    positions,
-    pulse_times_of,
-    scripts,
-    since_start,
-    start_ns,
-    status,
-    status_word,
-    times,
-    until_idle,
-    write,
-)
+from .talking import command, gaps, moves, play, pulse_times_of, scripts, since_start, start_ns, times
 
 # A run at 1000 steps/s from the default start/stop 400, acceleration 10,000, range 1: levels 400 ... 900 of 10 ms each,
 # 4 + 5 + 6 + 7 + 8 + 9 = 39 pulses, and the same on the way down.
@@ -31,19 +15,15 @@ RAMP, RAMP_NS = 39, 60 * MS
 
 def test_a_run_is_stopped_again_by_a_high_level(bench, if1):
     """Aborting: "start the X motor ..., and will stop it again when a high level is seen"."""
-    if1.pins["input1"].drive(False)
-    command(bench, if1, ": X @ 1000 G : H1 A : $", seconds=10.0)
-    assert (status(bench, if1, "E"), status_word(bench, if1), number(bench, if1, "O")) == ("E", 3, 2)
+    play(bench, if1, "input1 low; : X @ 1000 G : H1 A : $; 10 s; E: E; K: 3; O: 2")
     x = times(if1.axes["X"])
     assert set(gaps(x[RAMP:])) == {1 * MS}
 
     before, at_ns = len(x), bench.now
-    if1.pins["input1"].drive(True)
-    bench.run(1.0)
+    play(bench, if1, "input1 high; 1 s; E: C; K: 0")
     x = times(if1.axes["X"])
     assert RAMP <= len(x) - before <= RAMP + 51  # up to 50 ms have passed with requests of O
     assert x[-1] - at_ns <= RAMP_NS + 2 * MS
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
 
 
 def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
@@ -59,54 +39,21 @@ def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
     assert since_start(if1.axes["X"]) == pulse_times_of([*up, along, *reversed(up)])
 
 
-@pytest.mark.parametrize("step", ["L1A", "H2L1A", "H2L1A=0,3", "A"])
+@pytest.mark.parametrize("step", ["L1A", "H2L1A", "H2L1A=0,3"])
 def test_the_abort_may_have_inputs_before_and_a_repeat_after_it(bench, if1, step):
     """Aborting, format: "Read inputs for high levels ... low levels ... Send abort command ... Send repeat data"."""
-    if1.pins["input1"].drive(True)
-    if1.pins["input2"].drive(False)
-    command(bench, if1, f":X@200G:P0,20:{step}:$", seconds=1.0)
-    if step != "A":
-        assert status_word(bench, if1) == 3
-        if1.pins["input2"].drive(True)
-        bench.run(0.1)
-        if1.pins["input1"].drive(False)
-        bench.run(0.1)
-    assert status_word(bench, if1) == 0
-
-
-def test_a_run_below_start_stop_speed_ends_at_once_and_counts(bench, if1):
-    """Aborting, after a delay instead of an input: a run of 500 ms at 206.25 steps/s is 103 steps."""
-    write(if1, ":X@206G:P0,50:A:Y7:$")  # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
-    until_idle(bench, if1)
-    assert positions(if1) == (103, 7, 0)
-
-
-def test_the_repeat_command_can_be_combined_with_an_abort(bench, if1):
-    """Aborting: ": H3 A = 2, 1 :" "the run will be aborted and the sequence will repeat twice from step 1"."""
-    if1.pins["input3"].drive(False)
-    write(if1, ":X@200G:P0,5:H3A=2,1:$")
-    for _ in range(3):
-        bench.run(1.0)
-        assert status_word(bench, if1) == 3
-        if1.pins["input3"].drive(True)
-        bench.run(0.01)
-        if1.pins["input3"].drive(False)
-    bench.run(1.0)
-    assert len(moves(if1.axes["X"])) == 3
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
-
-
-def test_the_next_step_waits_until_the_aborted_run_stands(bench, if1):
-    """Aborting: there is one ramp generator, so the Y move begins when the X axis is at rest."""
-    write(if1, ":X@1000G:P0,50:A:Y20@400:$")
-    until_idle(bench, if1)
-    assert times(if1.axes["X"])[-1] < times(if1.axes["Y"])[0]
-    # up 39 in 60 ms, 440 ms at 1000 steps/s, down 39: 518; the phase at the cut adds no more than one
-    assert positions(if1)[0] in (518, 519, 520) and positions(if1)[1] == 20
+    play(bench, if1, f"input1 high; input2 low; :X@200G:P0,20:{step}:$; 1 s; K: 3; input2 high; 0.1 s; input1 low; "
+         "0.1 s; K: 0")  # fmt: skip
 
 
 @scripts(
     {
+        # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
+        "Aborting, after a delay instead of an input: a run of 500 ms at 206.25 steps/s is 103 steps":
+        ":X@206G:P0,50:A:Y7:$; idle; at 103 7 0",
+        # up 39 in 60 ms, 440 ms at 1000 steps/s, down 39: 518; the phase at the cut adds no more than one
+        "Aborting: there is one ramp generator, so the Y move begins when the X axis is at rest":
+        ":X@1000G:P0,50:A:Y20@400:$; idle; Y begins 0 to 5 ms after X; X between 518 520; Y at 20",
         "Aborting: a run-mode move is followed by other steps":
         ":X@1000G:S1:P2,50:H1A:$; 0.2 s; output1 is high; output2 is high; 1 s; output2 is low; K: 3",
         'Run mode: "the data used in a previous index will be lost ... default to zero index length"':
@@ -116,26 +63,18 @@ def test_the_next_step_waits_until_the_aborted_run_stands(bench, if1):
         "Aborting without a run: the sequence continues": ":A:X10@400:A:Y10:$; idle; at 10 10 0; F: 0",
         'Command list: A is "Abort in Sequence Mode"; a direct message with it is a data fault (R7)':
         "X@200G$; 1 s; A$; 0.1 s; H1A$; 1 s; K: 131; F: 8",
+        'R36: a move "waits until the run is stopped"; only the cancel code can stop it, which ends the sequence':
+        ":X@200G:Y100:$; 20 s; Y at 0; K: 3; O: 2; E: E; #; 1 s; Y at 0; K: 0; E: C",
+        'Aborting: "stop the run-mode move", of all its axes at the same time':
+        ":X-Y@1000G:P0,99:A:$; idle; Y between 901 1100; X like Y; N: X; N: Y; X between -1100 -901",
     }
 )  # fmt: skip
 def test_runs_in_a_sequence(bench, if1, script):
     play(bench, if1, script)
 
 
-def test_a_move_after_a_run_that_goes_on_waits_for_the_run_to_be_stopped(bench, if1):
-    """R36: a move "waits until the run is stopped"; only the cancel code can stop it, which ends the sequence."""
-    command(bench, if1, ":X@200G:Y100:$", seconds=20.0)
-    assert positions(if1)[1] == 0
-    assert (status_word(bench, if1), number(bench, if1, "O"), status(bench, if1, "E")) == (3, 2, "E")
-    command(bench, if1, "#", seconds=1.0)
-    assert positions(if1)[1] == 0
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
-
-
-def test_a_run_of_two_axes_is_aborted_together(bench, if1):
-    """Aborting: "stop the run-mode move", of all its axes at the same time."""
-    write(if1, ":X-Y@1000G:P0,99:A:$")
-    until_idle(bench, if1)
-    x, y, _ = positions(if1)
-    assert x == -y and y > 900
-    assert times(if1.axes["X"]) == times(if1.axes["Y"])
+def test_the_repeat_command_can_be_combined_with_an_abort(bench, if1):
+    """Aborting: ": H3 A = 2, 1 :" "the run will be aborted and the sequence will repeat twice from step 1"."""
+    again = "; 1 s; K: 3; input3 high; 0.01 s; input3 low"
+    play(bench, if1, f"input3 low; :X@200G:P0,5:H3A=2,1:${again * 3}; 1 s; E: C; K: 0")
+    assert len(moves(if1.axes["X"])) == 3

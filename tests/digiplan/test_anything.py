@@ -3,14 +3,28 @@
 from collections.abc import Callable, Sequence
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.sim import LineError
 
-from .talking import arrivals, ask, command, each_character, edges, initialise, moves, moving, ready, send, write
+from .talking import (
+    arrivals,
+    ask,
+    command,
+    each_character,
+    edges,
+    initialise,
+    moves,
+    moving,
+    play,
+    positions,
+    ready,
+    send,
+    write,
+)
 
 LANGUAGE = "XYZ+-0123456789$@<>^BGHLSRP,/:=A%#DKIOQEFN[]()*UV \r\n"
 
@@ -18,7 +32,7 @@ COMMANDS = [
     "X10$", "Y-20@300$", "XYZ+5$", "XG$", "Y-G$", "#", "@1000", ">2", "<3", "^20", "B-5", "XB$", "D1", "D0",
     "S1$", "R1$", "S12R3$", "P1,5$", "P0,9$", "H1X5$", "L2X5$", "X400S1$", "K", "I", "O", "Q", "E", "F", "N", "[", "]",
     ":X10:Y:=2,1:$", ":$", ":H1:X5:$", ":XG:H1A:$", ":X5:%:Y:$", "%", "X100/Y50@500$", "XY/Z$", ":", "$", "(", "*",
-    "U61",
+    "U61", ":S1:X40@600:P2,5:Y-40:=2,2:R1:$", ":X@500G:P0,9:A:%:Y9:$", "X100/Y30$", "H1L2X9$", "P4,20$", "X-@700G$",
 ]  # fmt: skip
 
 messages = st.one_of(
@@ -46,12 +60,11 @@ def host(line: str, value: object) -> Act:
     return Act(f"host.{line}={value}", lambda bench, it: setattr(it.serial.host, line, value))
 
 
+PINS = ("input1", "input2", "input3", "estop", "limit_plus", "limit_minus", "x_fault", "y_fault")
+LEVELS = [drive(pin, level) for pin in PINS for level in (True, False)]
 TROUBLE = [
-    *(
-        drive(pin, level)
-        for pin in ("input1", "input2", "input3", "estop", "limit_plus", "limit_minus", "x_fault", "y_fault", "supply")
-        for level in (True, False)
-    ),
+    *LEVELS,
+    *(drive("supply", level) for level in (True, False)),
     *(host(line, value) for line in ("dtr", "rts") for value in (True, False)),
     *(host("baudrate", value) for value in (110, 1200, 4800, 9600, 115_200)),
     *(host("parity", value) for value in "NEOMS"),
@@ -70,15 +83,12 @@ TROUBLE = [
     Act("X is free", lambda bench, it: it.axes["X"].jam(False)),
 ]
 
-acts = st.one_of(
-    messages.map(lambda data: Act(repr(data), lambda bench, it: it.serial.write(data))),
-    messages.map(lambda data: Act(repr(data + b"\r"), lambda bench, it: it.serial.write(data + b"\r"))),
-    st.sampled_from(TROUBLE),
-    st.floats(0, 0.3).map(lambda seconds: Act(f"+{seconds}", lambda bench, it: bench.run(seconds))),
-    st.sampled_from([0.0, 0.001, 0.02, 1.1, 5.0]).map(
-        lambda seconds: Act(f"+{seconds}", lambda bench, it: bench.run(seconds))
-    ),
+sayings = st.one_of(messages, messages.map(lambda data: data + b"\r")).map(
+    lambda data: Act(repr(data), lambda bench, it: it.serial.write(data))
 )
+times = st.floats(0, 0.3) | st.sampled_from([0.0, 0.001, 0.02, 1.1, 5.0])
+waits = times.map(lambda seconds: Act(f"+{seconds}", lambda bench, it: bench.run(seconds)))
+acts = sayings | st.sampled_from(TROUBLE) | waits
 
 given_anything = given(
     st.sampled_from(["if1", "if2"]),
@@ -105,7 +115,7 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
     return received, changes, motion, first, [axis.position for axis in it.axes.values()], bench.now
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150)
 @given_anything
 def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring, happenings):
     """After any actions, once all faults are removed and the power is cycled, the interface works as when new."""
@@ -144,11 +154,37 @@ def put_right(bench: Bench, it: Controller) -> None:
     it.power(True)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40)
 @given_anything
 def test_two_runs_are_identical(model, form, line, wiring, happenings):
     """The same inputs at the same virtual times give the same bytes and the same pulses."""
     assert live(model, form, line, wiring, happenings) == live(model, form, line, wiring, happenings)
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(sayings | st.sampled_from(LEVELS) | waits, max_size=14),
+    st.sampled_from(("if1", "if2")),
+    st.sampled_from(("U61", "U62", "V61")),
+)
+def test_after_any_bytes_and_levels_it_works_without_a_power_cycle(happenings, model, form):
+    """Wrong input is ignored and sets a flag; afterwards the interface still works."""
+    bench = Bench()
+    it = ready(bench, form, model)
+    for happening in happenings:
+        happening.does(bench, it)
+    for name in PINS:
+        it.pins[name].release()
+    bench.run(2)
+    end = "\n" if form[0] == "V" else "\r"
+    for text in ("", form, "]", "#", "K", "K", "F", "D0"):  # the format is needed if a `(` after `[` has broken in
+        send(bench, it, text, seconds=1.2, end=end)
+    bench.run(20)
+    it.serial.read()
+    assert b"C" in ask(bench, it, "E", end=end)
+    before = positions(it)
+    send(bench, it, "@400", "X7$", seconds=1, end=end)
+    assert positions(it) == (before[0] + 7, *before[1:])
 
 
 TIMELESS = [
@@ -165,7 +201,7 @@ def outcome(bench: Bench, it: Controller) -> tuple[object, ...]:
     return it.serial.read(), moved, [pin.level for pin in it.pins.values()], ask(bench, it, "F")
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40)
 @given(st.lists(st.sampled_from(TIMELESS), max_size=6), st.floats(0, 0.05), st.sampled_from(["U61", "U62", "U24"]))
 def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
     """A message has the same effect at once as byte by byte with pauses."""
@@ -197,7 +233,7 @@ def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
     assert session(step) == session(0.5)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.binary(max_size=60))
 def test_rubbish_before_initialisation_does_no_harm(rubbish):
     """Initialisation: only `(` is accepted; if the random bytes contain one, a later `(` is answered too.
@@ -217,7 +253,39 @@ def test_rubbish_before_initialisation_does_no_harm(rubbish):
     assert ask(bench, if1, "(", end="") == b"U\r"
 
 
-@settings(max_examples=60, deadline=None)
+@given(
+    line=st.builds(
+        "{} {}{}{}".format,
+        st.sampled_from((300, 1200, 2400, 4800, 9600)),
+        st.sampled_from((7, 8)),
+        st.sampled_from("NEO"),
+        st.sampled_from((1, 2)),
+    ),
+    data=st.lists(st.sampled_from((b"(", b"U", b"61", b"\r", b"+", b"G", b"\0", b"\xff", b"((")), max_size=6).map(
+        b"".join
+    ),
+)
+@example(line="9600 7N1", data=b"(+")
+@example(line="9600 7O1", data=b"G\r%\r")
+@settings(max_examples=60)
+def test_characters_of_any_frame_before_initialisation(line, data):
+    """Initialisation: after any characters in another format, a host in the right format gets its `U`."""
+    bench = Bench()
+    if1 = bench.add("if1", line=line)
+    bench.run(1.5)
+    if1.serial.write(data)
+    bench.run(1.0)
+    if1.power_cycle()
+    host = if1.serial.host
+    host.bytesize, host.parity, host.stopbits = 8, "N", 2
+    bench.run(1.5)
+    if1.serial.read()
+    if1.serial.write(b"(")
+    bench.run(0.2)
+    assert if1.serial.read() == b"U\r"
+
+
+@settings(max_examples=60)
 @given(st.text(LANGUAGE.replace("[", "").replace("#", ""), max_size=60))
 def test_after_any_message_cancel_makes_it_ready(text):
     """Cancel: after any text, `#` CR and a request of the faults make the interface ready."""
@@ -250,10 +318,7 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
     assert not if1.pins["output1"].level and not if1.serial.dtr
     if1.power(True)
     initialise(bench, if1)
-    assert ask(bench, if1, "K") == b"0\r"
-    write(if1, "X5B$")  # backlash is 0 again, speed 400
-    bench.run(1)
-    assert if1.axes["X"].position == stopped + 5
+    play(bench, if1, f"K: 0; X5B$; 1 s; X at {stopped + 5}")  # backlash is 0 again, speed 400
 
 
 @pytest.mark.parametrize(
@@ -269,12 +334,7 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
 def test_odd_orders(bench, if1, message):
     """R7: no part of a wrong message is executed, and the next message is executed."""
     command(bench, if1, message, seconds=5)
-    command(bench, if1, "#", seconds=0.5)
-    ask(bench, if1, "F")
-    ask(bench, if1, "K")
-    if1.serial.read()
-    command(bench, if1, "Y9@400$", seconds=0.5)
-    assert (ask(bench, if1, "E"), if1.axes["Y"].position) == (b"C\r", 9)
+    play(bench, if1, "#; 0.5 s; F?; K?; Y9@400$; 0.5 s; E: C; Y at 9")
 
 
 def test_a_flood_does_no_harm_and_leaves_no_trace_after_cancel(bench, if1):

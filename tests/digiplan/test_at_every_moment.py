@@ -9,7 +9,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import command, moves, moving, number, positions, ready, send, status, status_word, times, write
+from .talking import command, moves, play, ready, status, write
 
 EVERYTHING = ":S1:X60@900BP2,3:H1L2Y-60/Z10@600S3:X@700G:P0,5:H1A:R1:P2,2:Z-9@100:=1,2:R3:$"
 """A short index with ramp and backlash correction, pulses, waits, an interpolation, a run and its abort, a repeat."""
@@ -59,155 +59,80 @@ def test_the_sequence_itself():
     # 50 ms from the start: level 400, 500, 600 of 10 ms: 15 steps, 20 ms at 700: 14; down 15: 44 and what own time adds
     assert 44 <= run <= 46
     assert x == [70, -10, run] * 2
-    assert moves(if2.axes["Y"]) == [-60] * 2
-    assert moves(if2.axes["Z"]) == [10, -9] * 2
-    assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
+    play(bench, if2, "Y moves -60 -60; Z moves 10 -9 10 -9; outputs 00000")
     assert len(MOMENTS) > 30
 
 
-def assert_recovered(bench: Bench, if2: Controller) -> None:
+def recovered(bench: Bench, if2: Controller) -> None:
     """Assert that the interface is at rest and clear, that no output pulse remains, and that moves work."""
-    for _ in range(2):
-        status_word(bench, if2)
-    number(bench, if2, "F")
-    assert not moving(if2)
-    assert (status(bench, if2, "E"), status_word(bench, if2)) == ("C", 0)
-    assert not if2.pins["output2"].level
-    before = positions(if2)
-    command(bench, if2, "XY-25@400$", seconds=0.5)
-    assert positions(if2) == (before[0] + 25, before[1] - 25, before[2])
-    command(bench, if2, ":$", seconds=4.0)
-    assert status(bench, if2, "E") == "C"
+    play(bench, if2, "K?; K?; F?; still; E: C; K: 0; output2 is low; mark; XY-25@400$; 0.5 s; moved 25 -25 0; :$; 4 s; "
+         "E: C")  # fmt: skip
     assert moves(if2.axes["Y"])[-2:] == [-60] * 2 and moves(if2.axes["Z"])[-4:] == [10, -9] * 2
 
 
-def at_every_moment(act: Act, check: Act) -> None:
-    """Play the sequence once for each moment; call `act` at the moment and `check` at the end."""
+def at_every_moment(script: str, end: Act = recovered) -> None:
+    """Play the sequence once for each moment; at the moment play `script`, and call `end` at the end."""
     for moment_ns in MOMENTS:
         bench, if2 = begin()
         bench.run(moment_ns / S)
-        act(bench, if2)
-        check(bench, if2)
+        play(bench, if2, script)
+        end(bench, if2)
 
 
 def test_cancelling_at_every_moment():
     """Cancel: "This will stop any axis in motion"; it also ends a wait, a pulse or a pause before a reversal."""
-
-    def cancel(bench: Bench, if2: Controller) -> None:
-        command(bench, if2, "#")
-        stands = positions(if2)
-        assert (status(bench, if2, "E"), status_word(bench, if2)) == ("C", 0)
-        bench.run(1.0)
-        assert positions(if2) == stands
-
-    at_every_moment(cancel, assert_recovered)
+    at_every_moment("#; 0.2 s; mark; E: C; K: 0; 1 s; moved 0 0 0")
 
 
-@pytest.mark.parametrize("names", [["estop"], ["x_fault"], ["y_fault"], ["estop", "y_fault"]])
-def test_a_fault_at_every_moment(names):
+@pytest.mark.parametrize(("pins", "flags"), [(["estop"], 32), (["x_fault"], 16), (["y_fault"], 16),
+                                             (["estop", "y_fault"], 48)])  # fmt: skip
+def test_a_fault_at_every_moment(pins, flags):
     """Clearing: "any axis in motion will stop", "further movement is inhibited" until the status request (R22)."""
-
-    def fault(bench: Bench, if2: Controller) -> None:
-        for name in names:
-            if2.pins[name].drive(not if2.pins[name].level)
-        bench.run(0.2)
-        stands = positions(if2)
-        bench.run(1.0)
-        assert positions(if2) == stands
-        for name in names:
-            if2.pins[name].release()
-        bench.run(0.1)
-        expected = sum({"e": 32, "x": 16, "y": 16}[name[0]] for name in names)
-        assert status_word(bench, if2) == expected
-
-    at_every_moment(fault, assert_recovered)
+    low, released = ("; ".join(f"{pin} {level}" for pin in pins) for level in ("low", "released"))
+    at_every_moment(f"{low}; 0.2 s; mark; 1 s; moved 0 0 0; {released}; 0.1 s; K: {flags}")
 
 
-@pytest.mark.parametrize(("name", "back"), [("limit_plus", "XYZ-5"), ("limit_minus", "XYZ5")])
+@pytest.mark.parametrize(("name", "back"), [("limit_plus", "-5"), ("limit_minus", "+5")])
 def test_a_limit_at_every_moment(name, back):
     """Clearing, limits: a motion towards the limit stops; afterwards the axis moves in the other direction only."""
-
-    def limit(bench: Bench, if2: Controller) -> None:
-        if2.pins[name].drive(False)
-        bench.run(4.0)
-        assert not moving(if2)
-        assert status_word(bench, if2) == 64
-        before = positions(if2)
-        command(bench, if2, f"{back.replace('XYZ-', 'X-Y-Z-')}@400$")
-        step = -5 if "-" in back else 5
-        assert positions(if2) == tuple(at + step for at in before)
-        if2.pins[name].release()
-        bench.run(0.1)
-
-    at_every_moment(limit, assert_recovered)
+    away = f"mark; X{back}Y{back}Z{back}@400$; 0.2 s; moved {back} {back} {back}"
+    at_every_moment(f"{name} low; 4 s; still; K: 64; {away}; {name} released; 0.1 s")
 
 
 def test_locking_at_every_moment_changes_nothing():
     """Lockout: a lock affects only communication, so the sequence continues to its end."""
-
-    def lock(bench: Bench, if2: Controller) -> None:
-        command(bench, if2, "[", "#", seconds=4.0)
-        assert status(bench, if2, "E") == "["
-        assert moves(if2.axes["Z"]) == [10, -9] * 2
-        command(bench, if2, "]", seconds=0.1)
-
-    at_every_moment(lock, assert_recovered)
+    at_every_moment("[; #; 4 s; E: [; Z moves 10 -9 10 -9; ]; 0.1 s")
 
 
 def test_asking_at_every_moment_changes_no_pulse():
     """Report-back: "at any time"; only a pause before a reversal "may be extended if ... being interrogated"."""
-    bench, if2 = begin()
-    bench.run(5.0)
-    quiet = {name: moves(if2.axes[name]) for name in "XYZ"}
 
     def request(bench: Bench, if2: Controller) -> None:
-        for letter in "KFIOQEN":
-            write(if2, letter)
+        write(if2, *"KFIOQEN")
         bench.run(5.0)
         assert if2.serial.read().count(b"\r") == 6
-        # the run between two delays may be longer by what the answers took
-        assert moves(if2.axes["Y"]) == quiet["Y"] and moves(if2.axes["Z"]) == quiet["Z"]
+        play(bench, if2, "Y moves -60 -60; Z moves 10 -9 10 -9")  # the run may be longer by what the answers took
+        recovered(bench, if2)
 
-    at_every_moment(request, assert_recovered)
+    at_every_moment("0 s", request)
 
 
 def test_a_power_cut_at_every_moment():
     """Battery backup: without a lock all data and outputs are lost; the axes keep their positions."""
-
-    def cut(bench: Bench, if2: Controller) -> None:
-        if2.power(False)
-        stands = positions(if2)
-        assert not any(if2.pins[name].level for name in ("output1", "output2", "output3", "led"))
-        bench.run(1.0)
-        assert positions(if2) == stands and not moving(if2)
-        if2.power(True)
-        bench.run(3.0)
-        if2.serial.write(b"(")
-        bench.run(0.1)
-        assert send(bench, if2, "U61", seconds=1.2) == b"U\r"
-        assert positions(if2) == stands
-
-    def is_new(bench: Bench, if2: Controller) -> None:
-        assert status(bench, if2, "E") == "C"
-        command(bench, if2, ":$", "Z25$", seconds=0.5)
-        assert moves(if2.axes["Z"])[-1] == 25
-        assert set(times(if2.axes["Z"])[-2:]) and number(bench, if2, "N") == 25
-
-    at_every_moment(cut, is_new)
+    at_every_moment(
+        "power off; mark; outputs 00000; led is low; 1 s; moved 0 0 0; still; power on; 3 s; types (; 0.1 s; "
+        "receives U<CR>; U61; 1.2 s; moved 0 0 0; E: C; :$; Z25$; 0.5 s; moved 0 0 25; N: 25",
+        lambda bench, if2: None,
+    )
 
 
 def test_a_line_that_dies_at_every_moment():
     """Control lines: without DSR and CTS "The interface will not transmit any data"; it moves, and answers later."""
 
-    def unplug(bench: Bench, if2: Controller) -> None:
-        if2.serial.host.dtr = if2.serial.host.rts = False
-        for letter in "KEN":
-            write(if2, letter)
-        bench.run(5.0)
-        assert if2.serial.read() == b""
-        assert moves(if2.axes["Z"]) == [10, -9] * 2
-        if2.serial.host.dtr = if2.serial.host.rts = True
+    def answered(bench: Bench, if2: Controller) -> None:
         bench.run(0.2)
         assert if2.serial.read().count(b"\r") == 3
+        recovered(bench, if2)
 
-    at_every_moment(unplug, assert_recovered)
+    line = "host DTR {0}; host RTS {0}"
+    at_every_moment(f"{line.format('off')}; K; E; N; 5 s; Z moves 10 -9 10 -9; {line.format('on')}", answered)

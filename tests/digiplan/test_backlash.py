@@ -9,21 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .talking import (
-    ask,
-    command,
-    constant,
-    faults,
-    moves,
-    moving,
-    play,
-    pulse_times_of,
-    ramped,
-    ready,
-    scripts,
-    since_start,
-    write,
-)
+from .talking import ask, command, moves, moving, play, ready, scripts, since_start, write
 
 
 def pause_ns(axis) -> int:
@@ -33,37 +19,43 @@ def pause_ns(axis) -> int:
     return after.start_ns - last
 
 
-def test_an_index_against_the_backlash_direction_overshoots_and_returns(bench, if1):
-    """Backlash: "the motor will run 120 steps in the positive direction, then reverse and move back 20"."""
-    command(bench, if1, "B - 20", "X 100 B $", seconds=2)
-    axis = if1.axes["X"]
-    assert (axis.position, moves(axis)) == (100, [120, -20])
-    assert since_start(axis, -2) == constant(400, 120) and since_start(axis) == constant(400, 20)
-
-
 @scripts(
     {
+        'Backlash: "the motor will run 120 steps in the positive direction, then reverse and move back 20"':
+        "B - 20; X 100 B $; until X at 120; X 120 pulses at 400; 2 s; X at 100; X moves 120 -20; X 20 pulses at 400",
         'Backlash: "In this case there will be no correction applied if the index is negative"':
         "B-20; X-100B$; 2 s; X moves -100",
         'Backlash: "to set a positive backlash correction of 50 steps, send "B + 50 <CR>""':
         "B + 50; Y-400B$; Y400B$; 5 s; Y moves -450 50 400",
         "Backlash: the index command itself carries the B": "B-20; X100$; 2 s; X moves 100",
-        'Default values: "Backlash correction 0 steps"': "X100B$; X-100B$; 2 s; X moves 100 -100",
         'Acceleration: "will remember any programmed data unless it is overwritten"':
         "B-20; X100B$; X$; XB$; 5 s; X moves 120 -20 100 120 -20; X at 300",
         "Backlash: it is overwritten like any other data": "B-20; B-0; X100B$; 2 s; X moves 100",
         'Backlash: "up to 255 steps"': "B-255; X10B$; 3 s; X moves 265 -255",
         "Acceleration: parameters may share a message": "@500 B-20 ^20; X100B$; 3 s; X moves 120 -20",
+        'Backlash: "A pause of at least 3mS will occur before the motor reverses"':
+        "B-20; X100B$; 2 s; X moves 120 -20; X begins 3 to 5 ms after X",
+        'Backlash: "The correction will be applied at the programmed start/stop speed"; the index has its own ramp':
+        "B-20; <3; X100B@1000$; until X at 120; X 120 pulses from 300 to 1000 by 100 at 10000; 3 s; X 20 pulses at 300",
+        "Start/stop: a start/stop speed of 300 becomes 288 in range 4; the correction runs at 288":
+        ">4<3B-20; X100B@1000$; 3 s; X 20 pulses at 288; X at 100",
+        "R26: for an index below the start/stop speed, the correction still runs at the start/stop speed":
+        "B-20; X100B@100$; until X at 120; X 120 pulses at 100; 3 s; X 20 pulses at 400",
+        'Backlash: "the directions must all be the same"; then all axes end at their targets':
+        "B-20; XYZ100B$; 2 s; X moves 120 -20; Y moves 120 -20; Z moves 120 -20",
+        # the first axis decides: X makes 120 and -20, and Y -120 and -20
+        'Backlash: "otherwise a position error will be introduced", which is neither prevented nor reported':
+        "B-20; X+Y-100B$; 2 s; X moves 120 -20; Y moves -120 -20; K: 0; F: 0",
+        'Index mode: cancel stops "any axis in motion", and no correction follows':
+        "B-20; X400B$; 0.5 s; #; 2 s; X between 1 399; N: X; E: C",
+        'Index mode: cancel stops "any axis in motion", also the correction; 220 pulses take 550 ms':
+        "B-200; X20B$; 0.7 s; X runs at -400; #; 0.1 s; still; X between 21 219",
+        'Backlash: "any index" is corrected; a run, which has no end, is made without a correction':
+        "B-20; XGB$; 1 s; #; 1 s; still; X moves; E: F",
     }
 )  # fmt: skip
 def test_backlash_corrections(bench, if1, script):
     play(bench, if1, script)
-
-
-def test_the_motor_pauses_at_least_3_ms_before_it_reverses(bench, if1):
-    """Backlash: "A pause of at least 3mS will occur before the motor reverses"."""
-    command(bench, if1, "B-20", "X100B$", seconds=2)
-    assert 3 * MS <= pause_ns(if1.axes["X"]) <= 5 * MS
 
 
 @pytest.mark.parametrize("question", ["K", "N", "E", "I"])
@@ -74,64 +66,20 @@ def test_the_pause_may_be_extended_by_interrogation_but_never_shortened(bench, i
         write(if1, question)
         bench.run(0.006)
     bench.run(1)
-    assert moves(if1.axes["X"]) == [120, -20]
-    assert 3 * MS <= pause_ns(if1.axes["X"]) <= 100 * MS
     if1.serial.read()
-    assert ask(bench, if1, "K") == b"0\r"
-
-
-def test_the_correction_is_made_at_the_start_stop_speed(bench, if1):
-    """Backlash: "The correction will be applied at the programmed start/stop speed"; the index has its own ramp."""
-    command(bench, if1, "B-20", "<3", "X100B@1000$", seconds=3)
-    axis = if1.axes["X"]
-    assert since_start(axis, -2) == pulse_times_of(ramped(120, 300, 1000, 100, 10_000))
-    assert since_start(axis) == constant(300, 20)
-
-
-def test_the_correction_is_made_at_the_start_stop_speed_that_the_range_can_set(bench, if1):
-    """Start/stop: a start/stop speed of 300 becomes 288 in range 4; the correction runs at 288."""
-    command(bench, if1, ">4<3B-20", "X100B@1000$", seconds=3)
-    assert since_start(if1.axes["X"]) == constant(288, 20)
-    assert if1.axes["X"].position == 100
-
-
-def test_the_correction_is_at_start_stop_even_below_it(bench, if1):
-    """R26: for an index below the start/stop speed, the correction still runs at the start/stop speed."""
-    command(bench, if1, "B-20", "X100B@100$", seconds=3)
-    axis = if1.axes["X"]
-    assert since_start(axis, -2) == constant(100, 120) and since_start(axis) == constant(400, 20)
+    play(bench, if1, "X moves 120 -20; X begins 3 to 100 ms after X; K: 0")
 
 
 @pytest.mark.parametrize("message", ["B20", "B", "B-", "B+", "B+-5", "B 50", "B*5"])
 def test_the_direction_must_always_be_specified(bench, if1, message):
     """Backlash: "the backlash direction must ALWAYS be specified, even if it is positive"."""
-    write(if1, "B-20", message)
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    command(bench, if1, "X100B$", seconds=2)
-    assert moves(if1.axes["X"]) == [120, -20]
+    play(bench, if1, f"B-20; {message}; K: 128; F: 8; X100B$; 2 s; X moves 120 -20")
 
 
 @pytest.mark.parametrize("message", ["B-256", "B+999", "B-1000000000000"])
 def test_more_than_255_steps_are_out_of_range(bench, if1, message):
     """R25: a backlash above 255 is out of range, and the previous value is kept."""
-    write(if1, "B-20", message)
-    assert faults(bench, if1) == (b"128\r", b"16\r")
-    command(bench, if1, "X100B$", seconds=2)
-    assert moves(if1.axes["X"]) == [120, -20]
-
-
-def test_several_axes_in_the_same_direction(bench, if1):
-    """Backlash: "the directions must all be the same"; then all axes end at their targets."""
-    command(bench, if1, "B-20", "XYZ100B$", seconds=2)
-    for axis in if1.axes.values():
-        assert moves(axis) == [120, -20]
-
-
-def test_several_axes_in_different_directions_introduce_a_position_error(bench, if1):
-    """Backlash: "otherwise a position error will be introduced", which is neither prevented nor reported."""
-    command(bench, if1, "B-20", "X+Y-100B$", seconds=2)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) != (100, -100)
-    assert faults(bench, if1) == (b"0\r", b"0\r")
+    play(bench, if1, f"B-20; {message}; K: 128; F: 16; X100B$; 2 s; X moves 120 -20")
 
 
 def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
@@ -146,23 +94,7 @@ def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
     assert lead // 2 >= (0.353 - 0.03) / 0.008
 
 
-def test_cancel_during_the_index_leaves_the_correction_out(bench, if1):
-    """Index mode: cancel stops "any axis in motion", and no correction follows."""
-    command(bench, if1, "B-20", "X400B$", seconds=0.5)
-    command(bench, if1, "#", seconds=2)
-    assert (len(moves(if1.axes["X"])), ask(bench, if1, "E")) == (1, b"C\r")
-
-
-def test_cancel_during_the_correction_stops_it(bench, if1):
-    """Index mode: cancel stops "any axis in motion"."""
-    command(bench, if1, "B-200", "X20B$", seconds=0.7)  # 220 pulses take 550 ms
-    assert if1.axes["X"].velocity == -400
-    command(bench, if1, "#", seconds=0.1)
-    assert not moving(if1)
-    assert 20 < if1.axes["X"].position < 220
-
-
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.integers(1, 600),
     st.sampled_from("+-"),
@@ -187,8 +119,7 @@ def test_the_net_distance_is_always_the_one_asked_for(distance, direction, corre
 @pytest.mark.parametrize("message", ["X100/Y50B$", "XBG$", "XGB$"])
 def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
     """Backlash correction: "any index" is corrected, but neither an interpolated move nor a run."""
-    write(if1, message)
-    assert (faults(bench, if1), if1.axes["X"].position) == ((b"128\r", b"8\r"), 0)
+    play(bench, if1, f"{message}; K: 128; F: 8; X at 0")
 
 
 def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
@@ -205,16 +136,4 @@ def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
 @pytest.mark.parametrize("pin", ["estop", "limit_plus", "x_fault"])
 def test_a_fault_during_the_index_leaves_the_correction_out(bench, if1, pin):
     """Clearing faults: "any axis in motion will stop", "further movement is inhibited", also the correction."""
-    command(bench, if1, "B-20", "X400B$", seconds=0.5)
-    if1.pins[pin].drive(False)
-    bench.run(2)
-    assert len(moves(if1.axes["X"])) == 1
-    assert if1.axes["X"].position < 420
-
-
-def test_backlash_in_a_run_does_nothing_worse_than_nothing(bench, if1):
-    """Backlash: "any index" is corrected; a run, which has no end, is made without a correction."""
-    command(bench, if1, "B-20", "XGB$", seconds=1)
-    command(bench, if1, "#", seconds=1)
-    assert not moving(if1) and len(moves(if1.axes["X"])) <= 1
-    assert ask(bench, if1, "E") in (b"C\r", b"F\r")
+    play(bench, if1, f"B-20; X400B$; 0.5 s; {pin} low; 2 s; X between 1 419; N: X")

@@ -4,7 +4,7 @@ import re
 import string
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
@@ -190,7 +190,7 @@ MESSAGE = st.lists(WORDS, max_size=6).map("".join)
 DIRECT = MESSAGE.filter(lambda text: not text.replace(" ", "").startswith(":"))
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(st.lists(st.tuples(DIRECT, st.booleans()), max_size=6))
 def test_the_interface_refuses_what_the_checker_calls_an_error(messages):
     """The messages are checked in order, with the parameters that earlier messages have set."""
@@ -205,7 +205,7 @@ def test_the_interface_refuses_what_the_checker_calls_an_error(messages):
         assert refused is (number in errors), line
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(st.lists(MESSAGE, max_size=5))
 def test_the_interface_refuses_sequences_that_the_checker_calls_wrong(steps):
     line = f":{':'.join(steps)}:$"
@@ -220,7 +220,7 @@ def test_the_interface_refuses_sequences_that_the_checker_calls_wrong(steps):
         assert any(d.severity == "error" for d in found)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.text(string.printable + "\x00\x80\xff", max_size=30), max_size=4), st.booleans())
 def test_any_text_is_survived(texts, initialised):
     found = product("if2").check([sent(text.replace("|", ""), initialised) for text in texts])

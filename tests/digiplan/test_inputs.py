@@ -4,25 +4,16 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import ask, command, constant, edges, faults, moves, moving, play, scripts, since_start, start_ns, write
-
-
-def switch(if1, **inputs: bool) -> None:
-    for name, level in inputs.items():
-        if1.pins[name].drive(level)
+from .talking import edges, moves, play, scripts, start_ns, times
 
 
 def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(bench, if1):
     """Combining: "H1 X 1000 @ 200 S3 $": "begin when input 1 goes high. At the end of the move, output 3 is set"."""
-    command(bench, if1, "H1 X 1000 @ 200 S3 $", seconds=2)
-    assert not moving(if1)
-    output = edges(if1.pins["output3"])
-    began = bench.now
-    switch(if1, input1=True)
-    bench.run(6)
+    play(bench, if1, "H1 X 1000 @ 200 S3 $; 2 s; still")
+    output, began = edges(if1.pins["output3"]), bench.now
+    play(bench, if1, "input1 high; 6 s; X 1000 pulses at 200")
     assert began <= start_ns(if1.axes["X"]) <= began + 2 * MS
-    assert since_start(if1.axes["X"]) == constant(200, 1000)
-    last = int(if1.axes["X"].pulse_times()[-1])
+    last = times(if1.axes["X"])[-1]
     assert len(output) == 1 and output[0][1] and last <= output[0][0] <= last + 2 * MS
 
 
@@ -42,135 +33,47 @@ def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(ben
         "Input status: a bit is 1 when there is no current: 8 + 64 + 128 with the three inputs open":
         "I: 200; input1 high; I: 192; input2 high; input3 high; I: 0; input1 released; input2 released; "
         "input3 released; I: 200",
+        'Combining: "H12 X 1000 @ 200 $": "This move will commence when inputs 1 and 2 are high"':
+        "H12 X 1000 @ 200 $; 0.1 s; input1 high; 0.1 s; input1 low; input2 high; 0.1 s; still; input1 high; 0.01 s; "
+        "moving",
+        # a low on input 3 before input 1 was high has no effect, and input 1 need not stay high
+        'Combining: "H1 L3 X 1000 @ 200 $": "starts when input 1 goes high followed by a low on input 3"':
+        "input3 high; H1 L3 X 1000 @ 200 $; 0.1 s; input3 low; 0.1 s; input3 high; 0.1 s; input1 high; 0.1 s; still; "
+        "input1 low; 0.1 s; input3 low; 0.01 s; moving",
+        'Combining: " H2 L2 X 1000 @ 200 $": "performed following a high-to-low transition on input 2"':
+        " H2 L2 X 1000 @ 200 $; 0.5 s; still; input2 high; 0.5 s; still; input2 low; 0.01 s; moving",
+        'Combining: "L13 X 1000 @ 200 S23 R5 $": "outputs 2 and 3 will be turned on and output 5 will be turned off"':
+        "S5$; input1 high; input3 high; L13 X 1000 @ 200 S23 R5 $; 0.1 s; input1 low; 0.1 s; still; input3 low; "
+        "4.9 s; outputs 00001; 0.2 s; outputs 01100; X at 1000",
+        'Combining: "H1 L23 X 1000 @ 200 P4, 20 $": "following the move, output 4 is pulsed for 200ms"':
+        "input2 high; input3 high; H1 L23 X 1000 @ 200 P4, 20 $; 0.1 s; input1 high; 0.1 s; input2 low; 0.1 s; still; "
+        "input3 low; 4.9 s; outputs unchanged; until X at 1000; 0.002 s; output4 is high; 1 s; output4 high for 200 ms",
     }
 )  # fmt: skip
 def test_waiting_for_inputs(bench, if1, script):
     play(bench, if1, script)
 
 
-def test_h12_waits_until_both_are_high(bench, if1):
-    """Combining: "H12 X 1000 @ 200 $": "This move will commence when inputs 1 and 2 are high"."""
-    command(bench, if1, "H12 X 1000 @ 200 $", seconds=0.1)
-    switch(if1, input1=True)
-    bench.run(0.1)
-    switch(if1, input1=False, input2=True)
-    bench.run(0.1)
-    assert not moving(if1)
-    switch(if1, input1=True)
-    bench.run(0.01)
-    assert moving(if1)
-
-
-def test_h1_l3_waits_for_one_and_then_the_other(bench, if1):
-    """Combining: "H1 L3 X 1000 @ 200 $": "starts when input 1 goes high followed by a low on input 3"."""
-    switch(if1, input3=True)
-    command(bench, if1, "H1 L3 X 1000 @ 200 $", seconds=0.1)
-    switch(if1, input3=False)
-    bench.run(0.1)
-    switch(if1, input3=True)  # a low on input 3 before input 1 was high has no effect
-    bench.run(0.1)
-    switch(if1, input1=True)
-    bench.run(0.1)
-    assert not moving(if1)
-    switch(if1, input1=False)  # input 1 need not stay high
-    bench.run(0.1)
-    switch(if1, input3=False)
-    bench.run(0.01)
-    assert moving(if1)
-
-
-def test_h2_l2_is_a_high_to_low_transition(bench, if1):
-    """Combining: " H2 L2 X 1000 @ 200 $": "performed following a high-to-low transition on input 2"."""
-    command(bench, if1, " H2 L2 X 1000 @ 200 $", seconds=0.5)
-    assert not moving(if1)
-    switch(if1, input2=True)
-    bench.run(0.5)
-    assert not moving(if1)
-    switch(if1, input2=False)
-    bench.run(0.01)
-    assert moving(if1)
-
-
-def test_l13_and_outputs_at_the_end(bench, if1):
-    """Combining: "L13 X 1000 @ 200 S23 R5 $": "outputs 2 and 3 will be turned on and output 5 will be turned off"."""
-    write(if1, "S5$")
-    switch(if1, input1=True, input3=True)
-    command(bench, if1, "L13 X 1000 @ 200 S23 R5 $", seconds=0.1)
-    switch(if1, input1=False)
-    bench.run(0.1)
-    assert not moving(if1)
-    switch(if1, input3=False)
-    bench.run(4.9)
-    assert [if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5)] == [False, False, False, False, True]
-    bench.run(0.2)
-    assert [if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5)] == [False, True, True, False, False]
-    assert if1.axes["X"].position == 1000
-
-
-def test_h1_l23_and_a_pulse_at_the_end(bench, if1):
-    """Combining: "H1 L23 X 1000 @ 200 P4, 20 $": "following the move, output 4 is pulsed for 200ms"."""
-    switch(if1, input2=True, input3=True)
-    command(bench, if1, "H1 L23 X 1000 @ 200 P4, 20 $", seconds=0.1)
-    switch(if1, input1=True)
-    bench.run(0.1)
-    switch(if1, input2=False)
-    bench.run(0.1)
-    assert not moving(if1)
-    output = edges(if1.pins["output4"])
-    switch(if1, input3=False)
-    bench.run(6)
-    last = int(if1.axes["X"].pulse_times()[-1])
-    (on, high), (off, low) = output
-    assert high and not low and off - on == 200 * MS
-    assert last <= on <= last + 2 * MS
-
-
 @pytest.mark.parametrize("message", ["H1$", "L2$", "H1L2$", "H1S2$", "H1P0,5$", "H1R1$", "H12L3S1R2$"])
 def test_input_commands_need_a_move(bench, if1, message):
     """Combining: "Input commands can only be used in combination with move commands"."""
-    switch(if1, input1=True, input2=True)
-    command(bench, if1, message)
-    assert not any(if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5))
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    play(bench, if1, f"input1 high; input2 high; {message}; 0.2 s; outputs unchanged; K: 128; F: 8")
 
 
 @pytest.mark.parametrize(
-    "message",
-    [
-        "L1H2X10$",  # wrong order: "not allowed within the specified format"
-        "X10H1$",
-        "X10L1$",
-        "X10S1H1$",
-        "S1X10$",
-        "R1X10$",
-        "X10R1S2$",
-        "P1X10$",
-        "X10S1P2,5$",
-        "X10P2,5R1$",
-        "H1H2X10$",
-        "X10$S1",
-        "$X10",
-        "X10$$",
-        "H1X10S1L2$",
-    ],
-)
+    "message",  # wrong order: "not allowed within the specified format"
+    ["L1H2X10$", "X10H1$", "X10L1$", "X10S1H1$", "S1X10$", "R1X10$", "X10R1S2$", "P1X10$", "X10S1P2,5$", "X10P2,5R1$",
+     "H1H2X10$", "X10$S1", "$X10", "X10$$", "H1X10S1L2$"],
+)  # fmt: skip
 def test_the_remainder_must_be_sent_in_the_order_shown(bench, if1, message):
     """Combining: "Not all the stages ... need be included, but the remainder MUST be sent in the order shown"."""
-    switch(if1, input1=True)
-    command(bench, if1, message, seconds=0.3)
-    assert if1.axes["X"].position == 0
-    assert not any(if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5))
-    assert (faults(bench, if1), ask(bench, if1, "E")) == ((b"128\r", b"8\r"), b"C\r")
+    play(bench, if1, f"input1 high; {message}; 0.3 s; X at 0; outputs unchanged; K: 128; F: 8; E: C")
 
 
 @pytest.mark.parametrize("message", ["H4X10$", "L0X10$", "H14X10$", "HX10$", "LX10$", "H,1X10$", "H9X10$"])
 def test_there_are_three_inputs(bench, if1, message):
     """Optically-isolated inputs: "There are three inputs"."""
-    switch(if1, input1=True, input2=True, input3=True)
-    command(bench, if1, message, seconds=0.3)
-    assert if1.axes["X"].position == 0
-    answer = faults(bench, if1)
-    assert answer[0] == b"128\r" and answer[1] in (b"8\r", b"16\r")
+    play(bench, if1, f"input1 high; input2 high; input3 high; {message}; 0.3 s; X at 0; K: 128; F: 8|16")
 
 
 @pytest.mark.parametrize(
@@ -178,15 +81,12 @@ def test_there_are_three_inputs(bench, if1, message):
 )
 def test_any_stages_may_be_left_out(bench, if1, message):
     """Combining: "Not all the stages shown above need be included"."""
-    switch(if1, input1=True)
-    command(bench, if1, message, seconds=0.5)
-    assert (if1.axes["X"].position, faults(bench, if1)) == (10, (b"0\r", b"0\r"))
+    play(bench, if1, f"input1 high; {message}; 0.5 s; X at 10; K: 0; F: 0")
 
 
 def test_outputs_change_when_the_slowest_part_of_the_move_is_over(bench, if1):
     """Combining: "one or more outputs will change state at the end of the move", after its backlash correction."""
-    write(if1, "B-40", "X40BS1$")
     output = edges(if1.pins["output1"])
-    bench.run(1)
+    play(bench, if1, "B-40; X40BS1$; 1 s")
     assert moves(if1.axes["X"]) == [80, -40]
-    assert output[0][0] >= int(if1.axes["X"].pulse_times()[-1])
+    assert output[0][0] >= times(if1.axes["X"])[-1]

@@ -9,7 +9,7 @@ from axistwin.bench import Controller
 from axistwin.controllers.digiplan import COMMANDS, listed, parse, typed
 from axistwin.units import MS
 
-from .talking import command, number, ready, write
+from .talking import ask, command, number, play, ready, write
 
 
 def stored(controller: Controller) -> tuple[str, ...]:
@@ -134,19 +134,28 @@ def test_a_direct_message_can_be_written_as_well(text):
 
 
 def test_nothing_is_stored_in_an_interface_that_was_just_switched_on(bench, if1):
-    assert stored(if1) == ()
-    assert running(if1) is None
+    assert (stored(if1), running(if1)) == ((), None)
     assert if1.programs["sequence"].silent == frozenset()
 
 
-def test_every_step_begins_when_the_one_before_has_ended(bench, if1):
-    """S and R take a cycle of 1 ms, 3 steps at the start/stop speed of 400 take 7.5 ms, and `P0,5` takes 50 ms."""
+@pytest.mark.parametrize(
+    ("sequence", "begins"),
+    [
+        # S and R take a cycle of 1 ms, 3 steps at the start/stop speed of 400 take 7.5 ms, and `P0,5` takes 50 ms
+        (":S1:X3@400:P0,5:R1:Y2@100:$", [(0, 1), (1, 2), (8.5, 3), (58.5, 4), (59.5, 5)]),
+        # `=2,2` is two more passes from step 2; 4 steps at 400 steps/s take 10 ms, the repeat 1 ms
+        (":S1:X4@400:=2,2:R1:$", [(0, 1), (1, 2), (11, 3), (12, 2), (22, 3), (23, 2), (33, 3), (34, 4)]),
+        # each pass of the outer repeat begins the inner one again; every step takes 1 ms here
+        (":S1:=1,1:R1:=1,1:$", list(enumerate([1, 2, 1, 2, 3, 4, 1, 2, 1, 2, 3, 4]))),
+    ],
+)
+def test_every_step_begins_when_the_one_before_has_ended(bench, if1, sequence, begins):
+    """Programming a sequence, Repeating: the time in ms at which each step begins, and its number."""
     found = begun(bench, if1)
-    command(bench, if1, ":S1:X3@400:P0,5:R1:Y2@100:$")
-    assert found == [(0, 1), (1 * MS, 2), (8 * MS + 500_000, 3), (58 * MS + 500_000, 4), (59 * MS + 500_000, 5)]
-    assert running(if1) is None
-    assert if1.registers["step"].read() == 0
-    assert number(bench, if1, "O") == 5, "O stays at the last step"
+    command(bench, if1, sequence)
+    assert found == [(ms * MS, step) for ms, step in begins]
+    assert (running(if1), if1.registers["step"].read()) == (None, 0)
+    assert number(bench, if1, "O") == begins[-1][1], "O stays at the last step"
 
 
 def test_the_running_step_is_that_of_now(bench, if1):
@@ -154,42 +163,18 @@ def test_the_running_step_is_that_of_now(bench, if1):
     found = begun(bench, if1)
     write(if1, ":Y2@100:S1:$")
     bench.run_until(lambda: found, 1)
-    bench.run(0.0199)
-    assert (running(if1), if1.registers["step"].read()) == (1, 1)
-    bench.run(0.0001)
-    assert running(if1) == 2
-    bench.run(0.0009)
-    assert running(if1) == 2
-    bench.run(0.0001)
-    assert running(if1) is None
-
-
-def test_repeats_begin_their_steps_again(bench, if1):
-    """Repeating: `=2,2` is two more passes from step 2; 4 steps at 400 steps/s take 10 ms, the repeat 1 ms."""
-    found = begun(bench, if1)
-    command(bench, if1, ":S1:X4@400:=2,2:R1:$", seconds=0.1)
-    times = [0, 1, 11, 12, 22, 23, 33, 34]
-    assert found == list(zip((time * MS for time in times), [1, 2, 3, 2, 3, 2, 3, 4], strict=True))
-
-
-def test_a_nested_repeat_starts_afresh(bench, if1):
-    """Repeating: each pass of the outer repeat begins the inner one again; every step takes 1 ms here."""
-    found = begun(bench, if1)
-    command(bench, if1, ":S1:=1,1:R1:=1,1:$", seconds=0.1)
-    assert [step for _, step in found] == [1, 2, 1, 2, 3, 4, 1, 2, 1, 2, 3, 4]
-    assert [time for time, _ in found] == [n * MS for n in range(12)]
+    for seconds, step in ((0.0199, 1), (0.0001, 2), (0.0009, 2), (0.0001, None)):
+        bench.run(seconds)
+        assert (running(if1), if1.registers["step"].read()) == (step, step or 0)
 
 
 def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
     """Combining inputs and outputs: H1 is the running step until its input is high."""
-    times: list[int] = []
-    if1.subscribe_lines(lambda program, index: times.append(bench.now))
+    found = begun(bench, if1)
     command(bench, if1, ":H1:S1:$", seconds=5.0)
-    assert running(if1) == 1
+    assert (running(if1), len(found)) == (1, 1)
     if1.pins["input1"].drive(True)
-    raised_ns = bench.now
-    bench.run(0.5)
-    assert times[1:] == [raised_ns]
+    assert bench.run_until(lambda: len(found) > 1, 0)
 
 
 def test_cancel_ends_the_step_at_once(bench, if1):
@@ -205,28 +190,18 @@ def test_cancel_ends_the_step_at_once(bench, if1):
 def test_the_host_in_control_leaves_the_step_running(bench, if1):
     """Controller intervention: the step `%` lasts until the host sends %."""
     found = begun(bench, if1)
-    write(if1, ":%:S1:$")
-    bench.run(0.2)
-    write(if1, "X10$")
-    bench.run(1.0)
+    play(bench, if1, ":%:S1:$; 0.2 s; receives %<CR>; X10$; 1 s")
     assert ([step for _, step in found], running(if1)) == ([1], 1)
-    write(if1, "%")
-    bench.run(0.1)
+    command(bench, if1, "%")
     assert [step for _, step in found] == [1, 2]
 
 
-def test_a_direct_message_is_no_step(bench, if1):
+@pytest.mark.parametrize(("text", "steps", "speed"), [("X99@100$", 0, 100), (":X@500G:S1:$", 2, 500)])
+def test_a_move_that_runs_without_a_step(bench, if1, text, steps, speed):
+    """A direct message is no step; Run mode: the step ends when the run has begun, and so does the last step."""
     found = begun(bench, if1)
-    command(bench, if1, "X100@100$", seconds=0.5)
-    assert running(if1) is None
-    assert found == []
-
-
-def test_a_run_goes_on_when_its_sequence_has_ended(bench, if1):
-    """Run mode: the step ends when the run has begun; the sequence ends after its last step."""
-    command(bench, if1, ":X@500G:S1:$", seconds=0.5)
-    assert running(if1) is None
-    assert if1.axes["X"].velocity == 500
+    command(bench, if1, text, seconds=0.5)
+    assert (running(if1), len(found), if1.axes["X"].velocity) == (None, steps, speed)
 
 
 @pytest.mark.parametrize("pin", ["estop", "limit_plus", "x_fault"])
@@ -242,7 +217,7 @@ def test_a_fault_ends_it(bench, if1, pin):
 
 
 def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
-    """A message with `$` is held while the interface is busy, so until then the old steps are listed."""
+    """A message with `$` is held while the interface is busy; Motion status: one with a data fault is ignored."""
     found = begun(bench, if1)
     command(bench, if1, ":X20@100:Y20:$", seconds=0.1)
     command(bench, if1, ":S1:$", seconds=0.25)
@@ -250,75 +225,51 @@ def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
     bench.run(0.5)
     assert (stored(if1), running(if1)) == (("S1",), None)
     assert [step for _, step in found] == [1, 2, 1]
-
-
-def test_what_is_wrong_is_not_stored(bench, if1):
-    """Motion status: a message with a data fault is ignored, and so not listed."""
-    command(bench, if1, ":S1:$", seconds=0.1)
-    command(bench, if1, ":S1:Q:$", seconds=0.1)
+    command(bench, if1, ":S1:Q:$")
     assert stored(if1) == ("S1",)
 
 
-def test_an_if1_forgets_its_sequence_with_the_power(bench, if1):
-    command(bench, if1, ":H1:X100:$", seconds=0.5)
-    assert running(if1) == 1
-    if1.power(False)
-    assert (stored(if1), running(if1), if1.registers["step"].read()) == ((), None, 0)
-    if1.power(True)
-    assert stored(if1) == ()
-
-
-def test_an_if2_that_is_locked_keeps_it(bench):
+@pytest.mark.parametrize(("model", "lock", "kept"), [("if1", "[", ()), ("if2", "#", ()), ("if2", "[", ("H1", "X100"))])
+def test_an_if2_that_is_locked_keeps_its_sequence(bench, model, lock, kept):
     """Using the battery backup: with DSR low the stored sequence starts when the self-test is over."""
-    if2 = ready(bench, "U61", "if2")
-    command(bench, if2, ":H1:X100:$", seconds=0.1)
-    command(bench, if2, "[", seconds=0.1)
-    if2.power(False)
-    assert (stored(if2), running(if2)) == (("H1", "X100"), None)
-    found = begun(bench, if2)
-    if2.serial.host.dtr = False
-    if2.power(True)
+    card = ready(bench, model=model)
+    command(bench, card, ":H1:X100:$", lock)
+    assert stored(card) == ("H1", "X100")
+    card.power(False)
+    assert (stored(card), running(card), card.registers["step"].read()) == (kept, None, 0)
+    found = begun(bench, card)
+    card.serial.host.dtr = False
+    card.power(True)
     bench.run(0.9)
-    assert (stored(if2), running(if2)) == (("H1", "X100"), None), "the LED is on: it tests itself"
+    assert (stored(card), running(card)) == (kept, None), "the LED is on: it tests itself"
     bench.run(0.2)
-    assert (running(if2), found) == (1, [(0, 1)])
-    if2.power(False)
-    assert running(if2) is None
-
-
-def test_an_if2_that_is_not_locked_forgets_it(bench):
-    if2 = ready(bench, "U61", "if2")
-    command(bench, if2, ":S1:$", seconds=0.1)
-    if2.power_cycle()
-    assert stored(if2) == ()
+    assert (running(card), found) == ((1, [(0, 1)]) if kept else (None, []))
+    card.power(False)
+    assert running(card) is None
 
 
 def test_whoever_has_seen_enough_is_told_no_more(bench, if1):
     found = []
     look_away = if1.subscribe_lines(lambda program, index: found.append(index))
-    command(bench, if1, ":S1:R1:$", seconds=0.1)
+    command(bench, if1, ":S1:R1:$")
     look_away()
-    command(bench, if1, ":$", seconds=0.1)
+    command(bench, if1, ":$")
     assert found == [0, 1]
 
 
 # Orders
 
 
-@pytest.mark.parametrize(("message", "end"), [("U61", b"\r"), ("V61", b"\r\n"), ("U62", b"\r")])
+@pytest.mark.parametrize(("message", "end"), [("U61", "\r"), ("V61", "\r\n"), ("U62", "\r")])
 def test_orders_are_messages_in_either_data_format(bench, message, end):
     """Initialisation: V messages "must be terminated by <LF>", CR being optional; U messages by CR only."""
     if1 = ready(bench, message)
-    if1.serial.write(b":X400@100:Y:$" + end + b"#" + end)
+    write(if1, ":X400@100:Y:$", "#", end=end)
     bench.run(1)
     start, cancel = if1.product.orders("sequence")
-    if1.serial.write(start.says)
-    bench.run(0.5)
-    assert running(if1) == 1
-    if1.serial.write(cancel.says)
-    bench.run(0.5)
-    assert running(if1) is None
+    for order, step in ((start, 1), (cancel, None)):
+        if1.serial.write(order.says)
+        bench.run(0.5)
+        assert running(if1) == step
     if1.serial.read()
-    if1.serial.write(b"F" + end)
-    bench.run(0.2)
-    assert if1.serial.read()[-len(end) - 1 :] == b"0" + end
+    assert ask(bench, if1, "F", end=end).endswith(f"0{end}".encode())

@@ -6,15 +6,13 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import ask, command, edges, moves, number, positions, ready, status, status_word, times, until_idle, write
+from .talking import ask, command, edges, moves, number, play, positions, ready, status, times, write
 
 
 def running(bench, if1, words, axis="X"):
-    """Return the speed of a run, one second after its command."""
+    """Return the speed of a run, three seconds after its command."""
     command(bench, if1, f"{words}{axis}G$", seconds=3)
-    velocity = if1.axes[axis].velocity
-    command(bench, if1, "#", seconds=1)
-    return float(velocity)
+    return float(if1.axes[axis].velocity)
 
 
 @pytest.mark.parametrize(
@@ -33,9 +31,7 @@ def test_99999_in_range_3(bench, if1, printed):
 
 def test_all_parameters_in_one_message(bench, if1, printed):
     """Acceleration rate: ">1 <10 ^15 @ 4800": start/stop 1000, acceleration 15,000, speed 4800."""
-    command(bench, if1, ">1 <10 ^15 @ 4800", seconds=1.2)
-    write(if1, "X20000$")
-    until_idle(bench, if1)
+    play(bench, if1, ">1 <10 ^15 @ 4800; 1.2 s; X20000$; idle")
     at = times(if1.axes["X"])
     printed("Acceleration rate", "<10: interval of the first pulses, ns", MS, at[1] - at[0])
     fastest = min(after - before for before, after in pairwise(at))
@@ -49,24 +45,20 @@ def test_all_parameters_in_one_message(bench, if1, printed):
 
 def test_start_stop_1200(bench, if1, printed):
     """Start/stop speed: "<12" "will set the start/stop rate at 1200 steps/sec in speed range 1"."""
-    command(bench, if1, "<12", seconds=1.2)
-    write(if1, "X3000@2000$")
-    until_idle(bench, if1)
+    play(bench, if1, "<12; 1.2 s; X3000@2000$; idle")
     at = times(if1.axes["X"])
     printed("Start/stop speed", "<12: interval of the first pulses, ns", 1e9 / 1200, at[1] - at[0], within=1)
 
 
 def test_backlash_of_20_steps(bench, if1, printed):
     """Backlash correction: "the motor will run 120 steps in the positive direction, then reverse and move back 20"."""
-    write(if1, "B - 20", "X 100 B $")
-    until_idle(bench, if1)
+    play(bench, if1, "B - 20; X 100 B $; idle")
     printed("Backlash correction", "B - 20, X 100 B: steps out and back", [120, -20], moves(if1.axes["X"]))
 
 
 def test_a_reversal_takes_3_ms(bench, if1, printed):
     """Backlash correction: the motor reverses after "at least 3mS"; here those 3 ms and a period of 1/400 s."""
-    write(if1, "B - 20", "X 100 B $")
-    until_idle(bench, if1)
+    play(bench, if1, "B - 20; X 100 B $; idle")
     at = times(if1.axes["X"])
     printed("Backlash correction", "from the last step out to the first step back, ms", 5.5, (at[120] - at[119]) / 1e6)
 
@@ -98,34 +90,30 @@ def test_an_inter_character_delay_of_50_ms(bench, if1, printed):
 
 
 def test_a_sequence_of_six_and_six_moves(bench, if1, printed):
-    """Repeating: "giving a total of six X made and six Y made"."""
-    write(if1, ": S1 : X 400 @ 100 : Y : = 5, 2 : R1 : $")
-    until_idle(bench, if1)
+    """Repeating: "giving a total of six X moves and six Y moves"."""
+    play(bench, if1, ": S1 : X 400 @ 100 : Y : = 5, 2 : R1 : $; idle")
     found = [len(moves(if1.axes[axis])) for axis in "XY"]
-    printed("Repeating parts of a sequence", "= 5, 2: made of X and Y", [6, 6], found)
+    printed("Repeating parts of a sequence", "= 5, 2: moves of X and Y", [6, 6], found)
     printed("Repeating parts of a sequence", "= 5, 2: where X, Y and Z stand", (2400, 2400, 0), positions(if1))
 
 
 def test_nested_repeats(bench, if1, printed):
     """Repeating: "the Z motor runs for 50 steps and then the entire sequence is repeated ... a further 24 times"."""
-    command(bench, if1, ": S1 : X400 @ 10000 : Y : = 5, 2 : R1 : Z50 : = 24, 1 : $", seconds=200)
-    until_idle(bench, if1)
+    play(bench, if1, ": S1 : X400 @ 10000 : Y : = 5, 2 : R1 : Z50 : = 24, 1 : $; 200 s; idle")
     made = [len(moves(if1.axes[axis])) for axis in "XYZ"]
-    printed("Repeating parts of a sequence", "= 24, 1: made of X, Y and Z", [150, 150, 25], made)
+    printed("Repeating parts of a sequence", "= 24, 1: moves of X, Y and Z", [150, 150, 25], made)
 
 
 def test_a_square(bench, if1, printed):
-    """Programming a sequence: "four made which cause an X-Y system to describe a square"."""
-    write(if1, ": X 1000 @ 200 : Y : X- : Y- : $")
-    until_idle(bench, if1)
+    """Programming a sequence: "four moves which cause an X-Y system to describe a square"."""
+    play(bench, if1, ": X 1000 @ 200 : Y : X- : Y- : $; idle")
     found = [moves(if1.axes[axis]) for axis in "XY"]
-    printed("Programming a sequence", "the made of X and of Y", [[1000, -1000], [1000, -1000]], found)
+    printed("Programming a sequence", "the moves of X and of Y", [[1000, -1000], [1000, -1000]], found)
 
 
 def test_a_delay_of_500_ms(bench, if1, printed):
     """Adding time delays: "The interface will wait for 500mS after the X move"."""
-    write(if1, ": X 1000 P0, 50 : Y 100 @ 100 : $")
-    until_idle(bench, if1)
+    play(bench, if1, ": X 1000 P0, 50 : Y 100 @ 100 : $; idle")
     gap = (times(if1.axes["Y"])[0] - times(if1.axes["X"])[-1]) / 1e6
     # Y's first pulse comes a period of 10 ms after its start; a step takes 1 ms of the interface's time
     printed("Adding time delays", "P0, 50: from the end of X to the begin of Y, ms", 500 + 10, gap, within=2)
@@ -143,47 +131,42 @@ def test_an_interpolated_move(bench, if1, printed, words, steps, speeds):
     command(bench, if1, words, seconds=0.7)
     found = {axis: float(if1.axes[axis].velocity) for axis in speeds}
     printed("Linear interpolation mode", f"{words}: steps/sec", speeds, found)
-    until_idle(bench, if1)
+    play(bench, if1, "idle")
     printed("Linear interpolation mode", f"{words}: steps", steps, positions(if1))
 
 
 def test_a_speed_beyond_the_constraints(bench, if1, printed):
     """Constraints: "k <CR> = 128, F <CR> = 16" beyond 10,000 steps/sec."""
     command(bench, if1, "X20000/Y500@10001$", seconds=0.5)
-    printed("Constraints in linear interpolation mode", "10,001 steps/sec: K", 128, status_word(bench, if1))
+    printed("Constraints in linear interpolation mode", "10,001 steps/sec: K", 128, number(bench, if1, "K"))
     printed("Constraints in linear interpolation mode", "10,001 steps/sec: F", 16, number(bench, if1, "F"))
 
 
 def test_an_emergency_stop_is_asked_for_three_times(bench, if1, printed):
     """Clearing fault conditions: K is "32", "32" again once the emergency stop has been removed, then "0"."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    first = status_word(bench, if1)
-    if1.pins["estop"].drive(True)
-    found = [first, status_word(bench, if1), status_word(bench, if1)]
+    play(bench, if1, "estop low; 0.1 s")
+    first = number(bench, if1, "K")
+    play(bench, if1, "estop high")
+    found = [first, number(bench, if1, "K"), number(bench, if1, "K")]
     printed("Clearing fault conditions", "an emergency stop: K before, after, and once more", [32, 32, 0], found)
 
 
 def test_an_emergency_stop_that_decelerates(bench, if1, printed):
     """Motion status: "41 would indicate the interface has had an emergency stop and is decelerating"."""
-    command(bench, if1, "^1 X20000 @ 4000 $", seconds=8)
-    if1.pins["estop"].drive(False)
-    bench.run(0.05)
-    printed("Motion status", "emergency stop, decelerating, in motion: K", 41, status_word(bench, if1))
+    play(bench, if1, "^1 X20000 @ 4000 $; 8 s; estop low; 0.05 s")
+    printed("Motion status", "emergency stop, decelerating, in motion: K", 41, number(bench, if1, "K"))
 
 
 def test_quick_status_of_a_limit_while_decelerating(bench, printed):
     """Quick status: "a single byte of value 73 decimal or 49 hex" means limit, decelerating, in motion."""
     if1 = ready(bench, message="U37")
-    command(bench, if1, "^1 X20000 @ 4000 $", seconds=8)
-    if1.pins["limit_plus"].drive(False)
+    play(bench, if1, "^1 X20000 @ 4000 $; 8 s; limit_plus low")
     found = ask(bench, if1, "Q", 0.1)
     printed("Quick status", "a limit whilst decelerating: the byte", 73, found[0])
 
 
 def test_the_distance_that_is_reported(bench, if1, printed):
     """Position report-back: " 527" "steps were sent to the motor by the time it came to rest"."""
-    write(if1, "X527@400$")
-    until_idle(bench, if1)
+    play(bench, if1, "X527@400$; idle")
     printed("Position report-back", "527 steps were sent: N", "527", status(bench, if1, "N"))
     assert positions(if1) == (527, 0, 0)

@@ -1,22 +1,10 @@
-"""Sending basic move instructions: Speed."""
+"""Sending basic move instructions: Speed.  `test_ramp.py` tests random speeds in all ranges."""
 
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from axistwin import Bench
-
-from .talking import ask, at_speed, command, constant, faults, ready, since_start, write
-
-RESOLUTION = {1: Fraction(25, 4), 2: Fraction(25, 2), 3: Fraction(25), 4: Fraction(1)}
-MAXIMUM = {1: 25_000, 2: 50_000, 3: 99_999, 4: 4_000}
-
-
-def nearest(speed: int, resolution: Fraction) -> Fraction:
-    """Return the multiple of the resolution, other than 0, that is nearest to a speed."""
-    return resolution * max(1, (2 * speed + resolution) // (2 * resolution))
+from .talking import play, ready, scripts
 
 
 @pytest.mark.parametrize(
@@ -24,30 +12,21 @@ def nearest(speed: int, resolution: Fraction) -> Fraction:
     [
         (1, 503, 500),  # "503 steps/sec in range 1 will give a final speed of 500 steps/sec"
         (1, 504, 506.25),  # "504 steps/sec will give 506.25 steps/sec"
-        (1, 5400, 5400),  # 864 x 6.25
-        (1, 4800, 4800),  # 768 x 6.25
-        (1, 25_000, 25_000),
-        (1, 24_999, 25_000),
-        (1, 24_997, 25_000),  # 3999.52 x 6.25
-        (1, 24_996, 24_993.75),  # 3999.36 x 6.25
-        (2, 503, 500),
-        (2, 504, 500),  # 40.32 x 12.5
-        (2, 507, 512.5),  # 40.56 x 12.5
-        (2, 50_000, 50_000),
+        (1, 5400, 5400), (1, 4800, 4800),  # 864 x 6.25, 768 x 6.25
+        (1, 25_000, 25_000), (1, 24_999, 25_000),
+        (1, 24_997, 25_000), (1, 24_996, 24_993.75),  # 3999.52 x 6.25, 3999.36 x 6.25
+        (2, 503, 500), (2, 504, 500), (2, 507, 512.5),  # 40.32 x 12.5, 40.56 x 12.5
+        (2, 30_000, 30_000), (2, 50_000, 50_000),
         (3, 99_999, 100_000),  # "this will result in a speed of 100,000 steps/sec due to the 25 s/s resolution"
-        (3, 99_987, 99_975),  # 3999.48 x 25
-        (3, 99_988, 100_000),  # 3999.52 x 25
+        (3, 99_987, 99_975), (3, 99_988, 100_000),  # 3999.48 x 25, 3999.52 x 25
         (3, 503, 500),
-        (4, 4_000, 4_000),
-        (4, 503, 503),  # "allows speeds to be set within 1 step/sec"
-        (4, 504, 504),
-        (4, 3_999, 3_999),
+        (4, 503, 503), (4, 504, 504),  # "allows speeds to be set within 1 step/sec"
+        (4, 3_999, 3_999), (4, 4_000, 4_000),
     ],
-)
+)  # fmt: skip
 def test_the_speed_is_set_within_the_resolution_of_the_range(bench, if1, range_, asked, runs):
     """Speed: "up to the final speed within the resolution of that range"."""
-    write(if1, f">{range_}", f"X@{asked}G$")
-    assert at_speed(bench, if1) == runs
+    play(bench, if1, f">{range_}; X@{asked}G$; until X moving; 30 s; X runs at {runs}; K: 3; F: 0")
 
 
 @pytest.mark.parametrize(
@@ -63,133 +42,92 @@ def test_the_speed_is_set_within_the_resolution_of_the_range(bench, if1, range_,
 )
 def test_below_the_start_stop_speed_too(bench, if1, asked, runs):
     """Speed: "Below the start/stop speed, the speed will also be the nearest ... multiple of the speed resolution"."""
-    command(bench, if1, f"X20@{asked}$", seconds=5)
-    assert since_start(if1.axes["X"]) == constant(runs, 20)
+    play(bench, if1, f"X20@{asked}$; 5 s; X 20 pulses at {runs}")
 
 
-def test_the_default_speed_is_400_in_range_1(bench, if1):
-    """Default values: "Speed range 1", "Speed 400 steps/second"."""
-    command(bench, if1, "X100$", seconds=1)
-    assert since_start(if1.axes["X"]) == [n * 2_500_000 for n in range(1, 101)]
-    write(if1, "@503", "XG$")
-    assert at_speed(bench, if1) == 500  # 500 in ranges 1 to 3, but 503 in range 4
-    command(bench, if1, "#", "@504", "XG$", seconds=1)
-    assert at_speed(bench, if1) == 506.25  # possible in range 1 only
+@scripts(
+    {
+        # 500 in ranges 1 to 3, but 503 in range 4; 506.25 is possible in range 1 only
+        'Default values: "Speed range 1", "Speed 400 steps/second"':
+        "X100$; 1 s; X 100 pulses at 400; @503; XG$; 30 s; X runs at 500; #; @504; XG$; 1 s; X runs at 506.25",
+        "R10: `@0` is out of range, and the speed is kept": "@0; K: 128; F: 16; X40$; 1 s; X 40 pulses at 400",
+        "Speed: leading zeros do not count": "X0040@00250$; 1 s; X 40 pulses at 250",
+        'R7: "whole message ignored", the parameters before the error included':
+        "@200 >1 <9 ?; 0.05 s; K: 128; F: 8; X40$; 1 s; X 40 pulses at 400",
+        'R10: "If a speed is requested which is above the maximum for that range": checked again at `$`':
+        "@5000; >4; 1.2 s; F?; X100$; 0.5 s; X at 0; K: 128; F: 16; X100@4000$; 1 s; X at 100",
+        'Move instructions: spaces "may be transmitted ... they will simply be ignored": even in a number':
+        " X 1 0  0 @ 2 5 0 $ ; 1 s; X 100 pulses at 250; types  <CR>; K: 0; F: 0",
+        'Acceleration: "The interface will remember any programmed data unless it is overwritten"':
+        "@200; X10$; Y10$; Z10$; 1 s; X 10 pulses at 200; Y 10 pulses at 200; Z 10 pulses at 200; X10@100$; 1 s; "
+        "X 10 pulses at 100; Y10$; 1 s; Y 10 pulses at 100",
+        'Acceleration: only "new acceleration, start/stop or speed range data" need a calculation, not a new speed':
+        "@5400; E; 0.02 s; receives C<CR>",
+    }
+)  # fmt: skip
+def test_speed_data(bench, if1, script):
+    play(bench, if1, script)
 
 
-def test_the_speed_range_command(bench, if1):
-    """Speed: "">2 <CR>" will set up speed range 2"."""
-    write(if1, ">2", "X@30000G$")
-    assert (at_speed(bench, if1), faults(bench, if1)) == (30_000, (b"3\r", b"0\r"))
-
-
-@pytest.mark.parametrize(("range_", "speed"), [(1, 25_001), (2, 50_001), (4, 4_001), (1, 99_999), (4, 99_999)])
+@pytest.mark.parametrize(("range_", "speed"), [(1, 25_000), (2, 50_000), (4, 4_000), (1, 99_998), (4, 99_998)])
 def test_a_speed_above_the_maximum_is_a_range_error_and_not_taken(bench, if1, range_, speed):
     """Speed: "above the maximum for that range, the interface will indicate a "range error" fault"."""
-    command(bench, if1, f">{range_}", seconds=1.1)
-    write(if1, "@300", f"@{speed}")
-    assert faults(bench, if1) == (b"128\r", b"16\r")
-    command(bench, if1, "X30$", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(300, 30)
-
-
-@pytest.mark.parametrize(("range_", "speed"), [(1, 25_000), (2, 50_000), (3, 99_999), (4, 4_000)])
-def test_the_maximum_itself_is_no_fault(bench, if1, range_, speed):
-    """Speed, table: maximum speeds of the four ranges."""
-    command(bench, if1, f">{range_}", f"@{speed}", seconds=1.1)
-    assert faults(bench, if1) == (b"0\r", b"0\r")
+    play(bench, if1, f">{range_}; 1.1 s; @300; @{speed + 1}; K: 128; F: 16; X30$; 1 s; X 30 pulses at 300")
 
 
 @pytest.mark.parametrize("speed", ["100000", "123456", "9999999999999999999999"])
 def test_more_than_five_digits_are_refused(bench, if1, speed):
     """Speed: "There is a limitation of 5 decades on the programmed speed"."""
-    command(bench, if1, ">3", seconds=1.1)
-    write(if1, f"@{speed}")
-    answer = faults(bench, if1)
-    assert answer[0] == b"128\r" and answer[1] in (b"8\r", b"16\r")
-    command(bench, if1, "X40$", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(400, 40)
-
-
-def test_speed_0_is_out_of_range(bench, if1):
-    """R10: `@0` is out of range, and the speed is kept."""
-    write(if1, "@0")
-    assert faults(bench, if1) == (b"128\r", b"16\r")
-    command(bench, if1, "X0040@00250$", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(250, 40)
+    play(bench, if1, f">3; 1.1 s; @{speed}; K: 128; F: 8|16; X40$; 1 s; X 40 pulses at 400")
 
 
 @pytest.mark.parametrize("range_", ["0", "5", "9", "11", "40"])
 def test_there_are_four_ranges(bench, if1, range_):
-    """Speed: "the range number 1 to 4"."""
-    command(bench, if1, f">{range_}", seconds=1.1)
-    assert faults(bench, if1) == (b"128\r", b"16\r")
-    write(if1, "X@504G$")
-    assert at_speed(bench, if1) == 506.25  # still range 1
+    """Speed: "the range number 1 to 4"; 506.25 steps/s are possible in range 1 only."""
+    play(bench, if1, f">{range_}; 1.1 s; K: 128; F: 16; X@504G$; 30 s; X runs at 506.25")
 
 
 @pytest.mark.parametrize("message", [">", "@", "<", "^", ">-1", "@+300", "@3.5", "> <4", "@@300", ">1,2"])
 def test_a_missing_number_is_a_data_fault(bench, if1, message):
     """R7: a missing number is a data fault, and the message is ignored."""
-    command(bench, if1, message, seconds=0.05)
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    command(bench, if1, "X40$", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(400, 40)
+    play(bench, if1, f"{message}; 0.05 s; K: 128; F: 8; X40$; 1 s; X 40 pulses at 400")
 
 
-def test_parameters_before_an_error_in_the_same_message_are_not_taken(bench, if1):
-    """R7: "whole message ignored", the parameters before the error included."""
-    command(bench, if1, "@200 >1 <9 ?", seconds=0.05)
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    command(bench, if1, "X40$", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(400, 40)
+@pytest.mark.parametrize(
+    ("message", "expected"),
+    [
+        ("@200@400X10$", "10 pulses at 400"), ("X10@400@200$", "10 pulses at 200"), ("X20Y10@400$", "10 pulses at 400"),
+        ("<4<8X10@800$", "10 pulses at 800"), ("<8<4X200@800$", "200 pulses from 400 to 800 by 100 at 10000"),
+        ("^10^20X200@800$", "200 pulses from 400 to 800 by 100 at 20000"),
+        (">2>4X10@3<1$", "10 pulses at 3"), (">4>2X10@3<1$", "10 pulses at 12.5"),
+        ("B+5B-5X10@400$", "10 pulses at 400"),
+    ],
+)  # fmt: skip
+def test_in_one_message_the_last_value_counts(bench, message, expected):
+    """Acceleration: if one message holds the same parameter twice, the last value is used."""
+    play(bench, ready(bench, recalculation_s=0.01), f"{message}; 4 s; X {expected}; F: 0")
 
 
-def test_a_speed_kept_from_a_faster_range_is_out_of_range_when_the_move_is_asked_for(bench, if1):
-    """R10: "If a speed is requested which is above the maximum for that range": checked again at `$`."""
-    command(bench, if1, "@5000", ">4", seconds=1.2)
-    ask(bench, if1, "F")
-    command(bench, if1, "X100$", seconds=0.5)
-    assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"16\r"))
-    command(bench, if1, "X100@4000$", seconds=1)
-    assert if1.axes["X"].position == 100
+@scripts(
+    {
+        # 20 ms, not 250, before each of two characters
+        "Inter-character delay: the last value of two is used": "D25D2; 0.1 s; E; 0.06 s; receives C<CR>",
+        "Backlash correction: the last value of two is used": "B-20B-10X20B$; 1 s; X moves 30 -10",
+        "Output switching: an output that is listed twice is switched once":
+        "S11$; 0.1 s; outputs 10000; S1221$; 0.1 s; outputs 11000; S12R22$; 0.1 s; outputs 10000; F: 0",
+    }
+)  # fmt: skip
+def test_data_that_are_repeated(bench, if1, script):
+    play(bench, if1, script)
 
 
-def test_spaces_are_ignored_anywhere(bench, if1):
-    """Move instructions: spaces "may be transmitted ... they will simply be ignored": even in a number."""
-    command(bench, if1, " X 1 0  0 @ 2 5 0 $ ", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(250, 100)
-    write(if1, "   ")
-    assert faults(bench, if1) == (b"0\r", b"0\r")
+@pytest.mark.parametrize("message", ["X5Y6X7$", "X5GG$", "X5/Y2/Z1$", "P1P2$", "H1H2X5$", "L1L2X5$", "R1R2$", "X5B/B$"])
+def test_what_is_no_data_stands_once(bench, if1, message):
+    """Combining inputs and outputs: each stage of the format may be given once only."""
+    play(bench, if1, f"{message}; 0.3 s; F: 8; at 0 0 0")
 
 
-def test_the_speed_stays_until_it_is_overwritten(bench, if1):
-    """Acceleration: "The interface will remember any programmed data unless it is overwritten"."""
-    write(if1, "@200")
-    for axis in "XYZ":
-        write(if1, f"{axis}10$")
-    bench.run(1)
-    for axis in "XYZ":
-        assert since_start(if1.axes[axis]) == constant(200, 10)
-    command(bench, if1, "X10@100$", seconds=1)
-    assert since_start(if1.axes["X"]) == constant(100, 10)
-    command(bench, if1, "Y10$", seconds=1)
-    assert since_start(if1.axes["Y"]) == constant(100, 10)
-
-
-def test_a_new_speed_needs_no_ramp_calculation(bench, if1):
-    """Acceleration: only "new acceleration, start/stop or speed range data" need a calculation, not a new speed."""
-    write(if1, "@5400")
-    assert ask(bench, if1, "E", 0.02) == b"C\r"
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.data())
-def test_any_speed_in_any_range(data):
-    """Speed: it is the nearest multiple of the range's resolution, but never 0."""
-    range_ = data.draw(st.integers(1, 4), "range")
-    speed = data.draw(st.integers(1, MAXIMUM[range_]), "speed")
-    bench = Bench()
-    if1 = ready(bench, recalculation_s=0.01)
-    command(bench, if1, f">{range_}^500@{speed}YG$", seconds=1)
-    assert Fraction(if1.axes["Y"].velocity) == nearest(speed, RESOLUTION[range_])
+@pytest.mark.parametrize("message", ["X0005@0400$", "X+5@400$", "X 5 @ 4 0 0 $", "X000000005$"])
+def test_leading_zeros_and_spaces_do_not_count(bench, if1, message):
+    """Basic move instructions: spaces "will simply be ignored"; Index mode: "9 decades"."""
+    play(bench, if1, f"{message}; 0.3 s; X 5 pulses at 400")
