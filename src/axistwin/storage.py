@@ -38,11 +38,11 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Store the contents in the computer's RAM.  No file is written."""
+        """Store the contents of the emulated memory in the computer's RAM, not in a file."""
         self._contents = contents
 
     def end(self) -> None:
-        """Complete pending writes to a file.  A memory in RAM has no pending writes."""
+        """Do nothing.  Only a `FileStore` has writes to complete at the end."""
 
 
 class FileStore:
@@ -60,7 +60,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # new contents, if the file could not be written
+        self._unwritten: bytes | None = None  # contents of the last `save` that failed; None if `save` has succeeded
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -108,7 +108,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Return a text for the log that describes the state of the file after failed writes."""
+        """Return a text about the state of the memory file after failed writes, e.g. "there is no file"."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file has the contents of the last complete write"
@@ -118,9 +118,9 @@ class FileStore:
         self._image, self._unwritten = contents, None
 
     def put_back(self) -> None:
-        """Restore the file's original contents, and ignore later calls of `save`.
+        """Restore the contents that the file had when the simulation began.
 
-        Raises AxistwinError if the original contents cannot be restored.
+        Later calls of `save` change nothing.  Raises AxistwinError if the original contents cannot be restored.
         """
         try:
             if self.found is not None:

@@ -101,7 +101,7 @@ def test_a_chain_of_motors(bench):
     assert bench.ports == {"chain": port}
     for motor in (first, second):
         with pytest.raises(
-            UsageError, match=r"is in the daisy chain 'chain': use the port that `Bench\.chain` returned"
+            UsageError, match=r"has no serial port of its own in the daisy chain 'chain': use Bench\.port\('chain'\)"
         ):
             _ = motor.serial
     with pytest.raises(UsageError, match="m2 is connected to 'chain' already"):

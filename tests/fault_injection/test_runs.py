@@ -121,28 +121,28 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
         ("motor", "motor runs", "invalid event when='motor runs': expected e.g. 'motor runs 12'"),
         ("motor", "motor runs C5", "invalid event when='motor runs C5': expected e.g. 'motor runs 12'"),
         ("motor", "motor runs 1:5", "invalid event when='motor runs 1:5': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs 0", "motor has no program line 0: expected 1 or more"),
+        ("motor", "motor runs 0", "invalid line number 0 in a program of motor: expected 1 or more"),
         (
             "motor",
             "motor runs 3",
             (
-                "no fault can begin at program line 3 of motor (C5), "
-                "because this line executes no statement: expected line 4 (a=a+1)"
+                "program line 3 of motor (C5) cannot be a trigger, "
+                "because the line takes no time: expected line 4 (a=a+1)"
             ),
         ),
         (
             "motor",
             "motor runs 8",
             (
-                "no fault can begin at program line 8 of motor (ENDIF), "
-                "because this line executes no statement: expected line 9 (END)"
+                "program line 8 of motor (ENDIF) cannot be a trigger, "
+                "because the line takes no time: expected line 9 (END)"
             ),
         ),
         ("motor", "engine runs 8", "unknown controller 'engine': expected one of motor"),
-        ("table", "table runs 64", "table has no program line 64: expected 1 to 63"),
+        ("table", "table runs 64", "invalid line number 64 in a program of table: expected 1 to 63"),
         ("table", "table runs 3:2", "invalid event when='table runs 3:2': expected e.g. 'table runs 12'"),
         ("board", "board runs 2", "invalid event when='board runs 2': expected e.g. 'board runs 3:2'"),
-        ("board", "board runs 3:0", "board has no program line 0: expected 1 or more"),
+        ("board", "board runs 3:0", "invalid line number 0 in a program of board: expected 1 or more"),
         ("board", "board runs 16:1", "board has no program 16: expected sequence 1 to sequence 15"),
         ("board", "board runs ³:1", "invalid event when='board runs ³:1': expected e.g. 'board runs 3:2'"),
     ],

@@ -261,15 +261,15 @@ WRONG = {
     ),
     "a wire from a board's pulses": (
         controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
-        "6:1: a simulated wire cannot carry the fast step pulses of 1810.step: remove the wire, and set the key",
+        "6:1: the step pulses of 1810.step are too fast for a simulated wire: use the key `master` of a SmartMotor",
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor uses the ports of the shared line 'chain': remove `ports` of smartmotor, and set `ports` in",
+        "3:1: motor smartmotor cannot have its own `ports` on the shared line 'chain': set `ports` in the table",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: smartmotor uses the ports of the shared line 'rs485': remove `rs485_ports` of smartmotor, and set",
+        "3:1: motor smartmotor cannot have its own `rs485_ports` on the shared line 'rs485': set `ports` in the",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")

@@ -84,7 +84,7 @@ def test_a_circle_of_masters_is_an_error():
     """A circle of followers is refused, because in a circle no axis could move first."""
     bench = Bench()
     first, second, third = (bench.add("smartmotor") for _ in range(3))
-    with pytest.raises(UsageError, match="cannot mount a motor's master encoder on the motor's own axis"):
+    with pytest.raises(UsageError, match="a motor's external encoder cannot be mounted on the motor's own axis"):
         first.master.follow(first.axes["shaft"])
     second.master.follow(first.axes["shaft"])
     third.master.follow(second.axes["shaft"])

@@ -20,7 +20,10 @@ Load = Callable[[str, str], Callable[[], object]]
 
 
 def no_programs(controller: str, file: str) -> Callable[[], object]:
-    """Raise UsageError, because programs cannot be loaded on this bench."""
+    """Reject the action `load`, which loads a program into a controller.
+
+    This function always raises UsageError.  It is the default of `ActionRunner` for a bench that cannot load programs.
+    """
     raise UsageError(
         f'the action `load` is not possible here: set the key program = "{file}" for {controller} in a scene file'
     )

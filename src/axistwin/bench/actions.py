@@ -145,10 +145,9 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Return the target and the value of an action at the serial port, as text.
+    """Convert an action at the host's serial port to text: a target and a value, e.g. `dtr` and `low`.
 
-    For example, an action that switches DTR off gives `dtr` and `low`.  In a conversation file, the line `! dtr low`
-    repeats this action.
+    In a conversation file, the line `! dtr low` repeats this action, which switches DTR off.
     """
     match act:
         case SendBreak(seconds):
@@ -233,9 +232,10 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
 
 
 def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Prepare an action at a motor, e.g. `! ambient 40` or `! master 4000 in 2`.
+    """Return a function that performs an action at a SmartMotor.
 
-    Return a function that performs the action.
+    `! ambient 40` sets the temperature of the air to 40 °C.  `! master 4000 in 2` turns the external encoder by
+    4000 counts in 2 seconds.
     """
     if target == "ambient":
         return partial(setattr, controller, "ambient", _real(value))
@@ -251,10 +251,10 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Prepare an action that couples the external encoder to an axis, e.g. `! master on table.X times 3/2`.
+    """Return a function that couples the external encoder of a SmartMotor to an axis.
 
-    `master` is the external encoder of a SmartMotor.  In the example, the encoder outputs 3/2 edges per count of the
-    axis.  Return a function that performs the action.
+    After `! master on table.X times 3/2`, the external encoder `master` outputs 3/2 edges per count of the axis X of
+    the controller `table`.
     """
     assert controller.bench is not None, "a controller with actions is part of a bench"
     name, _, axis = sits["axis"].rpartition(".")
@@ -365,7 +365,7 @@ def subjects(controller: Controller) -> tuple[str, ...]:
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the control signals that a conversation can check.
+    """Return the names of the control signals that a conversation file can check, e.g. `dtr` in `= dtr high`.
 
     A board on a bus has the signal `interrupt`.  A serial port with control lines has the signals `dtr` and `rts`.
     """

@@ -47,7 +47,7 @@ class Hear(Act):
 
 @dataclass(frozen=True)
 class Do(Act):
-    """A line of a conversation file: a manual action, e.g. to switch the power on."""
+    """A manual action in a conversation file, e.g. `! power high` (switch the power on)."""
 
     target: str
     value: str

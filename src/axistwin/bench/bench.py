@@ -108,9 +108,10 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call the function `happens` each time an event occurs, e.g. the event "table.X passes 1000".
+        """Call a function each time an event occurs, e.g. each time the axis `table.X` passes position 1000.
 
-        The call is at the exact time of the event.  The sentences are those of faults' triggers.
+        `sentence`: the event in the form of a fault's trigger, e.g. "table.X passes 1000".  `happens`: the function,
+        which is called at the exact time of the event.
 
         `here`: the controller whose parts may be named without its name.
 

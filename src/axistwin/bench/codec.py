@@ -34,12 +34,15 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield where each byte begins in `text`, and how many characters it has: (1, 4) for `\x0d` in `X\x0d`."""
+        r"""Yield the position and the length of the text of each byte.
+
+        In `X\x0d`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\x0d`: (1, 4).
+        """
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return an explanation of a message in plain words.
+        """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
 
-        The explanation is "" for printable text, which the user can read directly.
+        Return "" for the characters of a serial line, which the user can read directly.
         """
 
 
@@ -78,11 +81,14 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield where each byte begins in `text`, and how many characters it has: (1, 2) for `\r` in `X\r`."""
+        r"""Yield the position and the length of the text of each byte.
+
+        In `X\r`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\r`: (1, 2).
+        """
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return "", because the user can read the characters directly."""
+        """Return "": the characters of a serial line need no explanation."""
         return ""
 
 
@@ -108,9 +114,11 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield where each byte begins in `text`, and how many characters it has: (3, 2) for `A5` in `20 A5`.
+        """Yield the position and the length of the text of each byte.
 
-        The text is a command: the bytes in hex, or the name of the command and its values.
+        In `20 A5`, the text of the first byte is `20`: (0, 2).  The text of the second byte is `A5`: (3, 2).
+
+        `text`: a command on a bus, as hex bytes, or as the name of the command and its values.
         """
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 

@@ -61,7 +61,9 @@ class Controller:
             raise UsageError(f"controller {self.name} has no serial port: use its attribute `bus`")
         if "serial" in self._lines:
             chain = self._lines["serial"]
-            raise UsageError(f"{self.name} is in the daisy chain {chain!r}: use the port that `Bench.chain` returned")
+            raise UsageError(
+                f"{self.name} has no serial port of its own in the daisy chain {chain!r}: use Bench.port({chain!r})"
+            )
         return self._plug.port
 
     @property
@@ -260,5 +262,5 @@ class Controller:
 
 
 def on_a_bus(controller: Controller) -> bool:
-    """True if the controller has registers on a bus instead of a serial port."""
+    """True if the host controls the controller through registers on a bus.  False for a serial port."""
     return controller.product.attend is not None

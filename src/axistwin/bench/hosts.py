@@ -27,7 +27,7 @@ class Host:
 
     @property
     def pending(self) -> int:
-        """Number of bytes (on a bus: commands) that have not been sent yet."""
+        """Number of bytes that the host has not sent yet.  On a bus: number of commands."""
         return self._port.pending
 
     @property

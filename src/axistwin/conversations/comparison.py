@@ -84,7 +84,7 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """The action with the largest difference in time."""
+        """The action with the largest difference in time between the emulated and the real controller."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
@@ -181,9 +181,10 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """True if the comparison skips this line.
+        """True if a line of the conversation file is not compared with the emulated controller.
 
-        Skipped are `= clock` lines, which `recorded_times` reads, and control lines that the twin lacks.
+        Not compared are `= clock` lines, which `recorded_times` reads, and control lines that the emulated controller
+        lacks.
         """
         if isinstance(act, Expect) and act.subject == "clock":
             return True
@@ -211,7 +212,7 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return how many received bytes belong to a reply that differs from the expected text.
+        """Return the length of a wrong reply in bytes.  All later bytes belong to the next reply.
 
         The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the
@@ -266,10 +267,9 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the deadline for an expected reaction of the emulated controller.
+        """Return the latest permitted time of a controller's reaction, e.g. of a reply, in ns of virtual time.
 
-        The deadline is a virtual time: the recorded time of the reaction plus the patience (an additional waiting
-        time).
+        The latest time is the recorded time of the reaction plus the patience (an additional waiting time).
         """
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)
@@ -282,7 +282,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the replies that remain after the last line of the conversation."""
+        """Record the replies that no line of the conversation file expects."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

@@ -52,9 +52,9 @@ class Conversation:
 
     @property
     def headers(self) -> dict[str, str]:
-        """Settings in the comments at the beginning of the conversation, by key.
+        """Headers of the conversation file as a dict, e.g. {"model": "if1"} for the comment `; model: if1`.
 
-        For example `; model: if1`, `; options: …`, `; line: …`.
+        Headers are comments at the beginning of the file, e.g. `; options: …` or `; line: …`.
         """
         return {key: value for key, (_, value) in self._header_comments.items()}
 
@@ -69,7 +69,7 @@ class Conversation:
         return found
 
     def seconds_in(self, key: str, default: float) -> float:
-        """Return the value of a header that gives a time in seconds, e.g. `; patience: 60`.
+        """Return the time in seconds from a header of the conversation file, e.g. 60.0 for `; patience: 60`.
 
         If the conversation has no such header, return `default`.  Raises ProgramError with the line.
         """
@@ -144,7 +144,7 @@ def load_text(path: Path) -> str:
 
 
 def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:
-    """Parse the text of a conversation.
+    """Parse the text of a conversation file, which lists the messages between a host and a controller.
 
     Raises ProgramError with file, line and column.  `codec` None: the notation is that of the model in the `; model:`
     header, or else of `model`.
@@ -248,9 +248,9 @@ def _name_and_value(text: str, example: str) -> tuple[str, str]:
 
 
 def _without_comment(text: str) -> str:
-    """Remove the comment that follows a time or a value in a line of a conversation.
+    """Remove the comment at the end of a text, e.g. `; wait` at the end of `0.25 ; wait`.
 
-    Data can contain semicolons and are not changed.
+    Not for lines with data (`>` and `<`), which can contain semicolons.
     """
     return text.partition(";")[0].strip()
 

@@ -35,9 +35,10 @@ class Difference:
     got: str
 
     def __str__(self) -> str:
-        """Return the file, the line, the time, the expected text and the received text.
+        """Return a report such as "motor.talk:7: at 0.250000000 s the reply is different".
 
-        A caret marks the first character that differs.
+        The next lines of the report show the expected and the received text.  A caret marks the first character that
+        differs.
         """
         place = f"{self.file}:{self.line}" if self.file else f"line {self.line}"
         alike = takewhile(lambda pair: pair[0] == pair[1], zip(self.expected, self.got, strict=False))
@@ -52,7 +53,7 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect the host to each RS-485 channel that the conversation names, e.g. `motor.rs485`.
+    """Connect the host to each RS-485 channel in a conversation file, e.g. to the channel `motor.rs485`.
 
     Raises ProgramError if a channel does not exist.
     """
@@ -69,9 +70,10 @@ Played = Callable[[], object]
 
 
 def play(conversation: Conversation, bench: Bench) -> Difference | None:
-    """Play a conversation; return the first difference, or None.
+    """Send the commands of a conversation file to emulated controllers, and check the replies.
 
-    Raises ProgramError, before any act, if the bench lacks something that the conversation names.
+    Return the first difference from the expected replies, or None.  Raises ProgramError, before any act, if the bench
+    lacks something that the conversation names.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
@@ -84,7 +86,7 @@ def play(conversation: Conversation, bench: Bench) -> Difference | None:
 
 
 class Player:
-    """Plays the lines of a conversation one by one."""
+    """Executes the lines of a conversation file one by one: sends the commands, and checks the replies."""
 
     def __init__(self, conversation: Conversation, bench: Bench) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, conversation.codec
@@ -102,7 +104,7 @@ class Player:
             self.hosts[name].subscribe_received(received.extend)
 
     def prepare(self, act: Act) -> Played:
-        """Return a function that plays one line of the conversation.
+        """Return a function that executes one line of a conversation file, e.g. sends the data of a `>` line.
 
         Raises ProgramError for a line that cannot be played.
         """
@@ -134,7 +136,7 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # `agrees` raises ProgramError if the expected value is invalid
+                agrees(read_value(), act.value)  # raise ProgramError now if the expected value is invalid
                 return lambda: self._expect(act, read_value())
         raise AssertionError(f"unknown action {act!r}: expected an object from axistwin.bench.acts, e.g. a Wait")
 
@@ -183,7 +185,10 @@ class Player:
         return self.bench.run_until(lambda: len(received) > before, seconds)
 
     def _wrong_reply(self, act: Hear, name: str, received: bytearray) -> Difference:
-        """Receive the rest of a wrong reply, and return its difference from the expected reply."""
+        """Return the difference between the expected reply and the received reply.
+
+        First wait for the rest of the received reply.
+        """
         now_ns = self.bench.now
         pause_s = to_seconds(self.hosts[name].pause_ns)
         while len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
@@ -191,7 +196,10 @@ class Player:
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return a `Difference` if a host has received characters that no `<` line expects; otherwise return None."""
+        """Return a `Difference` for received characters that no line of the conversation file expects.
+
+        Return None if no such characters have been received.
+        """
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

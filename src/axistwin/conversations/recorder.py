@@ -71,7 +71,7 @@ class Recorder:
         for key, value in headers.items():
             if value:
                 self._add(Comment(f"{key}: {value}"))
-        self._recorded_ns = 0  # virtual time at the end of the last recorded line
+        self._recorded_ns = 0  # virtual time at the end of the last recorded line of the conversation file
         self._speaker = ""
         self._reply = bytearray()
         self._last_ns = 0
@@ -105,9 +105,9 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of a state, e.g. the level of a control line.
+        """Record the present value of a signal, e.g. the level of the control line `dtr`.
 
-        `subject`: name of the state.  Later changes of this state are recorded, too.
+        `subject`: name of the signal.  Later changes of this signal are recorded, too.
         """
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
@@ -117,7 +117,7 @@ class Recorder:
             self._flush_reply()
 
     def finish(self) -> None:
-        """Record the end of the conversation: the time, and the positions of the axes that have moved."""
+        """Write the last lines of the recording: the time, and the positions of all axes that have moved."""
         self._flush_reply()
         self._wait_until(self.bench.now)
         for name, axis, motor in _axes(self.bench):
@@ -131,7 +131,7 @@ class Recorder:
 
     @property
     def codec(self) -> Codec:
-        """Codec that converts between data and the text of the conversation."""
+        r"""Codec that converts data of the serial line or bus to readable text, e.g. a carriage return to `\r`."""
         first = next(iter(self.bench.controllers), None)
         return CHARACTERS if first is None else endpoints.codec_at(self.bench, first)
 
@@ -203,7 +203,7 @@ class Recorder:
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Return the recorded action for a serial event of the host.
+        """Return the line of a conversation file that records an event at the host's serial port, e.g. `! break 0.25`.
 
         The event is a break signal, or a change of DTR, RTS or the character format.
         """
@@ -223,7 +223,7 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record a long silence as a `+` line of the conversation.
+        """Record a long pause before a reply, e.g. as the line `+5` (5 seconds) of the conversation file.
 
         Without this line, a replay waits too short for the reply.
         """
@@ -245,9 +245,10 @@ class Recorder:
 
 
 class TalkFile:
-    """A conversation file, written line by line during a run.  Raises UsageError if the file cannot be written.
+    """Writes the lines of a recording to a conversation file (`.talk`) while the simulation runs.
 
-    If writing fails, a warning is logged once and later lines are lost; `close` raises the error again.
+    The constructor raises UsageError if it cannot create the file.  If writing fails later, a warning is logged once
+    and later lines are lost; `close` raises the error again.
     """
 
     def __init__(self, path: Path) -> None:

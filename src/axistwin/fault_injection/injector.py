@@ -58,7 +58,10 @@ class Terms:
 
 
 class Fault:
-    """One fault on a bench.  If the user gives no name, the fault has the name of its kind, e.g. `double`."""
+    """A simulated fault, e.g. a serial line that loses three characters.
+
+    A fault without a name from the user is named after its kind, e.g. `lose`.
+    """
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
@@ -86,7 +89,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # `kind.begin` has not returned yet: end the fault in the next event
+            if self._mend is None:  # the function `kind.begin` is still running: end the fault later, in the next event
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -189,7 +192,7 @@ class Faults:
         return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
 
     def plan(self, kind: str, on: str, terms: "Terms", parameters: Mapping[str, Any]) -> Callable[[], Fault]:
-        """Check the arguments of a fault, and return a function that adds the fault.
+        """Check the kind, the place and the times of a fault; return a function that adds the fault.
 
         The arguments and errors are those of `add`.
         """
@@ -271,7 +274,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # start the fault after all other events at the time of its trigger
+            else:  # begin the fault after all other events that occur at the same time as the trigger
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 

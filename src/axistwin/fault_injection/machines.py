@@ -118,7 +118,7 @@ def open_limit(case: Case) -> Mend:
 def check_limits(spot: Spot) -> None:
     """Raise UsageError if the controller has no limit inputs."""
     if spot.machine.product.limit_pins is None:
-        raise UsageError(f"{spot.name} has no limit inputs: expected a controller with limit inputs")
+        raise UsageError(f"controller {spot.name} has no inputs for limit switches: expected e.g. a SmartMotor")
 
 
 # Encoders
@@ -241,7 +241,9 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(f"{controller} has no drive fault input: use the fault `jam` or `stall`")
+        raise UsageError(
+            f"controller {controller} has no input for a fault signal of the drive: use the fault `jam` or `stall`"
+        )
     if name not in pins:
         axes = ", ".join(pins)
         raise UsageError(f"{controller} has no drive fault input for axis {name}: expected one of the axes {axes}")

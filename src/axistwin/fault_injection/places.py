@@ -79,9 +79,9 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Spot:
-    """A part of the bench that a fault can affect, e.g. a pin or an axis.
+    """An object that a fault can affect: a serial line, a pin, an axis or a controller.
 
-    Fields that do not apply to the part are None.
+    Fields that do not apply to the object are None.
     """
 
     name: str
@@ -134,7 +134,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return the parts of a bench by their full names and by their short names.
+    """Return a dict of pins, axes, lines or controllers by name, e.g. by `if1.X` and by the short name `X`.
 
     `found`: the full names.  The name of a pin or an axis of the controller `here` is short without the controller's
     name. The name of a controller is a short name of its serial port, or of its only pin or axis.

@@ -141,7 +141,7 @@ def ended() -> None:
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:
-    """Return one function that calls all functions in `ends`."""
+    """Combine several functions, each of which ends one effect of a fault, into one function."""
 
     def mend() -> None:
         for end in ends:

@@ -214,20 +214,20 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError for a program line that cannot be a trigger.
+    """Raise UsageError if no fault can begin at a program line, e.g. at a label.
 
     A line that is not yet stored is valid.
     """
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
         lines = "1 or more" if most is None else f"1 to {most}"
-        raise UsageError(f"{machine.name} has no program line {line}: expected {lines}")
+        raise UsageError(f"invalid line number {line} in a program of {machine.name}: expected {lines}")
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"no fault can begin at program line {line} of {machine.name} ({text}), "
-            f"because this line executes no statement: expected {valid_line}"
+            f"program line {line} of {machine.name} ({text}) cannot be a trigger, "
+            f"because the line takes no time: expected {valid_line}"
         )
 
 

@@ -178,7 +178,7 @@ class Master(Connection):
         self._changes.append(line.level)
 
     def flush(self) -> None:
-        """Report the stored changes of the interrupt line to the client."""
+        """Send all unreported level changes of the interrupt line to the client."""
         changes, self._changes = self._changes, []
         if not self.stalled:
             for level in changes:

@@ -203,7 +203,7 @@ class ComPort:
                 pass
         return None
 
-    # A request for the present state of an option gets no answer: otherwise both sides could send answers endlessly
+    # If a Telnet option already has the requested state, send no answer: the client could answer again, without end
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb

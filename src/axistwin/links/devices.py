@@ -73,7 +73,7 @@ class Stream(Protocol):
 
 
 def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
-    """Return a stream that transfers the characters of an open device.
+    """Return an object that sends characters to a serial device, and receives characters from the device.
 
     The event loop serves devices with a file descriptor; threads serve all other devices.
     """
@@ -185,7 +185,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # count the characters of the failed write as lost
+        except DEVICE_ERRORS:  # the write has failed: count all characters of `data` as lost
             lost = len(data)
         self._call(self._count, len(data), lost)
 

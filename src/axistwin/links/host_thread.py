@@ -24,7 +24,7 @@ REACTION_S = 0.02
 
 
 class HostThread:
-    """Runs the function of a host program in a separate thread."""
+    """Runs a host program, i.e. a Python function, in a separate thread."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
@@ -39,9 +39,9 @@ class HostThread:
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
 
     def sleep_by(self, now: Callable[[], int]) -> None:
-        """Set the clock for `time.sleep` in the host's thread.
+        """Let calls of `time.sleep` in the host program take virtual time instead of real time.
 
-        The thread then sleeps for a duration of virtual time.  `now` returns the virtual time in nanoseconds.
+        `now`: function that returns the virtual time in nanoseconds.
         """
         self._now = now
 
@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # the same error as from `time.sleep`
+            raise ValueError("sleep length must be non-negative")  # `time.sleep` raises the same error
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()
@@ -67,7 +67,7 @@ class HostThread:
         self._awake.wait()
 
     def sleeps_by_the_wall_clock(self) -> bool:
-        """True if the operating system reports that the host's thread is sleeping."""
+        """True if the host program is sleeping in real time, as reported by the operating system."""
         try:
             place = Path(f"/proc/self/task/{self._thread.native_id}/wchan").read_text(encoding="ascii")
         except OSError:
@@ -103,7 +103,7 @@ class HostThread:
         """True if the host's thread is blocked or has ended."""
         if self.done or self.wakes_ns is not None:
             return True
-        if self._thread.native_id is None:  # the operating system has not started the thread yet
+        if self._thread.native_id is None:  # the host's thread has not started yet, and is therefore not blocked
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
@@ -150,5 +150,5 @@ def _sleeping(host: HostThread) -> Iterator[None]:
 
 
 def pause() -> None:
-    """Wait in real time, for `POLL_S` seconds, until the next check of the host threads."""
+    """Wait for `POLL_S` seconds of real time before the states of the host threads are read again."""
     time.sleep(POLL_S)

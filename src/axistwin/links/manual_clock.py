@@ -50,7 +50,7 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because this clock follows the wall clock.
+        """Always raise UsageError: this clock follows the wall clock, and no program can advance its time.
 
         A program can advance virtual time only with a manual clock.
         """
@@ -101,7 +101,7 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Register a host program with a `ManualClock`.  Other clocks ignore the call."""
+        """Register a host program.  Only a `ManualClock` uses the registered programs."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()
@@ -218,7 +218,10 @@ class ManualClock(ServedClock):
         return False
 
     def _run_hosts(self) -> None:
-        """Receive data from the hosts until every host thread is blocked."""
+        """Let the host programs run until each program is blocked, e.g. because the program waits for an answer.
+
+        During this time, receive the data that the programs send.
+        """
         self._hosts = [host for host in self._hosts if not host.done]
         seen, quiet_polls = (-1, -1), 0
         while quiet_polls < POLLS:

@@ -31,10 +31,10 @@ class ManualPacer(Pacer):
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Do nothing, because virtual time passes only during a call of `advance`."""
+        """Do nothing.  Only the method `advance` lets virtual time pass."""
 
     def sync(self) -> None:
-        """Count an input from a host: add 1 to `arrivals`."""
+        """Add 1 to the counter `arrivals`.  Called before each input from a host, e.g. before data are received."""
         self.arrivals += 1
 
     def work(self) -> None:

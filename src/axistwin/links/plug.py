@@ -161,7 +161,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True if the computer is too slow for the data of the client.
+        """True if the client sends data faster than the computer can simulate the controller.
 
         Virtual time is then behind the wall clock, and many characters are queued for the controller.
         """
@@ -217,7 +217,7 @@ class Plug(SingleClient[SerialClient]):
     # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
-        """Request that received characters are sent to the client after the next advance of virtual time.
+        """Let the pacer call `flush` soon, so that received characters are sent to the client.
 
         Several requests have the effect of one request.
         """

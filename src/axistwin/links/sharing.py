@@ -22,7 +22,7 @@ LONGEST_S = 2.0
 
 
 class Seat:
-    """Connection of one TCP client to a serial connector that several clients share."""
+    """Connection of one of several TCP clients to the same serial connector."""
 
     def __init__(self, hub: "Hub") -> None:
         self._hub = hub
@@ -124,7 +124,10 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send the waiting characters of a client, or queue the client while a different client is sending."""
+        """Send the waiting characters of a client to the controller.
+
+        While a different client is sending, put the client into the queue instead.
+        """
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)

@@ -79,7 +79,7 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # True if the client has disconnected while `gate` blocked all clients
+        self._has_disconnected = False  # True if the client has disconnected while `gate` was closed for all clients
         self.gate.changes.subscribe(self._gate_changed)
 
     @property

@@ -256,7 +256,7 @@ async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    # asyncio disables Nagle's algorithm only for a socket with the protocol IPPROTO_TCP
+    # Nagle's algorithm would delay short messages; asyncio disables it only if the protocol is IPPROTO_TCP
     sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         # on Windows, SO_REUSEADDR would let a second server use the same address

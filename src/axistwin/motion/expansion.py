@@ -47,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    # pulse times of the profiles that occur at least twice: at most half the size of `out`
+    # pulse times of each profile that occurs more than once; all arrays together have at most half the size of `out`
     patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
@@ -145,7 +145,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     ends = np.cumsum(lengths) - 1
     durations = np.diff(starts, append=0)
     durations[ends] = 1
-    # segments without pulses get the rate 1, to avoid a division by zero
+    # a segment without pulses can have the pulse rate 0: use the rate 1, because the code below divides by the rate
     rates = np.maximum(np.diff(phases, append=0) // durations, 1)
     done = phases // parts
     pulses = np.diff(done, append=0)

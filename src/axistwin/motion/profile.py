@@ -72,7 +72,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # convert the duration to ticks only if the previous segment has a different duration
+            # to save time, convert the same duration of consecutive segments to ticks only once
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -98,9 +98,9 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the number of pulses since the start at the time `elapsed_ns`, including the fraction of a pulse.
+        """Return the number of pulses in the first `elapsed_ns` nanoseconds of the motion.
 
-        The unit of the result is 1/(parts * S) pulse.
+        The unit of the result is 1/(parts * S) pulse, so that fractions of a pulse are exact.
         """
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
@@ -148,9 +148,9 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Replace the segments after a given time, and return the new profile.
+        """Return a profile that equals this profile up to the time `elapsed_ns`.
 
-        `then`: the new segments.
+        After this time, the returned profile continues with the segments `then`.
         """
         if self.over(elapsed_ns):
             return self
@@ -163,11 +163,9 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """Return a copy of the profile that keeps the first segments and continues with new segments.
+        """Return a profile with the first `kept` segments of this profile, followed by the segments `added`.
 
-        `kept`: number of segments that remain; `added`: the new segments.  Returns None if the copy is not possible.
-
-        The copy is not possible if the common denominators of this profile do not fit the added segments.
+        Return None if the units of this profile (1/`ticks` s and 1/`parts` pulse) do not fit the added segments.
         """
         profile = Profile.__new__(Profile)
         profile.__dict__.update(self.__dict__)
@@ -223,7 +221,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Write the times of pulses with equal intervals to the array `out`.
+        """Write the times of evenly spaced pulses to the array `out`.
 
         The formula is out[k] = (start + period * k) // b + offset_ns.
         """

@@ -35,9 +35,9 @@ class Steps:
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
-        """Return the tick of each pulse of this command.
+        """Return the time of each pulse of this step command, in ticks of the motion board's clock.
 
-        `last` is the tick of the last pulse before this command.
+        `last` is the time of the last pulse before this command.
         """
         import numpy as np
 
@@ -128,14 +128,17 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Narrow the range of `add` to the values that are possible for both of two pulses.
+    """Narrow the range in which the number `add` of a step command is searched.
+
+    `add` is the difference in ticks between one pulse interval and the next.  The new range has only values with which
+    one step command can output two given pulses at permitted times.
 
     `lowest`, `highest`: the present range.  `late`: number and earliest permitted tick of the first pulse.  `early`:
     number and latest permitted tick of the second pulse.  The range stays as it is if the value `add` itself is
     possible.
     """
     (m, low), (n, high) = late, early
-    # one `interval` suits both pulses if gap <= add * slope
+    # `late` gives the least first interval, `early` the greatest: the two limits are compatible if gap <= add * slope
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest

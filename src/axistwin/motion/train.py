@@ -66,7 +66,7 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move of the step output.
+        """The move that the controller has begun last: the start time, direction and velocity profile of its pulses.
 
         The move may be finished.
         """

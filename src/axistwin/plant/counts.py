@@ -60,7 +60,10 @@ class _Stretch:
         return self.start_ns - self.period_ns
 
     def times(self) -> "NDArray[np.int64]":
-        """Return the times of the count changes, interpolated between the samples."""
+        """Return the time of each change of the encoder count.
+
+        Between two samples of the position, the changes are evenly spaced.
+        """
         import numpy as np
 
         positions = np.frombuffer(self.positions, np.int64)

@@ -63,9 +63,9 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the encoder count at an earlier position of the present motion, which has no reversal.
+        """Return the encoder count at a motor position that the present motion has already passed.
 
-        `position`: in pulses.
+        `position`: in pulses.  The present motion has no reversal.
         """
         return self._count(self._dragged(self._began, position))
 
@@ -99,9 +99,9 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the edge between the shaft positions `counts` - 1 and `counts`, in encoder counts.
+        """Return the motor position, in pulses, at which the shaft passes from `counts` - 1 to `counts` encoder counts.
 
-        Edge n lies between the motor positions n-1 and n.
+        The result n means the edge between the motor positions n-1 and n.
         """
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:

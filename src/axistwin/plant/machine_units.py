@@ -67,7 +67,7 @@ class MachineUnits:
 
     @property
     def decimals(self) -> int:
-        """Number of decimals that a position in this unit needs to be exact to one count."""
+        """Number of decimals of a position in this unit, e.g. 2 for 80 counts per mm (1 count = 0.0125 mm)."""
         return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
 
 

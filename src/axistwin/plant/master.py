@@ -78,11 +78,11 @@ class Run(NamedTuple):
 
     @property
     def end_ns(self) -> int:
-        """Time of the last edge of the motion, in ns."""
+        """Time of the end of the motion, in ns.  The last encoder edge is at this time."""
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:
-        """Return the count at `time_ns`, which must not be before the start of the motion.
+        """Return the encoder count at the time `time_ns`, during or after the motion.
 
         The n-th edge occurs `n * duration_ns / |counts|` after the start, rounded up to a whole nanosecond.  The
         count is therefore rounded towards `base`, in either direction.
@@ -214,7 +214,8 @@ class Master:
             if below is self._own:
                 refused_axis = "the motor's own axis" if axis is self._own else "an axis that follows this motor"
                 raise UsageError(
-                    f"cannot mount a motor's master encoder on {refused_axis}: expected another axis, e.g. X of an IF1"
+                    f"a motor's external encoder cannot be mounted on {refused_axis}: "
+                    "expected another axis, e.g. X of an IF1"
                 )
             below = below.follows
 
@@ -223,7 +224,7 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Notify the subscribers of a change in the motion of the axis that turns the encoder."""
+        """Notify the subscribers: the axis that turns the encoder has changed its motion."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

@@ -28,17 +28,17 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """List: the value of the setting, followed by the value of each active defect."""
+        """List of values: the first is the setting itself, each of the others belongs to an active defect."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the setting; the value of an active defect still overrides the setting."""
+        """Change the setting itself.  The values of active defects stay the same."""
         self._before_change()
         self._values[0].value = value
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Simulate a defect: use `value` instead of the value that was set.
+        """Simulate a defect that overrides the setting, e.g. the torque 1.0, with `value`, e.g. 0.5.
 
         Return a function that ends the defect.
         """

@@ -41,13 +41,13 @@ class Source(Protocol):
     """
 
     def refresh(self) -> None:
-        """Publish all position samples up to the present time.
+        """Pass all samples of the position, up to the present time, to the subscribers of the axis.
 
         The state and the predictions do not change.
         """
 
     def catch_up(self) -> None:
-        """Publish all position samples up to the present time.
+        """Pass all samples of the position, up to the present time, to the subscribers of the axis.
 
         Called when the state of the shaft is about to change.
         """
@@ -102,7 +102,7 @@ class Source(Protocol):
 
 
 class AtRest:
-    """Motion source of a shaft without power: the shaft rests until a person turns it."""
+    """Position and velocity of a motor shaft without power.  The shaft rests until a person turns the shaft."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -119,9 +119,9 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return a list that contains only the present position.
+        """Return only the present position, because later positions of the shaft cannot be predicted.
 
-        Later positions cannot be predicted, because a person can turn the shaft.
+        A person can turn the shaft at any time.
         """
         return [self._axis.shaft]
 
@@ -134,11 +134,11 @@ class AtRest:
         return 0.0
 
     def moving(self) -> bool:
-        """Return False, because the shaft does not move while the power is off."""
+        """True if the motor moves the shaft.  Always False, because the motor has no power."""
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Return None, because a shaft at rest has no next sample."""
+        """Time of the next sample of the position.  Always None, because a shaft without power is not sampled."""
         return None
 
     def temperature(self) -> float:
@@ -259,7 +259,7 @@ class ServoAxis:
     # Methods that the motor's processor calls
 
     def connect(self, source: Source) -> None:
-        """Connect the motor's processor, which calculates the motion of the shaft from now on."""
+        """Connect the motor's processor to the shaft.  The processor then calculates the motion of the shaft."""
         self._source = source
 
     def disconnect(self) -> None:
@@ -328,9 +328,9 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the axis is at rest, and emits the event `on_motion` before it moves.
+        """Always False, because a person can turn the shaft of a servo axis at any time.
 
-        For a servo axis, the result is always False, because a person can turn the shaft at any time.
+        True would mean: the axis is at rest, and emits the event `on_motion` before it moves.
         """
         return False
 
@@ -471,7 +471,7 @@ class ServoAxis:
         self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Simulate an encoder that reports a wrong number of counts from now on.
+        """Simulate an encoder that counts wrongly, e.g. 99 counts instead of 100.
 
         The encoder reports `of` counts for every `out_of` true counts.  The motor uses the reported count.
         """
@@ -515,12 +515,12 @@ class ServoAxis:
         return self._published.subscribe(callback)
 
     def catch_up(self) -> None:
-        """Publish all position samples up to the present time."""
+        """Pass all samples of the position, up to the present time, to the subscribers of the axis."""
         self._source.refresh()
 
     @property
     def forgotten(self) -> bool:
-        """True if the oldest samples of the axis are no longer stored."""
+        """True if the axis has deleted old samples of the position to limit its memory."""
         return self._counts.forgotten_ns is not None
 
     # Switches
@@ -552,9 +552,9 @@ class ServoAxis:
 
 
 def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad | None]":
-    """Return the data sheets of motor and load from the options of a servo axis.
+    """Read the options `motor` and `load` of a servo axis; return the data sheets of the motor and of the load.
 
-    None without a motor: the axis is ideal.
+    Without the option `motor`, the first result is None: the axis is ideal.
 
     Raises UsageError.
     """

@@ -101,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # reading `count` updates the encoder to the present position
+        _ = self.count  # the property `count` updates the encoder to the present position
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -153,8 +153,9 @@ class StepperAxis:
         self._slips: list[Slip] = []
         # number of steps lost in finished moves; a step in the negative direction counts as -1
         self._lost = 0
-        self._unmade = 0  # number of pulses that `hold` suppressed before the last call of `let_go`
-        # pulse count at which `hold` has stopped the step output; None while the output is not held
+        # number of suppressed pulses up to the end of the last hold (method `hold`, ended by the method `let_go`)
+        self._unmade = 0
+        # pulse count at which the method `hold` has stopped the step output; None if the output is not stopped
         self._made: int | None = None
         self._was_held = False
 
@@ -252,11 +253,11 @@ class StepperAxis:
 
     @property
     def follows(self) -> None:
-        """Always None, because a stepper axis follows no other axis."""
+        """The axis that this axis follows.  Always None for a stepper axis."""
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list that contains only the present position.
+        """Return the present position of the axis, in a list with one element.
 
         The method `positions_at` calculates later positions of a stepper axis.
         """
@@ -342,7 +343,7 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Number of pulses that `hold` has suppressed.  A pulse in the negative direction counts as -1."""
+        """Sum of all pulses that the method `hold` has suppressed: +1 or -1 for each pulse, by its direction."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
@@ -453,9 +454,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses one of the given edges.
+        """Call `callback()` each time the axis moves from position n-1 to n, or back, for any n in `edges`.
 
-        The call is at the exact pulse.  Edge n lies between the positions n-1 and n.
+        The call is at the exact pulse.
 
         Return an unsubscribe function.
         """

@@ -24,7 +24,7 @@ class PositionSwitch:
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
     def _update(self) -> None:
-        """Update the state of the switch after a change of the axis position."""
+        """Turn the switch on or off if the axis has entered or left the range of the switch."""
         inside = self._inside()
         if inside is not self.on:
             self.on = inside

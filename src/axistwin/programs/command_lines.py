@@ -116,9 +116,10 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True if a line is sent without waiting for earlier commands: a `!` line or a status request.
+    """True for a program line that does not wait until earlier commands are complete, e.g. a status request.
 
-    If such a line is sent immediately, the next line is sent immediately, too.
+    Such lines are status requests and manual actions (`!` lines).  If such a line is sent immediately, the next line is
+    sent immediately, too.
     """
     return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 
@@ -229,9 +230,9 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the line format and the message that initialise an interface after power-on.
+    """Return the first message to an interface after power-on, and the character format before this message.
 
-    The host sends the character `(` in this line format.  The message selects the line format `wanted`.
+    The host sends the character `(` in this format.  The message selects the character format `wanted`.
     """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 

@@ -18,17 +18,17 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Replace national letters by the ASCII characters of their keys.
+    """Convert national letters to the ASCII characters that a keyboard sends, e.g. `Ä` to `[`.
 
-    For example, a German keyboard sends `[` for `Ä` or `ä`.
+    The example is for a German keyboard, which also sends `[` for `ä`.
     """
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Replace ASCII characters by the characters of a national terminal.
+    """Convert ASCII characters to the characters that a terminal displays, e.g. `[` to `Ä`.
 
-    For example, a German terminal displays `Ä` for `[`.
+    The example is for a German terminal.
     """
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

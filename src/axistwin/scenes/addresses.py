@@ -67,7 +67,7 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             motor = table.called
             if motor in line.motors and getattr(table, key):
                 raise source.error(
-                    f"{motor} uses the ports of the shared line {name!r}: "
-                    f"remove `{key}` of {motor}, and set `ports` in the table [[{line_kind}]]",
+                    f"motor {motor} cannot have its own `{key}` on the shared line {name!r}: "
+                    f"set `ports` in the table [[{line_kind}]] instead",
                     ("controller", number, key),
                 )

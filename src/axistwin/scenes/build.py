@@ -200,8 +200,8 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"a simulated wire cannot carry the fast step pulses of {from_}: "
-                'remove the wire, and set the key `master` of the SmartMotor, e.g. master = "feeder.X"',
+                f"the step pulses of {from_} are too fast for a simulated wire: "
+                'use the key `master` of a SmartMotor instead of a wire, e.g. master = "feeder.X"',
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -245,7 +245,7 @@ class Builder:
             raise self.source.error(f"{owner} has no {kind} {name!r}: expected one of {', '.join(known)}", path)
         return known[name]
 
-    # Methods that add faults, script entries and hosts to the bench
+    # Methods that add faults, scripted actions and simulated hosts to the simulation
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
@@ -260,7 +260,7 @@ class Builder:
                 self._plan_fault(table, number, ("fault", number))
 
     def _scripted(self) -> list[str]:
-        """Return the names of all faults that script entries add."""
+        """Return the names of all faults in the [[script]] tables of the scene file."""
         named = (name_in(act) for table in self.contents.script for act in table.do)
         return [name for name in named if name is not None]
 

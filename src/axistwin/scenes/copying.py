@@ -59,7 +59,7 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a simulated host to the copied scene.
+        """Add a simulated host and its program to the copy of a scene.
 
         `name`: the endpoint to which the host is connected.  `file`, `text`: name and text of the host's program.
         """
@@ -68,9 +68,9 @@ class Copy:
     # Methods that copy a scene file
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Return the text of the copied scene file.
+        """Return the text of the scene file for the copy of a scene.
 
-        The copy contains the recorded hosts and the recorded script.
+        The copy also contains the recorded hosts and the recorded script.
 
         `note`: the comment line before the recorded part.
         """
@@ -82,7 +82,7 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return the changed contents of the scene as a dict.
+        """Return all contents of the copied scene as a dict.
 
         Used if the text of the scene file cannot be edited.
         """
@@ -93,7 +93,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield each TOML table that changes in the copied scene, with the new values of the table."""
+        """Yield pairs: a TOML table of the scene, e.g. ("controller", 0), and the values of its copy that differ."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -125,14 +125,14 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # delete the unchanged copy, which no host uses
+                del self.files.texts[name]  # remove the text with the old file names, which no host uses
             text = moved
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Change the file name in an action `load` to the name of the file in the copied scene.
+        """Return a scripted action with valid file names for the copy, e.g. `load a.if1` for `load ../a.if1`.
 
-        Other actions are returned unchanged.  A file whose name must change is copied.
+        Only the action `load` has a file name.  A file whose name must change is copied.
         """
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
@@ -152,7 +152,7 @@ class Copy:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Methods that create a scene file from a bench
+    # Methods that write a scene file with the controllers of a simulation
 
     def of_bench(self, note: str) -> str:
         """Return the text of a scene file that describes the controllers of the bench."""
@@ -172,7 +172,7 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return the path of a file that the scene uses, relative to the folder of the copied scene."""
+    """Return the path of a file in the folder of the copied scene, e.g. `a.if1` for the original file `../a.if1`."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
@@ -198,5 +198,5 @@ def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None
 
 
 def entry(at_s: float, on: str, do: Sequence[str]) -> dict[str, Any]:
-    """Return a script entry as a dict with its time, its controller and its actions."""
+    """Return a [[script]] table of a scene file, e.g. {"at": 1.5, "on": "if1", "do": "input1 high"}."""
     return {"at": at_s, **({"on": on} if on else {}), "do": list(do) if len(do) > 1 else do[0]}

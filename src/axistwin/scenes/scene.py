@@ -137,9 +137,9 @@ class Scene:
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
 
     def named_programs(self) -> Iterator[tuple[str, Path]]:
-        """Yield each program file and conversation file of the scene, with the endpoint that uses the file.
+        """Yield pairs: the name of an endpoint, and a file with commands for this endpoint.
 
-        An endpoint is a controller or a shared line.
+        An endpoint is a controller or a shared line.  The file is a program file or a conversation file.
         """
         beside = self._source.file.parent
         for table in self._contents.controller:
@@ -199,10 +199,10 @@ class Scene:
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a copy of the scene with the contents `data`.  The copy keeps the file name of the scene.
+        """Return a copy of the scene in which `data` replaces the contents of the scene file.
 
-        `texts` replaces the texts of programs, by path.  Raises SceneError with the place of an invalid value in the
-        file.
+        The copy keeps the name of the scene file.  `texts` replaces the texts of programs, by path.  Raises SceneError
+        with the place of an invalid value in the file.
         """
         source = self._source.with_data(dict(data))
         other = type(self)(source.contents(), source)

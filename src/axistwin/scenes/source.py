@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # pydantic reports "missing" if a pair has only one number
+    "missing": "expected two numbers",  # pydantic reports "missing" if a list of two numbers has only one number
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -59,7 +59,7 @@ class Source:
         self.places = toml_places.places(self.text)
 
     def with_data(self, data: dict[str, Any]) -> Self:
-        """Return a copy of this source that has the same file name and the contents `data`."""
+        """Return a copy of the scene source in which `data` replaces the contents.  The file name stays the same."""
         other = copy(self)
         other.data = data
         return other
@@ -84,7 +84,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # validation in JSON mode accepts a list instead of a tuple, and an integer instead of a float
+        # TOML has no tuples; in JSON mode, pydantic accepts a list as a tuple, and an integer as a float
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -215,9 +215,9 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each key of the table that the error message contains.
+    """Yield the path of each key whose name occurs in an error message.
 
-    The message must also name all tables around the key.
+    `table`: the TOML table that contains the keys.  The message must also name all tables around the key.
     """
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):

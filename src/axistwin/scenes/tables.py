@@ -183,7 +183,7 @@ _SERVOS = TypeAdapter(dict[str, ServoTable])
 
 
 class ControllerTable(Table):
-    """The table of one controller in a scene."""
+    """Table [[controller]] of a scene file: the model, name and settings of one controller."""
 
     model: str
     """Model, e.g. "if1", "1811" or "smartmotor"."""
@@ -394,7 +394,10 @@ class BoardOutputTable(Table):
 
 
 class StandInTable(Table):
-    """Table [stand-in]: real motors that `axistwin stand-in` moves through motion boards."""
+    """Table [stand-in] of a scene file: settings of the command `axistwin stand-in`.
+
+    The command replaces a real controller, and moves the real motors by means of motion boards.
+    """
 
     horizon_ms: Annotated[float, Field(ge=50, le=2000)] = 100.0
     """Constant delay of all pulses and outputs at the pins, in milliseconds."""

@@ -56,7 +56,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # number of [[name]] headers, by name
+        self.tables: dict[Path, int] = {}  # for each name: number of headers [[name]] up to now
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""
@@ -125,7 +125,7 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Return the path of a table, including the indexes of lists, e.g. ("controller", 1, "axes").
+        """Return the keys and list indexes that lead to a TOML table, e.g. ("controller", 1, "axes").
 
         The example is the path of `controller.axes` after the second [[controller]].
         """

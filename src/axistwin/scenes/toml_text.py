@@ -50,7 +50,7 @@ def table_text(key: str, table: Mapping[str, Any]) -> str:
 
 
 def tables(data: Mapping[str, Any]) -> str:
-    """Return a dict as a TOML document, in which lists of tables are written as [[name]]."""
+    """Convert a dict to a TOML document.  A list of dicts is written as tables with the header [[name]]."""
     parts = [f"{key} = {toml_value(value)}\n" for key, value in data.items() if not _lists_tables(value)]
     parts += [f"\n{table_text(key, each)}" for key, value in data.items() if _lists_tables(value) for each in value]
     return "".join(parts).lstrip()

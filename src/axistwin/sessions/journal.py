@@ -31,7 +31,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Cursor:
-    """A position in the journal of recorded actions."""
+    """A place in the list of recorded actions: the point between two actions at which reading begins."""
 
     offset: int = 0
     time_ns: int = 0
@@ -42,7 +42,7 @@ class Cursor:
 
 @dataclass(frozen=True)
 class Tail:
-    """The deleted end of a journal, which can be restored."""
+    """Recorded actions that `Journal.truncate` has deleted.  `Journal.restore` restores these actions."""
 
     cursor: Cursor
     """Position at which the journal was cut."""
@@ -90,10 +90,9 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Read the recorded actions at the position `cursor` of the journal.
+        """Read the next recorded actions after the place `cursor`.  All these actions have the same time.
 
-        Return these actions with their time, and the position of the next actions.  Return None at the end of the
-        journal.
+        Return the actions with their time, and the place after these actions.  Return None at the end of the journal.
         """
         if cursor.offset >= len(self._data):
             return None

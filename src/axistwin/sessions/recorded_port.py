@@ -40,7 +40,10 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect the recorded control line to the control line `pin` of a new controller."""
+        """Connect this control line to a new controller, e.g. after a restart of the simulation.
+
+        `pin`: the control line of the new controller.
+        """
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -68,9 +71,9 @@ class MutableLine(Pin):
 
 
 def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
-    """Create a property of a recorded port; each assignment to the property is recorded.
+    """Create a Python property that reads and sets the attribute `name` of the present serial port.
 
-    The property has the value of the same attribute of `present`.
+    Each assignment to the property is recorded.
 
     `act`: class of the action; None for a property that cannot be set.
     """
@@ -143,7 +146,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the replay has ended too early to repeat this setting
+                if set_ns > now_ns:  # the replay has ended before the recorded time of the setting
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -185,7 +188,7 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # discard the character: the host received it before the replay
+            self.present.read()  # during a replay, discard characters, because the host has received them before
         else:
             self._receives.emit(byte, errors)
 

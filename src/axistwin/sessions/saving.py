@@ -34,7 +34,8 @@ def files(
     """
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # keep the program names, because the script may load a program by name
+        # keep the names of the program files, because the scene's script may contain an action such as `load a.if1`
+        found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
     # if several hosts act at one time, the host with the lowest rank acts first: give new hosts the highest rank
@@ -42,8 +43,8 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # at equal times, these actions must follow the saved conversations of the scene, but a script acts first
-        # so write a script only if the scene has no saved conversations
+        # at equal times, the recorded actions must follow the saved conversations of the scene, but a script acts first
+        # therefore write a script only if the scene has no saved conversations
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -116,15 +117,15 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Choose the endpoint whose conversation file will contain the given actions."""
+        """Return the name of the endpoint, e.g. a controller, to whose conversation file the actions are written."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return a copy of an action for the conversation file of the endpoint `name`.
+        """Return a copy of an action; leave out the controller's name if the conversation file does not need the name.
 
-        The copy contains no controller name if the action is for the endpoint itself.
+        The name is not needed if the action is for the endpoint `name`, to which the conversation file belongs.
         """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)

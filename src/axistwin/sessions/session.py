@@ -140,7 +140,7 @@ class Session:
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach(bench)` for the present bench, and for each new bench.
+        """Call `attach(bench)` for the bench (the simulated controllers), and again after each restart.
 
         A restart of the simulation creates a new bench.  `attach` is called before the first event of the new bench.
         """
@@ -187,7 +187,7 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # `read` raises ProgramError for a command that a recording cannot contain
+            codec.read(codec.show(data))  # raise ProgramError if the command cannot be written as text and read again
         else:
             self.bench.port(name)  # `port` raises UsageError for an unknown endpoint
         self._do(Say(data, controller=name))
@@ -325,9 +325,9 @@ class Session:
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time until the step is complete or `over()` is True.
+        """Advance virtual time to the end of a step, e.g. to the next event of the simulation.
 
-        `observer` detects the end of the step.
+        Stop earlier if the function `over` returns True.  `observer` detects the end of the step.
 
         Return False if no event is left.
         """
@@ -560,9 +560,9 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Return the files of a scene that repeats the recorded session, as a dictionary from file names to texts.
+        """Convert the recorded session to a scene, and return the texts of all files of the scene, by file name.
 
-        The command `axistwin run` runs the scene.
+        The command `axistwin run` then repeats the session.
         """
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

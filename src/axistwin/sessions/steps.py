@@ -48,15 +48,21 @@ class StepObserver:
 
     @property
     def seen(self) -> bool:
-        """True if the event that ends the step has occurred."""
+        """True if the step (an advance of the simulation to the next event) is complete."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step after an incomplete message: no more characters of the message will come."""
+        """End the step (to the next event) if a message has begun, although the message has no terminator.
+
+        Called when no more characters of the message will come.
+        """
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at an event, e.g. a fault, or at the last character of a message."""
+        """End the step (to the next event) when an event occurs, e.g. when a fault begins.
+
+        A serial message is one event, which occurs at the last character of the message.
+        """
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return
@@ -99,7 +105,7 @@ def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object])
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Execute events up to the time `end_ns`, or until `over()` returns True.
+    """Execute events up to the virtual time `end_ns`.  Stop earlier if the function `over` returns True.
 
     Return True if the time `end_ns` is reached.
     """

@@ -20,5 +20,5 @@ class Alarms:
         self._raised.emit(name)
 
     def subscribe(self, callback: Callable[[str], None]) -> Callable[[], None]:
-        """Call `callback(name)` whenever a flag is raised.  Return an unsubscribe function."""
+        """Call `callback(name)` whenever the device raises the fault flag `name`.  Return an unsubscribe function."""
         return self._raised.subscribe(callback)

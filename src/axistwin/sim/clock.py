@@ -75,7 +75,7 @@ class Clock(Environment):
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # after an exception, the event `end` is still in the queue
+            self._withdraw(end)  # if `step` has raised an exception, remove the event `end` from the queue of events
 
     @property
     def free_ns(self) -> int:

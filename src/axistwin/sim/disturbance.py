@@ -53,7 +53,7 @@ class Disturbance:
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """Apply the disturbance to a character.
+        """Disturb a character on a serial line, e.g. invert data bits of the character.
 
         No effect if `strikes()` returns False.  Otherwise the number `left` decreases by 1.
         """
@@ -86,7 +86,7 @@ def flip(mask: int) -> Effect:
 
 
 def delay(delay_ns: Callable[[], int]) -> Effect:
-    """Return an effect that delays the character."""
+    """Return a function that delays a character on a serial line.  `delay_ns()` returns the delay in ns."""
 
     def effect(passage: Passage) -> None:
         passage.delay_ns += delay_ns()
@@ -95,7 +95,7 @@ def delay(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Return an effect that gives a character a wrong baud rate.
+    """Return a function that changes the baud rate of a character, so that the character is sent at a wrong baud rate.
 
     `baudrate(correct)` returns the wrong baud rate.
     """

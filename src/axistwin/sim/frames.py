@@ -175,7 +175,7 @@ class Frame:
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """Return the signal that transmits a character.
+        """Create the frame of a character: start bit, data bits, parity bit and stop bits.
 
         `flipped`: mask of the data bits to invert.
         """

@@ -43,11 +43,11 @@ class Levels:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of stored time spans at low level."""
+        """Return the number of stored spaces, i.e. of times at which the wire is low."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
-        """Put a frame, i.e. a character or another signal, on the wire.
+        """Put a signal on the wire, e.g. a character or a break signal.
 
         Where frames overlap, the wire is low if any of the frames is low.
         """
@@ -85,12 +85,12 @@ class Levels:
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            # `first` is the index of the first sample at low level
+            # `first` is the index of the first sample within the space (time at low level)
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            # `last` is the index of the first sample after the low level; values above `count` are limited to `count`
-            # without this limit, `1 << last` would be a huge number after a break signal of hours
+            # `last` is the index of the first sample after the space, but at most `count`
+            # this limit keeps the number `1 << last` small even if a break signal lasts for hours
             last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
@@ -104,7 +104,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard the time spans at low level that end at or before the given time.
+        """Discard each stored space (time at low level) that has ended at the given time.
 
         The time is `at/per` ns.
         """
@@ -117,10 +117,9 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield each unread time span at low level that begins at `since/per` ns or later.
+        """Yield each space (time at low level) that may begin with a start bit.
 
-        The falling edge at the beginning of a time span may be that of a start bit.  Each time span is yielded at most
-        once.
+        Only spaces that begin at `since/per` ns or later are yielded, and each space at most once.
         """
         for space in self._spaces:
             if space.unread:
@@ -129,7 +128,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the stored time spans that overlap or follow the time span `first`."""
+        """Remove the stored spaces that end after the beginning of the space `first`.  Return the removed spaces."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -141,7 +140,7 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Return the time spans at low level in order of time, with overlapping time spans merged into one.
+    """Sort the spaces of a wire (times at low level) by time, and merge overlapping spaces.
 
     Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """

@@ -65,7 +65,7 @@ class ManualAct(StrEnum):
 
 
 class ManualActions:
-    """Notifies subscribers of the manual actions at one part of the machine.
+    """Notifies subscribers of manual actions at a controller or an axis, e.g. when a person turns the shaft.
 
     A report contains the kind of the action and its values.
     """
@@ -79,9 +79,9 @@ class ManualActions:
         return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
-        """Report a manual action to the subscribers, unless the bench itself performs the action.
+        """Notify the subscribers of an action that a person performs at the machine.
 
-        The bench performs the actions of a script or a fault in a `by_itself` block.
+        Actions of a script or a fault are not reported.  They are performed in a `by_itself` block.
         """
         if not self._clock.by_itself:
             self._begins.emit(act, *values)

@@ -248,7 +248,7 @@ class SensedPin(Pin):
         self._last = False
 
     def sense(self, read: Callable[[], bool], follow: Callable[[Callable[[], None]], Callable[[], None]]) -> None:
-        """Connect a sensor to the input; `read` returns the level of the sensor.
+        """Connect a sensor to the input.  The function `read` returns the present level of the sensor.
 
         `follow(update)` calls `update` when the level may have changed.
 
@@ -416,7 +416,7 @@ class UserPin(Pin):
         self._find_volts(level, before)
 
     def _find_volts(self, level: bool, before: float) -> None:
-        """Calculate the voltage, and notify subscribers of changes of the voltage or the level."""
+        """Calculate the voltage of the pin.  Notify the subscribers if the voltage or the logic level has changed."""
         held = _volts(self._holds[-1].level) if self._holds else None
         stated = (volts for volts in (held, self._lead, self._stage, self._wired) if volts is not None)
         self._volts = next(stated, PULLED_UP_VOLTS)

@@ -22,7 +22,7 @@ class Whole:
 
 
 class Reading:
-    """A character that a receiver samples bit by bit, in the middle of each bit.
+    """A character during its reception.  The receiver samples the middle of each bit.
 
     Instants are whole numbers of 1/`per` ns.  The falling edge of the start bit is at `edge/edge_per` ns.
     """
@@ -45,7 +45,7 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the remaining bits of the character, and return the number of samples.
+        """Sample the bits of the character that are not sampled yet.  Return the number of newly sampled bits.
 
         `before_ns`: sample only the bits before this time; None: sample the whole character.  Stop at a false start.
         """

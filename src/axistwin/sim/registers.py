@@ -52,7 +52,7 @@ class Fifo:
         return self._bytes.popleft() if self._bytes else 0
 
     def load(self, data: bytes) -> None:
-        """Replace the contents of the queue by `data`."""
+        """Discard the stored bytes, and store the bytes `data` instead."""
         self._bytes = deque(data[:DEPTH])
 
     def drain(self) -> bytes:

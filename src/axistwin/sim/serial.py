@@ -71,16 +71,19 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        # from the time `_idle[0] / _idle[1]` ns on, a falling edge begins a start bit
+        # earliest time of the next start bit in ns, as a fraction (numerator, denominator)
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # end of the last delayed character, in ns of virtual time
+        self._free_ns = 0  # virtual time in ns at which the last delayed character ends and the wire is free
 
-    # Methods that inject faults into the line
+    # Methods that inject faults into the serial line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
-        """Apply a disturbance to all characters from now on.  Return a function that removes the disturbance."""
+        """Begin a disturbance of the serial line, e.g. the loss of characters.
+
+        Return a function that ends the disturbance.
+        """
         self._disturbances.append(disturbance)
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
@@ -162,7 +165,7 @@ class Line:
         return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
 
     def _passage(self, sent: UartFormat) -> Passage:
-        """Apply all line disturbances to the next character, and return the effects."""
+        """Return the next character with the effects of all disturbances of the serial line."""
         passage = Passage(sent)
         for disturbance in tuple(self._disturbances):
             disturbance.meet(passage)
@@ -171,7 +174,7 @@ class Line:
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """Deliver a disturbed character once, several times or not at all.
+        """Deliver a character as often as `passage.copies` requires, e.g. 0 times for a lost character.
 
         Later characters do not overtake delayed characters.
         """
@@ -222,7 +225,7 @@ class Line:
             reading.left <= (1 if self.receiver.resynchronises else 0)
             or frame.end * reading.per > reading.next * frame.per
         ):
-            self._levels.put(frame)  # a signal that ends before the next sample has no effect
+            self._levels.put(frame)  # a signal that ends before the receiver samples the next bit has no effect
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
         """Try to receive a complete character in one step.  Return False if its bits must be sampled one by one.
@@ -248,13 +251,16 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # this call may change the baud rate and data bits of the receiver
+        self.receiver.take(whole.byte, SOUND)  # `take` may change the baud rate and data bits of the receiver
         self._whole = None
         if self._levels:
             self._find_start_bit()
 
     def _sample_whole(self) -> None:
-        """Sample the rest of the present character bit by bit, because a second signal is now on the wire."""
+        """Sample the present character bit by bit from now on.
+
+        Called when a second signal appears on the wire, which may change bits of the character.
+        """
         whole = self._whole
         if whole is not None and self.clock.now < whole.end_ns:
             self._levels.put(Frame.of(whole.start_ns, whole.sent, whole.byte))
@@ -262,9 +268,9 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Discard the next start bit if its time has not passed.
+        """Discard the next start bit that the receiver has found in advance, if the start bit has not begun yet.
 
-        The receiver finds the next start bit in advance.  A new signal on the wire may contain an earlier start bit.
+        A new signal on the wire may contain an earlier start bit.
         """
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
@@ -310,14 +316,17 @@ class Line:
             self._find_start_bit()
 
     def _end_character(self, reading: Reading) -> None:
-        """Deliver a character whose bits have been sampled, at the end of the first stop bit."""
+        """Decode the sampled bits of a character, and deliver the character.
+
+        Called at the end of the first stop bit.
+        """
         self._read_on(self.clock.now)
         if reading is not self._reading:  # the start bit was too short, so there is no character to deliver
             return
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # this call may change the baud rate and data bits of the receiver
+        self.receiver.take(byte, errors)  # `take` may change the baud rate and data bits of the receiver
         self._reading = None
         self._find_start_bit()
 
@@ -428,7 +437,7 @@ class Uart:
 
     @property
     def instant(self) -> bool:
-        """True if characters take no time on this connection."""
+        """True if the transmission of a character takes no time on this connection."""
         return self.line.instant
 
     def when_empty(self) -> Event:

@@ -296,6 +296,6 @@ class SerialPort:
 
 
 def check_break(seconds: float) -> None:
-    """Raise UsageError for a break of less than 1 ns."""
+    """Raise UsageError if a break signal is shorter than 1 ns."""
     if to_ns(seconds) < 1:
         raise UsageError(f"invalid duration of a break signal, {seconds:g} s: expected 1 ns or more, e.g. 0.25 s")

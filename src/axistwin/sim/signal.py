@@ -19,7 +19,7 @@ class Signal(Generic[P]):
         return bool(self._callbacks)
 
     def subscribe(self, callback: Callable[P, object]) -> Callable[[], None]:
-        """Call `callback` at every `emit` from now on.  Return an unsubscribe function."""
+        """Subscribe a function: each later call of `emit` calls this function.  Return an unsubscribe function."""
         self._callbacks = (*self._callbacks, callback)
         return lambda: self._unsubscribe(callback)
 

@@ -149,7 +149,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            # a move that starts at `since_ns` may follow a move whose last pulse is at the same time: so `<`, not `<=`
+            # if a move starts exactly at `since_ns`, the move before can have its last pulse at this time: continue
             if move.start_ns < since_ns:
                 break
         for move in reversed(moves):
@@ -182,7 +182,8 @@ class ServoTrace:
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        self._last = {"position": axis.position, "commanded": axis.position}  # a trace starts with the position error 0
+        # assume that the commanded position equals the position at the start of the trace
+        self._last = {"position": axis.position, "commanded": axis.position}
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:
@@ -190,7 +191,7 @@ class ServoTrace:
         return self._last[name]
 
     def add_samples(self, samples: Samples) -> None:
-        """Store several samples of the servo axis."""
+        """Store several samples of the position and of the commanded position of the servo axis."""
         import numpy as np
 
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)

@@ -44,7 +44,7 @@ class Batch:
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return an index at which the batch can be divided into two parts of similar size.
+        """Return an index that divides the changes of the signals into two parts of similar size.
 
         Changes with equal times stay in one part.  If all changes have the same time, return the number of changes.
         """
@@ -55,7 +55,7 @@ class Batch:
 
 
 class ChangeQueue:
-    """Changes that have not been written yet, in one list for each signal."""
+    """Changes of signals that have not been written to the trace yet, in one list for each signal."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
         self.count = 0
@@ -114,7 +114,7 @@ class Rows:
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Remove and return all changes before the time `before_ns`, as columns of integers."""
+        """Remove the stored changes before the time `before_ns`; return their times and their values as arrays."""
         import numpy as np
 
         if not self._blocks:

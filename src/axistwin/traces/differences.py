@@ -19,7 +19,7 @@ Value = int | float | str
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest permitted differences in value and in time between two equal traces."""
+    """Largest differences in value and in time with which two traces still count as equal."""
 
     value: float = 0.0
     time_ns: int = 0
@@ -130,12 +130,12 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return a boolean array: True for each value of `this` that has no match in `that`.
+    """Return a boolean for each compared value of a signal in one trace: True if the other trace has no similar value.
 
-    A match is a value of `that` that differs from the value of `this` by no more than the tolerance.
+    Two values are similar if they differ by `most` or less.
 
-    `here`: the indices of the values in `this`.  `first` and `last`: for each value, the range of indices in `that`.
-    `most`: largest difference that is a match.
+    `this`, `that`: the signal in the two traces.  `here`: the indices of the compared values in `this`.  `first` and
+    `last`: for each compared value, the range of indices in `that`.
     """
     import numpy as np
 
@@ -144,7 +144,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    # `last` may contain len(others), which `reduceat` rejects as an index: make the array longer by one element
+    # `last` may contain the index len(others), which `reduceat` accepts only if the array has one more element
     ended = np.append(others, others[-1])
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)

@@ -30,7 +30,7 @@ class Sink(Protocol):
         """Write changes of signals.  No change may be earlier than a change already written.  Raises OSError."""
 
     def flush(self) -> None:
-        """Make all written changes readable for other programs.  Raises OSError."""
+        """Write all changes from memory to the file, so that other programs can read the changes.  Raises OSError."""
 
     def end(self, now_ns: int) -> None:
         """Write the end time of the trace.  Raises OSError if the file cannot be written."""
@@ -186,7 +186,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Return the changed values in a batch as numbers and texts.
+    """Convert the stored integers of a batch of signal changes to the values of the signals: numbers or texts.
 
     The function `show` formats floating-point numbers and texts.
     """

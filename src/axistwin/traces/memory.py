@@ -80,7 +80,7 @@ class _Changes:
         self._blocks.append(([now_ns], [first]))
 
     def add(self, part: Part, texts: Sequence[bytes]) -> None:
-        """Append several changes of the signal."""
+        """Append new changes to the stored changes of a signal."""
         values: Sequence[Value] | NDArray[Any] = part.values.view(float) if self.signal.kind == REAL else part.values
         if self.signal.kind == TEXT:
             values = [texts[n] for n in part.values]
@@ -130,7 +130,7 @@ def _reduce(signals: Sequence[_Changes]) -> None:
 
 
 def _extremes(values: "NDArray[Any]") -> "NDArray[np.int64]":
-    """Return the indices of the smallest and the largest value in each group of four values."""
+    """Divide an array into groups of four values; return the indices of the extreme values of each group."""
     import numpy as np
 
     whole = len(values) // 4 * 4

@@ -67,8 +67,8 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        # `_place` is the number of bytes in the file before the current row group
-        # the next flush replaces the last `_rewritable` bytes of the file
+        # `_place`: position in the Parquet file at which the present row group (block of rows) begins
+        # `_rewritable`: number of bytes at the end of the file that the next call of `flush` replaces
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
@@ -79,9 +79,9 @@ class ParquetSink:
         self.flush()
 
     def write(self, batch: Batch) -> None:
-        """Add changes to the trace.
+        """Add changes of signals to the Parquet file, as one row for each change.
 
-        As soon as a row group is full, it is written to the file.
+        As soon as a row group (a block of rows) is full, the group is written to the file.
         """
         table = self._table(batch)
         while self._rows + len(table) >= self._full:
@@ -105,9 +105,9 @@ class ParquetSink:
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """Write the current row group to the file, and then a new footer.
+        """Write the present row group (a block of rows) and a new footer to the Parquet file.
 
-        The footer lists all row groups of the file.
+        The footer is the end of the file, and lists all row groups.
         """
         import pyarrow as pa
 
@@ -161,7 +161,10 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        """Encode a row group; return the encoded bytes, and the new contents of the footer (a list of row groups)."""
+        """Encode a row group (a block of rows) for the Parquet file.
+
+        Return the encoded bytes, and the new contents of the footer, which lists all row groups.
+        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -219,4 +222,4 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-_shown = lru_cache(1 << 14)(CHARACTERS.show)  # hosts repeat their messages: the cache avoids a second conversion
+_shown = lru_cache(1 << 14)(CHARACTERS.show)  # a cache saves time, because hosts often send the same messages again

@@ -330,7 +330,8 @@ def _parquet_table(path: Path) -> Any:
         if types.get(name) != wanted or table.column_names.count(name) != 1:
             found_type = types.get(name, "no such column")
             raise TraceError(
-                f"{path} is not from axistwin: expected one column {name} of type {wanted}, found {found_type}"
+                f"{path} is not a trace file of axistwin: "
+                f"expected exactly one column {name} of type {wanted}, found {found_type}"
             )
     for name in ("time_ns", "signal"):
         if table[name].null_count:

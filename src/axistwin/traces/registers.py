@@ -33,7 +33,7 @@ class PolledRegister:
 
 
 class ReportedRegisters:
-    """Records changes of registers that the controller itself reports.
+    """Records the changes of registers for a trace.  The controller reports each change.
 
     `places`: index of the signal of each register.
     """

@@ -59,7 +59,7 @@ class Signal:
         return "V" if self.kind == REAL and self.name.endswith("_volts") else UNITS.get((self.name, self.kind), "")
 
     def matches(self, pattern: str) -> bool:
-        """Return True if the pattern selects the signal."""
+        """Return True if the name of the signal matches a pattern, e.g. `if1.X.pulses` matches `if1.X.*`."""
         if pattern == DEFAULT:
             return not self.register and not self.costly
         names = (self.full, *(f"{self.scope}.{name}" for name in self.also))
@@ -89,7 +89,10 @@ def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
 
 
 def split(text: str | None) -> tuple[str, ...]:
-    """Split a text at its commas into patterns; return the default pattern if the text is empty."""
+    """Split a list of signal names or patterns at the commas, e.g. "if1.X.*, if1.output1".
+
+    For an empty text, return the pattern `DEFAULT`.
+    """
     return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
 
 
@@ -101,7 +104,7 @@ def pin_signal(pin: str) -> str:
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # step outputs are left out, because each axis has its own signal `step`
+        if not pin.silent:  # no signal for a step output, because the axis already has the signal `step`
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

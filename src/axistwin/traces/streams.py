@@ -11,9 +11,9 @@ LONGEST = 256
 
 
 class Dialogue:
-    """Records the messages on a line as two text signals: one for the host, one for the controller.
+    """Records the messages of a host and a controller as two text signals.
 
-    The signal of one end is cleared when the other end transmits.
+    The text of one signal is cleared when the other end of the serial line or bus transmits.
     """
 
     def __init__(self, add: Callable[[int, int, Value], None], host: int | None, controller: int | None) -> None:
@@ -21,7 +21,10 @@ class Dialogue:
         self._controller = _Message(add, controller)
 
     def observe(self, bench: Bench, name: str, stack: ExitStack) -> None:
-        """Subscribe to the data of the host and of the controller, until the context `stack` is closed."""
+        """Record the data that the host and the controller send to each other.
+
+        The recording ends when `stack` is closed.
+        """
         clock = bench.clock
         if endpoints.at_a_bus(bench, name):
             show, bus = endpoints.codec_at(bench, name).show, bench[name].bus
@@ -67,7 +70,7 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the text of this signal, because the other end of the line begins to send.
+        """Set this text signal to "" when the other end of the serial line or bus sends data.
 
         `answered`: True if the stored message is deleted, too.
         """

@@ -87,9 +87,10 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._write_save_file()
 
     def catch_up(self) -> None:
-        """Write the changes up to now; every two seconds, also flush the file for other programs.
+        """Write the signal changes up to the present time to the trace file.
 
-        Called regularly during runs in real time.
+        Every two seconds, also make the written changes readable for other programs.  Called regularly during runs in
+        real time.
         """
         now_s = monotonic()
         for_others = now_s - self._flushed_s >= FLUSH_S
@@ -148,7 +149,7 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # servo axes compute their samples in advance
+        self._computing_ahead: list[ServoAxis] = []  # axes whose samples must be requested before changes are written
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
         self._rows: list[Rows] = []  # these objects receive the changes that axes and controllers report
@@ -186,7 +187,7 @@ class Tracer:
             self.sink.flush()
 
     def show_present(self) -> None:
-        """Call the function `consumer` with all changes up to now.
+        """Pass all signal changes up to the present time to the function `consumer`.
 
         Further changes may follow at this time, e.g. an action of a user.  A later call passes the changes at this time
         again, so a consumer drops samples that are equal to the sample before.
@@ -316,7 +317,7 @@ class Tracer:
             self._write(self.bench.now)
 
     def _after_events(self) -> None:
-        """Poll the registers; if many changes are waiting, write these changes.
+        """Read the traced registers.  If many signal changes are stored in memory, write the changes to the trace.
 
         Called after the events of each time.
         """
@@ -338,14 +339,14 @@ class Tracer:
                 register.record(now_ns, value)
 
     def _write(self, before_ns: int) -> None:
-        """Write all changes before the time `before_ns`, in pieces of limited size."""
+        """Write the stored signal changes with times before `before_ns` to the trace."""
         for axis in self._computing_ahead:
             axis.catch_up()  # record the axis's samples up to the present time
         self._moves = 0
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write all changes before the time `before_ns`.
+        """Write the signal changes from the end of the last write up to, but not including, the time `before_ns`.
 
         A time span with many pulses is written in several parts.
         """

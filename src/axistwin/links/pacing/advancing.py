@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class Port(Protocol):
-    """Interface of a port whose pending output is sent after each advance of virtual time."""
+    """Interface of a port that stores its output while virtual time advances, and sends the output afterwards."""
 
     def flush(self) -> None:
         """Send the pending output of the port."""
@@ -60,15 +60,16 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # an action has failed before the end of `advance`: call `advance` again
+        while not found:  # an error in an action interrupts `advance`: call `advance` again until it returns
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Advance virtual time with `advance()`.  Then apply any change of the speed of virtual time.
+        """Advance virtual time with the function `advance`.
 
-        An event may have started or stopped virtual time, or changed its speed.
+        Meanwhile, an event may start or stop virtual time, or change the speed of virtual time.  Such a change takes
+        effect after the advance.
         """
         plan, self.advancing = self.plan, True
         self.passes += 1

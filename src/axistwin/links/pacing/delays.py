@@ -14,14 +14,17 @@ class Delays:
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
-        """Record by how many seconds an advance of virtual time was late."""
+        """Record that virtual time was `late_s` seconds behind the wall clock."""
         self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1
             self.most_late_s = max(self.most_late_s, late_s)
 
     def report(self) -> str | None:
-        """Return a one-line report about the delays; None if no delay has occurred."""
+        """Return a report, e.g. "fell behind the wall clock 3 times, by 40 ms at most".
+
+        Return None if virtual time has never fallen behind the wall clock.
+        """
         if not self.overruns:
             return None
         times = "once" if self.overruns == 1 else f"{self.overruns} times"

@@ -75,7 +75,10 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Replace the virtual clock that this pacer advances.  Must not be called during an advance."""
+        """Advance a new virtual clock instead of the present virtual clock.
+
+        Do not call this method while virtual time is advancing.
+        """
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -83,7 +86,10 @@ class Pacer(Advancer):
             self.follow_plan()
 
     def sync(self) -> None:
-        """Bring virtual time up to date, and execute all due events.  Must be called before each input."""
+        """Advance virtual time to the present, and execute all due events.
+
+        Must be called before each input, e.g. before a host's data are passed to a serial port.
+        """
         if self.advancing:
             return
         if self._drive is not None:
@@ -131,7 +137,7 @@ class Pacer(Advancer):
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Restart the pacing of virtual time with the present speed."""
+        """Create a new `RealTime` or `FullSpeed` object, which advances virtual time at the present speed."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

@@ -14,7 +14,7 @@ MAX_LAG_S = 1.0
 
 
 class RealTime:
-    """Advances virtual time `speed` times as fast as real time.
+    """Lets virtual time follow real time at a constant speed, e.g. twice as fast as real time for `speed` 2.
 
     The advance begins at the present time of the bench.  After `cancel` the object cannot be used again.
     """
@@ -73,7 +73,7 @@ class RealTime:
         due_ns = clock.next_event_ns()
         while due_ns is not None and due_ns <= target_ns:
             if limit.over():
-                # the delay is large if the computer is too slow or was suspended
+                # if the computer was in sleep mode or is far too slow, continue without the lost time
                 if self._real_s(target_ns - clock.now) > MAX_LAG_S:
                     self._wall_s, self._virtual_ns = self._last_s, clock.now
                 return

@@ -13,7 +13,7 @@ class Slice:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if the interval has ended.
+        """True if `SLICE_S` seconds of real time have passed since the object was created.
 
         Sockets must then be served.
         """
