@@ -202,7 +202,7 @@ def test_the_command(tmp_path):
         (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
         (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
         (["--vary", "table.X.load.torque=-1"], "cannot set table.X.load.torque to -1"),
-        (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected NAME:EXPRESSION"),
+        (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected a name and an expression"),
         (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
         (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "scene: unknown pin"),
         (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column with the name 'seed' exists already"),

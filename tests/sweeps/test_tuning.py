@@ -74,7 +74,7 @@ def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):
         (["--change", "seed=normal(1, 2)", "--minimise", "count table.input1 rises"], "expected a range or a list"),
         ([*WORDS, "--minimise", "max table.X.position", "--out", "gains.txt"], "ends in .db"),
         ([*WORDS, "--minimise", "max table.X.position", "--out", "nowhere/gains.db"], "cannot write the study"),
-        ([*WORDS, "--minimise", "max table.X.position", "--subject-to", "low"], "expected NAME:EXPRESSION"),
+        ([*WORDS, "--minimise", "max table.X.position", "--subject-to", "low"], "expected a name and an expression"),
     ],
 )
 def test_errors_are_reported_before_the_first_run(tmp_path, words, told):
