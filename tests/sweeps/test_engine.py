@@ -129,7 +129,7 @@ def test_an_interrupted_sweep_is_resumed_without_repeated_runs(tmp_path):
         with pytest.raises(StoppedError):
             study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=stop)
     assert read(tmp_path / "a.parquet").num_rows == 5
-    with pytest.raises(AxistwinError, match="varied was"):
+    with pytest.raises(AxistwinError, match="another sweep, with varied = "):
         study(tmp_path).run(tmp_path / "a.parquet", workers=0)
     seen = []
     found = study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=lambda n, *_: seen.append(n))

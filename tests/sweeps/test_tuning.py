@@ -45,7 +45,7 @@ def test_the_same_trials_after_an_interruption_and_the_worst_case_counts(tmp_pat
     assert len(load(tmp_path / "b.db")[2]) == 5
     again = tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0)
     assert again.trials == whole.trials
-    with pytest.raises(AxistwinError, match="seed was 0, now 1"):
+    with pytest.raises(AxistwinError, match="seed = 0 instead of 1"):
         tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0, seed=1)
 
 
