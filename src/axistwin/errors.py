@@ -44,7 +44,7 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if the library is installed.
+    """True if the Python library `library` is installed, e.g. "pydantic".
 
     The name of its Python module may be in lower case.
     """

@@ -80,7 +80,7 @@ class Controller:
 
 
 class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
-    """An axis as a motor of ophyd-async, for bluesky's plans."""
+    """An ophyd-async device that moves one controller axis, e.g. in a bluesky plan."""
 
     def __init__(self, controller: Controller, axis: AsyncAxis, name: str, poll_s: float) -> None:
         self.controller, self.axis, self._poll_s = controller, axis, poll_s

@@ -170,7 +170,7 @@ def test_a_stream_longer_than_the_buffer_is_refilled(twin, board):
 def test_a_stream_that_the_board_has_used_up_is_stopped(ports, twin):
     ports.access_s = 5e-3
     with connect("1811", "1811") as board:
-        with pytest.raises(RefusedError, match="the motor was stopped before the last velocity"):
+        with pytest.raises(RefusedError, match="a velocity reached the board too late"):
             board.stream_times(2, 4, 1, [100] * 5_000 + [0])
         assert not board.axes["motor"].wait(25).moving
 

@@ -129,7 +129,7 @@ def test_an_interrupted_sweep_is_resumed_without_repeated_runs(tmp_path):
         with pytest.raises(StoppedError):
             study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=stop)
     assert read(tmp_path / "a.parquet").num_rows == 5
-    with pytest.raises(AxistwinError, match="varied was"):
+    with pytest.raises(AxistwinError, match="another sweep, with varied = "):
         study(tmp_path).run(tmp_path / "a.parquet", workers=0)
     seen = []
     found = study(tmp_path, "0.1..0.6:4").run(tmp_path / "a.parquet", workers=0, progress=lambda n, *_: seen.append(n))
@@ -202,7 +202,7 @@ def test_the_command(tmp_path):
         (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
         (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
         (["--vary", "table.X.load.torque=-1"], "cannot set table.X.load.torque to -1"),
-        (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected NAME:EXPRESSION"),
+        (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected a name and an expression"),
         (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
         (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "scene: unknown pin"),
         (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column with the name 'seed' exists already"),

@@ -59,9 +59,9 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
         ("table.X.home.0", "invalid path table.X.home.0: leave out the index 0, because"),
         ("fault.cash.at", "did you mean 'crash'?"),
         ("fault.crash", "expected e.g. fault.NAME.parameter"),
-        ("fault.crash.kind", "a sweep cannot vary 'kind'"),
+        ("fault.crash.kind", "a sweep cannot vary the setting fault.crash.kind: "),
         ("script.1.at", "expected an index below 1, the number of [[script]] tables"),
-        ("wire.0.from", "a sweep cannot vary 'from'"),
+        ("wire.0.from", "a sweep cannot vary the setting wire.0.from: "),
     ],
 )
 def test_a_path_that_is_not_in_the_scene_is_refused(tmp_path, path, told):

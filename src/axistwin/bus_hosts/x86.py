@@ -66,7 +66,7 @@ class Computer:
         self._uc.mem_write((segment << 4) + offset, data)
 
     def memory(self, segment: int, offset: int, size: int) -> bytes:
-        """Read bytes from the memory of the emulated computer."""
+        """Return `size` bytes of the emulated computer's memory, from the address `segment`:`offset`."""
         return bytes(self._uc.mem_read((segment << 4) + offset, size))
 
     def set_vector(self, number: int, segment: int, offset: int) -> None:
@@ -127,7 +127,7 @@ class Computer:
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # the callback `_instruction` stops the execution
+        self._uc.emu_start(begin, MEMORY)  # the callback `_instruction` stops the emulated processor
         self._halted = self._has_just_halted()
         self._catch_up()
 
@@ -194,5 +194,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # stop after this instruction: the board may have a new event, which is due before the planned stop
+        # stop after the OUT instruction, because the board may now have an event before the planned stop
         self._stop_ns = 0

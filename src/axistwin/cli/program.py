@@ -89,7 +89,10 @@ OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
 
 
 class LazyGroup(click.Group):
-    """A group of click commands that imports the module of a command only when the command is used."""
+    """The commands of `axistwin`, e.g. `serve`.
+
+    The module of a command is imported only when the command is needed.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Return the names of all commands in the order of the help text."""
@@ -166,7 +169,7 @@ def execute(arguments: list[str] | None = None) -> int:
         else:
             error.show()
         return error.exit_code
-    except BrokenPipeError:  # the program that reads the output has ended
+    except BrokenPipeError:  # the program that reads stdout has ended, e.g. `head` in `axistwin models | head`
         _discard_output()
         return 1
     except OSError as error:
@@ -207,5 +210,8 @@ def _prepare_output() -> None:
 
 
 def _discard_output() -> None:
-    """Redirect stdout to the null device, so that Python's flush at exit does not fail."""
+    """Redirect stdout to the null device, because stdout can no longer be written.
+
+    Python writes the remaining output to stdout at exit, which would otherwise fail.
+    """
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

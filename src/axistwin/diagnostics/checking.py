@@ -35,7 +35,7 @@ def kind_of(program: Path) -> str:
 
 
 def check_kind(program: Path, made: Product) -> None:
-    """Raise UsageError if a program is not for the controller family of the model.
+    """Raise UsageError if a program is for another controller family, e.g. a `.sms` program for an IF1.
 
     A conversation is for any family.
     """
@@ -77,7 +77,7 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
 
 @dataclass(frozen=True)
 class HostProgram:
-    """The data that a host program sends to one endpoint, with the errors and warnings in the data.
+    """The data that a host program sends, e.g. to a controller, and the errors and warnings found in the data.
 
     An endpoint is a controller, a second channel, or a shared line.
     """
@@ -147,7 +147,7 @@ def load(program: Path) -> str:
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
-    """Convert an error at a place in a file to a diagnostic."""
+    """Return a diagnostic with the message, the line and the column of an error in a file."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None
@@ -194,9 +194,10 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the sessions in a program file: one sequence of sessions for each controller.
+    """Return the characters that a program sends to each controller, divided at each power-off.
 
-    A session contains the characters that the controller receives between two power-offs.
+    The characters between two power-offs are a session.  The result contains one sequence of sessions for each
+    controller.
     """
     match suffix:
         case ".talk":
@@ -211,9 +212,9 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
 
 @dataclass
 class _SentData:
-    """The characters that a program sends to one controller, divided at each power-off.
+    """The characters that a program sends to one controller.
 
-    A power-off ends a session.
+    The characters between two power-offs are a session.
     """
 
     sessions: list[Session] = field(default_factory=list)
@@ -242,9 +243,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the sessions of a host program that sends data to only one controller.
+    """Divide the characters that a program sends to its only controller at each power-off.
 
-    A power-off ends a session.  `sent` returns the characters of one program line.
+    The characters between two power-offs are a session.  `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:

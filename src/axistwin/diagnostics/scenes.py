@@ -31,7 +31,7 @@ def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
 
 
 def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Product]]]:
-    """Yield the programs that a scene names.
+    """Yield the program files that a scene file names, e.g. `move.sms`.
 
     Each item contains the endpoint, the file, and the models at all endpoints.
 
@@ -49,7 +49,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if the diagnostic of a scene is about a problem in the program file `file`.
+    """True if the diagnostic is about the program file `file`, and not about the scene file itself.
 
     The message of such a diagnostic begins with the file name.
     """
@@ -76,9 +76,10 @@ def _build_errors(source: Source) -> list[SceneError]:
 
 
 def _as_diagnostic(error: SceneError, text: str) -> Diagnostic:
-    """Convert the error of a scene to a diagnostic.
+    """Convert an error in a scene file to a diagnostic with a line and a column.
 
-    It covers the word at the error's place; for a wrong value, the value instead of its key.
+    The diagnostic marks the word at the place of the error.  If a value is wrong, the diagnostic marks the value
+    instead of the key.
     """
     lines = text.splitlines()
     line, column = error.line or 1, error.column or 1

@@ -51,7 +51,7 @@ class Drawing:
             self._changes.append((part, attribute, value))
 
     def take(self) -> list[Change]:
-        """Return the changes of the drawing since the last call of `take`."""
+        """Return the stored changes of the drawing, and clear the list of stored changes."""
         changes, self._changes = self._changes, []
         return changes
 

@@ -129,7 +129,10 @@ def is_pressed(pin: Pin) -> bool:
 
 
 def action(pin: Pin) -> str:
-    """Return the action that a click on a switch performs: low, high or release."""
+    """Return the effect of a click on a switch: "low", "high" or "release".
+
+    "low" and "high" set the level of the terminal; "release" opens a pressed switch.
+    """
     if is_pressed(pin):
         return "release"
     return "low" if pin.undriven else "high"

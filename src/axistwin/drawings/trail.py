@@ -62,7 +62,7 @@ class Trail:
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        # more than MOST_MOVES new moves: delete the path, and begin again at the oldest of the last MOST_MOVES moves
+        # after more than MOST_MOVES new moves, draw only the last MOST_MOVES moves, as a new path
         if since_ns > self._seen_ns:
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
@@ -85,7 +85,7 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times at which the path gets new points.
+        """Return the times of the points that `update` adds to the drawn path.
 
         Each start and end of a move since the previous update is a point.
         In each interval in which both axes move, `PIECES` - 1 times are added.
@@ -168,5 +168,5 @@ class Trails:
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 
     def __getitem__(self, name: str) -> Trail:
-        """Return the trail of the X-Y table that the controller `name` moves."""
+        """Return the trail (the drawn path) of the X-Y table with the controller `name`."""
         return self._those[name]

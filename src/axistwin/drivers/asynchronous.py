@@ -49,7 +49,10 @@ class Port(Protocol):
 
 
 class WallClock:
-    """Clock in real time; base class of the ports to real controllers."""
+    """A clock in real time.
+
+    The ports to real controllers are subclasses of this class.
+    """
 
     async def pause(self, seconds: float) -> None:
         """Wait for the given number of seconds."""

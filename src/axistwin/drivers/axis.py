@@ -69,7 +69,7 @@ class Scale:
         return abs(units * self.counts_per_unit)
 
     def status(self, raw: Status) -> Status:
-        """Convert the positions and velocity of a status from counts to the user's unit."""
+        """Convert the positions and the velocity in `raw` from counts to the user's unit, e.g. mm."""
         k = self.counts_per_unit
         reversed_ = k < 0
         return Status(

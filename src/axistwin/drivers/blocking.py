@@ -34,7 +34,7 @@ class SerialPort:
     """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
-        import serial  # lazy import: programs with asyncio and TCP do not need pyserial
+        import serial  # lazy import, so that programs with asyncio and TCP run without pyserial
 
         scheme, separator, rest = url.partition("://")
         opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url
@@ -56,7 +56,8 @@ class SerialPort:
         return self._guard(lambda: self._read(timeout))
 
     def _read(self, timeout: float) -> bytes:
-        if timeout != self._port.timeout:  # a new timeout configures the port again: up to 0.2 s over RFC 2217
+        # assign only a changed timeout, because an assignment configures the port again (0.2 s over RFC 2217)
+        if timeout != self._port.timeout:
             self._port.timeout = timeout
         first: bytes = self._port.read(1)
         if not first:
@@ -76,7 +77,7 @@ class SerialPort:
 
 
 class Controller:
-    """A controller at a port.
+    """A connection to a controller through a port, for synchronous programs.
 
     Each public function of the protocol core is a function of this object, e.g. `outputs`.
     """

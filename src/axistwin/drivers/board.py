@@ -29,7 +29,7 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """Raised if the failure bit in the board's status byte is set."""
+    """The exception that reports a set failure bit in the board's status byte."""
 
 
 def signed(value: bytes) -> int:
@@ -168,7 +168,7 @@ class Board(Core):
         yield from self._control(COMMAND_READY)
 
     def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
-        """Send a request, and return the 15 bytes that follow the opcode in the answer."""
+        """Send a request to the board, and return the board's answer without the opcode (15 bytes)."""
         yield from self._status_until(READY)
         return (yield from self._request(opcode, *parameters))
 
@@ -226,7 +226,7 @@ class Board(Core):
         yield from self.command(0x0D, first << 1 | second << 2)
 
     def triggers(self) -> Procedure[dict[int, bool]]:
-        """Return the levels of triggers 2 to 5."""
+        """Return the signal levels at the board's trigger inputs 2 to 5."""
         bits = (yield from self.request(0x94))[0]
         return {number: bool(bits >> number & 1) for number in range(2, 6)}
 
@@ -283,13 +283,13 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # an empty buffer: the velocities came too late; a buffer that stays full: the board has ended the stream
+            # the stream has ended early if the buffer is empty (velocities came too late) or no longer empties
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError(
-                    "the motor was stopped before the last velocity: increase the interval update_ms, "
-                    "so that each velocity reaches the board in time"
+                    "the motor was stopped, because a velocity reached the board too late: "
+                    "expected a longer interval update_ms"
                 )
             begun = True
 

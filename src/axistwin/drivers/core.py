@@ -41,7 +41,7 @@ class Core(ABC):
         self._in_step = False
 
     def converse(self, procedure: Procedure[T]) -> Procedure[T]:
-        """Execute a procedure, in which the driver sends requests and receives answers.
+        """Exchange requests and answers with a controller, as the given procedure specifies.
 
         After a failed procedure, first synchronise with the controller again.
         """

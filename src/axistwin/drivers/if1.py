@@ -413,7 +413,10 @@ class IF1(Core):
         return max(round(wanted), 1)
 
     def inputs(self) -> Procedure[dict[int, bool]]:
-        """Return the states of inputs 1 to 3; True means that current flows."""
+        """Return the states of the IF1's inputs 1 to 3.
+
+        The state is True if current flows through the input.
+        """
         bits = yield from self._number("I")
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
@@ -503,7 +506,7 @@ class IF1Axis(AxisCore):
         yield from self._if1.stop()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Run at the start/stop speed until the home input is high, and make this position 0."""
+        """Move the axis at the start/stop speed to the home switch, and set the axis position to 0."""
         core = self._if1
         if core.home_input is None:
             raise RefusedError("no home switch is configured: expected the option home_input, e.g. home_input=1")

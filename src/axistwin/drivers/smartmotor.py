@@ -267,7 +267,10 @@ class Shaft(AxisCore):
         return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
 
     def _state(self) -> Procedure[tuple[int, int]]:
-        """Read the motor's position and status word, and detect a power cut."""
+        """Return the motor's position and status word; set up the motor again after a loss of its power.
+
+        An acceleration of 0 shows that the motor has lost its power.
+        """
         position, word, acceleration = yield from self._read()
         if not acceleration:
             yield from self.prepare()
@@ -296,8 +299,8 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # A power cut sets A to 0.  The message A=A+before would then set the old A again, and hide the power cut.
-            # So add 1 to the new acceleration.
+            # After a power cut, A is 0: the message A=A+{units - before} would restore the old A, and hide the cut.
+            # With one more unit, A differs from the old A, so that the power cut is noticed.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")

@@ -51,13 +51,13 @@ class Background:
         self._end()
 
     def _settle(self, task: bytes, done: "Future[Any]") -> None:
-        """Execute a task in the separate process, and store the result in `done`.
+        """Execute a task in the separate process, and pass the result to the future `done`.
 
         This function runs in a thread.
         """
         answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
         if self._closed:
-            return  # the result is useless, because the server is ending
+            return  # discard the result, because the language server is ending
         succeeded, result = answer
         if succeeded:
             done.set_result(result)

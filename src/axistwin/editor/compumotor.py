@@ -87,10 +87,9 @@ class Commands:
         return found
 
     def is_modal(self, line: str) -> bool:
-        """True if a line can change the mode of the board.
+        """True if a program line can change which commands the board accepts next.
 
-        The mode decides which commands are valid in the next lines.  The line contains a modal command, or an action
-        such as `! power off`.
+        Such a line contains a modal command, or an action such as `! power off`.
         """
         text = line.partition(";")[0]
         command = self._first_command(text)
@@ -105,9 +104,9 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the parameter that contains word number `here` of `text`; None if no parameter contains the word.
+        """Find the parameter that contains the word with the index `here` in a command line.
 
-        Word 0 of `text` is the command.
+        Word 0 of `text` is the command.  Returns None if no parameter contains the word.
         """
         given = text.split()
         if given[0] in self.names:

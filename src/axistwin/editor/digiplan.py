@@ -36,9 +36,9 @@ class CommandLines:
 
 
 def _message(line: str) -> str:
-    """Return the message that a line sends to the IF1; "" for a line without a message.
+    """Return the text that a line of an `.if1` file sends to the IF1.
 
-    A line that begins with `+` or `!` sends no message.
+    A line that begins with `+` or `!` sends nothing: the result is "" for such a line.
     """
     words = line.partition(";")[0]
     return "" if words.lstrip().startswith(("+", "!")) else words
@@ -80,7 +80,7 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield the symbol of the sequence that a message defines; the symbol contains the symbols of all steps.
+    """Yield an entry (symbol) for a sequence in the editor's outline, with a subentry for each step.
 
     Yield nothing if the message defines no sequence.
     """

@@ -76,9 +76,9 @@ class Scenes:
         return None if found is None else found[1]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return one symbol for each table of a scene file.
+        """Return one entry of the editor's outline for each TOML table of a scene file.
 
-        The symbol of a controller's table has the controller's name.
+        The entry of a controller's table has the controller's name.
         """
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
@@ -192,7 +192,7 @@ def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: 
 
 
 def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Iterator[str]:
-    """Yield the possible values of a key, without quotes."""
+    """Yield the values that a key of a scene file can have, e.g. model names, without quotation marks."""
     if key == "model" and "enum" not in node:
         yield from FAMILIES
     elif key in TERMINAL_KEYS:
@@ -227,7 +227,7 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Find a value in the TOML table that contains the given line.
+    """Find a value in the same TOML table as line number `line` of a scene file.
 
     `pattern`: regular expression for a line with the value.  Return the text of the expression's first group, or "" if
     no line matches.

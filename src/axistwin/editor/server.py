@@ -113,7 +113,7 @@ def make() -> Server:
 
 
 def _load_languages(server: Server) -> None:
-    """Compute one completion for each kind of file when the server starts.
+    """Prepare the completions for each kind of file.
 
     Without this call, the user's first completion in each kind of file would be slow.
     """
@@ -160,7 +160,7 @@ def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 
 def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    """Return the completions at the cursor."""
+    """Return the words that the editor can insert at the text cursor."""
     text = server.text(params.text_document.uri)
     return _completions(text, *text.at(params.position))
 
@@ -200,7 +200,7 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
 
 
 async def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-    """Handle the request for the fixes in a range of a document."""
+    """Return the fixes for the errors in a range of a document."""
     return await server.actions(params.text_document.uri, params.range)
 
 

@@ -113,9 +113,9 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the modal commands that the host sends to one controller.
+    """Return the commands that change the mode of one controller, from the lines of a conversation.
 
-    A modal command decides which commands are valid next.  The result is a session, i.e. data that a host sends between
+    The mode decides which commands are valid next.  The result is a session, i.e. data that a host sends between
     power-on and power-off.
     """
     codec, commands = codec_of(made), compumotor.Commands(made)
@@ -143,7 +143,7 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return three groups of names that the lines of a conversation can contain.
+    """Return the names that a conversation can contain for a model: targets of actions, values and pins.
 
     The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.  All names depend
     on the controller model.

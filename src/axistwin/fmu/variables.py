@@ -107,7 +107,7 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """True if the simulation tool can set the level of the pin.
+    """True if the simulation tool that runs the FMU can set the level of the pin.
 
     The tool cannot set the level of a pin that is connected to a wire of the scene.
     """

@@ -78,7 +78,7 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the text that a page shows in place of a Sphinx directive.
+    """Return the text that replaces a Sphinx directive in the HTML page.
 
     The text is usually empty.
     """

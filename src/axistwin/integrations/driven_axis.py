@@ -30,7 +30,7 @@ class Goal:
 
 
 class DrivenAxis:
-    """An axis that a driver moves, one motion at a time.  All positions are in counts.
+    """An axis of a controller that performs one motion at a time.  All positions are in counts.
 
     A motion is `busy` from its request to the reading of the exact position at rest.  A move that the controller cannot
     accept yet, because another axis of an IF1 is moving, waits.
@@ -165,7 +165,7 @@ class DrivenAxis:
         try:
             while self.goal is goal and not await self._begins(goal):
                 await self.station.polled()
-            if self.goal is None:  # a client requested a stop while the motion was beginning
+            if self.goal is None:  # stop the axis, because a client requested a stop while the motion began
                 self._stop = self.core.stop
         except DriverError as error:
             goal.failure = str(error)
@@ -264,4 +264,4 @@ class DrivenAxis:
 
 
 async def _nothing() -> None:
-    """Do nothing.  Used until another function is stored in `DrivenAxis.changed`."""
+    """Do nothing: the default function in `DrivenAxis.changed`."""

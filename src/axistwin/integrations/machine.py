@@ -119,9 +119,10 @@ async def of_scene(
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
-    """Return the protocol implementation of a driver, without its port.
+    """Create the protocol core of a driver for a controller model.
 
-    Raises UsageError for an unknown model or option.
+    The protocol core encodes requests and decodes answers, but has no port.  Raises UsageError for an unknown model or
+    option.
     """
     try:
         return make(model, dict(options))
@@ -130,9 +131,9 @@ def core_of(model: str, options: Mapping[str, Any]) -> Core:
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
-    """Return the data that a driver needs for a controller on a bench.
+    """Return the model of a controller on a bench, the options of its driver, and the units of its axes.
 
-    The data are the model of the controller, the options of the driver, and the unit of each axis that has a unit.
+    Axes without a unit are left out.
     """
     model = "smartmotor"
     given: dict[str, Any] = {}

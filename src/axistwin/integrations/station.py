@@ -41,7 +41,7 @@ class Station:
         self._wake.set()
 
     async def polled(self) -> None:
-        """Wait for the end of the next poll."""
+        """Wait until the next reading of the controller's status has ended."""
         await self._polled.wait()
 
     async def poll_forever(self, period_s: float) -> None:

@@ -25,7 +25,7 @@ class State(StrEnum):
 
 
 class ActionQueue:
-    """The queue of the actions that all users perform on one session.
+    """The queue of the actions that all users request in one session.
 
     In this class, a *move* is a `step` or a `go_to`.
     """
@@ -67,7 +67,7 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Start a `step` or a `go_to` when no other `step` or `go_to` is in progress.
+        """Start a `step` or a `go_to` after the present `step` or `go_to` has ended.
 
         `begin`: function that starts the `step` or `go_to`.  Returns the result of `begin()`; None if `stop` has
         removed the call from the queue.

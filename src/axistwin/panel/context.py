@@ -19,10 +19,9 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return a function that calls `view` and logs the exceptions of `view`.
+    """Return an update function that calls `view` and logs each exception of `view`.
 
-    Other views are still updated after an exception.
-    Only the first of several consecutive exceptions is logged.
+    Other views are still updated after an exception.  Only the first of several consecutive exceptions is logged.
     """
     failing = False
 
@@ -51,9 +50,10 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a function that calls `view` only in every n-th update of the page.
+    """Return a function that updates a view of the page less often than the other views.
 
-    `every`: the number n.  While virtual time is stopped, the function calls `view` at each update.
+    The function calls `view` once in `every` updates of the page.  While virtual time is stopped, the function calls
+    `view` at each update.
     """
     frame = 0
 
@@ -74,7 +74,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the result of `make(session)`; `make` is called only once per session."""
+        """Return the stored result of `make(session)`; `make` is called only if no result is stored yet."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])

@@ -60,9 +60,9 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request to the application, with the key that identifies the user.
+        """Pass an HTTP request to the panel's web application, together with the user's key.
 
-        A new user receives a key as a cookie.
+        The key identifies the user.  A new user receives a key as a cookie.
         """
         scope["person"] = person or secrets.token_urlsafe(12)
 
@@ -88,7 +88,7 @@ class Gate:
             return "invalid Sec-Fetch-Site: expected a request from the panel's own page"
         return ""
 
-    # Functions that check the token in a request
+    # Functions that check the access token of an HTTP request
 
     def _unknown(self, scope: Scope, cookies: dict[str, str]) -> str:
         if self._token is None:

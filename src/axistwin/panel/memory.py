@@ -58,9 +58,9 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Remove the references that a page element holds to other objects.
+    """Delete the references from a page element to other objects.
 
-    No reference cycle then keeps the element in memory.
+    Python can then free the memory of the element, because the element is in no reference cycle.
     """
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()

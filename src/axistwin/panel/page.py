@@ -101,9 +101,9 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the task that updates a page.
+        """Store the asyncio task that updates a page, after the page has been shown to the user.
 
-        The page has just been shown to the user.  If the page has already been removed, cancel the task.
+        If the page has already been removed, cancel the task.
         """
         if client in self._frames:
             self._frames[client] = frames
@@ -136,7 +136,7 @@ class Visits:
 
 
 def _released(elements: list[ui.element]) -> None:
-    """Free the memory of removed elements in a background task."""
+    """Free the memory of elements that have been removed from a page, in a background task."""
     background_tasks.create(release(elements), name="panel")
 
 
@@ -313,7 +313,7 @@ class _Frames:
             return
 
     async def _rest(self, seconds: float) -> None:
-        """Wait for at most `seconds` before the next update.
+        """Wait until the next update of the page, but at most `seconds`.
 
         While virtual time is stopped, a message from the browser ends the wait.
         """
@@ -332,7 +332,7 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update waiting views for about `TURN_S` seconds.
+    """Update some views of the page, for about `TURN_S` seconds.
 
     `left`: the queue of the functions that update a view each.  Updated views are removed from the queue.  Virtual time
     does not advance in this function.

@@ -75,7 +75,7 @@ class Printer:
         self._ended = False
 
     def end_line(self) -> None:
-        """End the present line; the next event begins a new line."""
+        """End the present line of text, so that the text of the next event begins on a new line."""
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:

@@ -40,7 +40,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """Let other tasks run if the last pause was at least `TURN_S` seconds ago."""
+    """Let other tasks of the event loop run, after `TURN_S` seconds of computation without a pause."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -57,19 +57,19 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Continue the computation until its next pause; return True if the computation has ended."""
+        """Resume the computation until it pauses or ends; return True if the computation has ended."""
         self._go.release()
         self._stop.acquire()
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation; the `finally` clauses of the computation are executed."""
+        """Cancel the computation by an exception in its thread, so that its `finally` clauses are executed."""
         self._abandoned = True
         while not self._over:
             self.go_on()
 
     def result(self) -> T:
-        """Return the result of the computation, or raise its exception."""
+        """Return the result of the finished computation, or raise the exception that ended the computation."""
         if self._error is not None:
             raise self._error
         return self._found[0]
@@ -89,7 +89,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # this call is safe, because the thread of the event loop waits while this thread runs
+        # `_set_running_loop` is safe, because the event loop's own thread waits while this thread runs
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

@@ -58,7 +58,7 @@ def build(target: Path, engine: Path) -> Path:
 
 
 def _wheel(engine: Path) -> tuple[str, bytes]:
-    """Return the name and the contents of axistwin's wheel.
+    """Return the name and the contents of axistwin's Python package (a wheel file).
 
     The wheel is read from the folder `engine`, or made from the installed files.
     """
@@ -70,7 +70,7 @@ def _wheel(engine: Path) -> tuple[str, bytes]:
     except PackageNotFoundError:
         installed = []
     if not any(path == "axistwin/__init__.py" for path, _ in installed):
-        raise UsageError(f"no file {wheel} in the folder {engine}: build the file with `make engine`")
+        raise UsageError(f"no axistwin package {engine / wheel}: build the package with `make engine`")
     return wheel, _archive(installed)
 
 

@@ -48,7 +48,7 @@ class Curves:
 
     @property
     def next_ns(self) -> int:
-        """Virtual time of the next sample in nanoseconds."""
+        """Virtual time at which the positions and velocities are sampled next, in nanoseconds."""
         return self.samples * self.interval_ns
 
     def _sample(self) -> None:

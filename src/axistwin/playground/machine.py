@@ -256,7 +256,7 @@ class Playground:
     # Act
 
     def send(self, name: str, text: str) -> list[str]:
-        """Send a line to a controller, and return the tutor's comments on the line.
+        """Send a line of text to a controller, and return explanations of the line.
 
         A board receives the line as a command.
         """
@@ -281,7 +281,7 @@ class Playground:
         self._now.do(name, target, value)
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action that belongs to a clicked part of a drawing."""
+        """Perform the action for a mouse click on a part of a drawing, e.g. on a switch."""
         self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:

@@ -35,7 +35,7 @@ class Curve:
         return Curve(self.times, [value / by for value in self.values])
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """Return a curve with fewer points that looks the same in a picture.
+        """Reduce the number of the curve's points, without a visible change in a picture.
 
         `most`: largest number of points.
         """
@@ -54,7 +54,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault in a chart, with its name, start time and end time.
+    """An injected fault to draw in a chart, with the fault's name, start time and end time.
 
     `end_ns` is None while the fault is active.
     """
@@ -92,7 +92,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Word:
-    """A text in a chart that is valid from the time `time_ns`."""
+    """A text to draw in a chart, e.g. a message, and the time at which the text begins."""
 
     time_ns: int
     text: str

@@ -18,7 +18,7 @@ SUFFIXES = (".svg", ".png")
 # colour-blind readers can distinguish these colours
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # the type hints of Matplotlib do not accept `str` for these keys
+STYLE: dict[Any, Any] = {  # the keys are strings, but Matplotlib's type hints do not accept `dict[str, Any]`
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
@@ -112,7 +112,8 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                axes.set_in_layout(True)  # `set_position` has removed the diagram: add the diagram again
+                # `set_position` excludes the diagram from the layout: include the diagram again
+                axes.set_in_layout(True)
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
 
@@ -219,7 +220,7 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        # for a constant value, Matplotlib would show a range of only 1e-17: show one count above and below the value
+        # show one count above and below a constant value, because Matplotlib would choose a range of only 1e-17
         if len(values) == 1:
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
@@ -293,7 +294,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield each message for which the chart has space.
+        """Yield the messages that fit into the chart without an overlap.
 
         The elements are the time, the row in the chart, and the text.
         """

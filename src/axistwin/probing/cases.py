@@ -117,7 +117,10 @@ def dialect(product: Product) -> Dialect:
 
 
 def around(low: int | None, high: int | None) -> dict[str, int]:
-    """Return the end values of a range and the values just outside the range, each with its description."""
+    """Return the limits of a parameter's range and the next values outside the range, e.g. as test values.
+
+    The key of each value describes the value, e.g. "below the lowest".
+    """
     found: dict[str, int] = {}
     if low is not None:
         found |= {"lowest": low, "below the lowest": low - 1}

@@ -71,7 +71,7 @@ class Probe:
     """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
     def of(self, verdict: Verdict) -> list[Result]:
-        """Return the results of all test cases that have the given verdict."""
+        """Return the test results with the given verdict, e.g. `Verdict.DIFFERS`."""
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
@@ -162,7 +162,7 @@ def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
 
 
 class Twin:
-    """A virtual controller and its answers to the test cases."""
+    """A virtual controller that answers the test cases of a comparison with a real controller."""
 
     def __init__(
         self,
@@ -211,7 +211,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # do not compare the answer times: the case is executed only once, and one measured time is too inaccurate
+        # do not compare answer times: one measurement is too inaccurate, and such a test case is executed only once
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
@@ -260,9 +260,9 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if only one of the two controllers answers a request about moves or sequences.
+    """True if only the real controller or only its twin has answered a request about moves or sequences.
 
-    The two controllers are the twin and the real controller.  All received answers report moves or sequences.
+    The twin is a virtual controller.  All received answers report moves or sequences.
     """
     if not family.definitions:
         return False
@@ -298,7 +298,7 @@ def _fits(
                 left += verdict is Verdict.DIFFERS
                 if left > best:
                     break
-        except AxistwinError:  # with this option value, the twin does not answer: try the next value
+        except AxistwinError:  # skip an option value with which the twin does not answer
             continue
         if left > best:
             continue
@@ -312,7 +312,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return the option values that the probe tries in the twin, as pairs of option name and value.
+    """Return the options to try in the virtual controller, as pairs of option name and value.
 
     The suggested values come first, and values other than the defaults follow.
     """

@@ -163,9 +163,10 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> list[Case]:
-    """Return the test cases for settings that the host cannot read.
+    """Return test cases for settings that can be tested only by their effect.
 
-    Each test case sends a setting, then checks the effect of the setting by a request or by the user bits.
+    The host cannot read these settings.  Each test case sends a setting, then checks the effect of the setting by a
+    request or by the user bits.
     """
     return [
         case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
@@ -352,7 +353,7 @@ def examine(end: End, _: Product) -> Condition:
             received = answers[code].hex(" ") or "nothing"
             raise LinkError(
                 f"the board does not answer request {code:02X}h (received {received}): "
-                "send D8h to end the definition of a sequence; if the board still does not answer, reset the board"
+                "end an open sequence definition with D8h, or reset the board"
             )
     if answers[MOVING][1]:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")

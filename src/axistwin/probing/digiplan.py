@@ -226,8 +226,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 has no data format yet: send a data format, e.g. U61, and run axistwin probe again "
-            "(caution: in a locked IF2, the data format also starts the stored sequence)"
+            "the IF2 has no data format yet: send e.g. U61, then run axistwin probe again "
+            "(caution: a locked IF2 then starts its stored sequence)"
         )
     if answer == b"U\r":
         return _initialised(end)

@@ -158,7 +158,8 @@ class VirtualEnd(End):
         """
         clock = self.bench.clock
         end_ns = clock.later(max(1, int(silence_s / self._STEP_S) - 1) * self._STEP_NS)
-        while not self._messages:  # the controller sends data only at events: advance from event to event
+        # advance virtual time from event to event, because the controller sends data only at events
+        while not self._messages:
             due_ns = clock.next_event_ns()
             if due_ns is None or due_ns > end_ns:
                 clock.run_to(end_ns)

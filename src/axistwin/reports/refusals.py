@@ -17,9 +17,9 @@ STORED = ".sms"
 
 @dataclass(frozen=True)
 class Refusal:
-    """A line that a controller has refused, and the message that contained the line.
+    """A command line that a controller has refused.
 
-    `message` is None for a line of a stored program.
+    `message`: the host's message that contained the line; None for a line of a stored program.
     """
 
     file: str
@@ -28,7 +28,7 @@ class Refusal:
 
     @property
     def words(self) -> str:
-        """The refusal as text for the transcript: code, message and place of the error."""
+        """Text for the report of a run: code, message and place of the error in a refused line."""
         return f"! {self.error.code} {self.error.message}  ({self.file}:{self.error.line}:{self.error.column})"
 
 

@@ -86,7 +86,7 @@ class Move:
 
     @property
     def top_rate(self) -> Fraction:
-        """Highest pulse rate of the move up to the present time, in pulses/s."""
+        """Highest pulse rate that the move has reached so far, in pulses/s."""
         profile, start_ns = self.train_move.profile, self.start_ns
         begun = zip(profile.starts, profile.segments, strict=False)
         return max(segment.rate for start, segment in begun if start_ns + start * S // profile.ticks <= self.now_ns)
@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # omit 0 V and full voltage, because they are recorded as level changes
+            # leave out 0 V and full voltage, because `changes` already contains these voltages as level changes
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

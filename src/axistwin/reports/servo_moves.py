@@ -54,7 +54,7 @@ class ServoMove:
 
     @property
     def is_significant(self) -> bool:
-        """True if the commanded position has moved, or if the shaft has moved by more than `JITTER` counts."""
+        """True if the axis was commanded to move, or if the shaft has moved by more than `JITTER` counts."""
         return self.commanded or self.high - self.low > JITTER
 
 
@@ -74,7 +74,7 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        # `_latest` is a pair: the expected time of the next sample, and the last `WINDOW` positions
+        # `_latest`: the expected time of the next servo sample, and the positions of the last `WINDOW` samples
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
         # `_direction` is the sign of the commanded velocity; 0 before the motion begins
         self._direction = 0
@@ -99,7 +99,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the last `WINDOW` positions of the earlier samples, followed by the new positions.
+        """Join the last `WINDOW` positions of earlier servo samples and the positions of new samples.
 
         If the earlier samples are unknown, the axis is assumed to have been at rest.
         """
@@ -192,7 +192,7 @@ class ServoMoves:
         return found
 
     def _begin_move(self, start_ns: int, before: int) -> None:
-        """Begin a new move at the position `before`.
+        """Begin a new move that starts at the position `before`.
 
         The present move ends at the same position.
         """
@@ -206,7 +206,7 @@ class ServoMoves:
         self.moves[-1].units = self.axis.units
 
     def _close(self) -> None:
-        """End the latest move, or delete this move if its motion is only jitter."""
+        """End the latest move; delete the move if the shaft has only jittered."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:

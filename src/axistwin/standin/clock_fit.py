@@ -39,7 +39,7 @@ class ClockFit:
 
     @property
     def ready(self) -> bool:
-        """True if there are enough clock samples to convert times."""
+        """True if enough clock readings are stored to convert between host time and board time."""
         return self._count >= ENOUGH
 
     @property
@@ -48,7 +48,7 @@ class ClockFit:
         return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
-        """Add one reading of the board's clock.
+        """Store one reading of the board's clock, and fit the conversion between the clocks again.
 
         The board read the 32 bits of `clock` between `sent_s` and `received_s` of the host's clock.
         """

@@ -60,7 +60,7 @@ class Dictionary:
 
     @classmethod
     def unpack(cls, data: bytes) -> "Dictionary":
-        """Return the dictionary that a board has sent as compressed data."""
+        """Decompress the data dictionary (commands, pins and constants) that a board's firmware has sent."""
         try:
             described = json.loads(zlib.decompress(data))
         except (zlib.error, ValueError) as reason:
@@ -119,7 +119,10 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Expand ranges of numbered names, e.g. {"PC0": [16, 8]} to PC0 = 16, PC1 = 17, …, PC7 = 23."""
+    """Expand a numbered range, e.g. {"PC0": [16, 8]} to eight names from PC0 = 16 to PC7 = 23.
+
+    In [16, 8], 16 is the first number, and 8 is the count of names.
+    """
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():
         if isinstance(value, int):

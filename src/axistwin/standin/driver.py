@@ -64,7 +64,7 @@ class Output(Protocol):
         """
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: from now on, this output accepts pulses for the axes of the controller."""
+        """Allow pulses for the axes of a stopped controller again."""
 
     def restart(self, now_s: float) -> None:
         """Connect to the board again after a failure."""
@@ -161,7 +161,7 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the blocked shafts of a controller after the user has continued the controller.
+        """Unblock the emulated shafts of a stopped controller, after the user has resumed the controller.
 
         The emulated shafts have been blocked since the real motors were stopped.  They are released when the
         interrupted motion has ended.
@@ -172,7 +172,7 @@ class Driver:
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # the axes were at rest at the previous check, too, so the interrupted motion has ended
+                # all axes of the controller were at rest at two consecutive checks, so the interrupted motion has ended
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:
@@ -215,7 +215,7 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop the other axes of a controller after one board has stopped some of the axes."""
+        """Stop a controller's axes on the other boards, after `board` has stopped axes of the same controller."""
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):

@@ -32,7 +32,7 @@ class Journal:
         self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
 
     def end(self, positions: Mapping[str, int]) -> None:
-        """Append the line that records the end of the stand-in, with the final positions."""
+        """Append the last line of the journal file, with the final positions of the axes."""
         self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
 
     def close(self) -> None:

@@ -35,7 +35,7 @@ class Motor(Protocol):
         """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses that the axis has made since the last call, in order of time."""
+        """Yield the new pulses of the axis since the previous call of `runs`, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
         """Return the largest permitted error of the pulse times, in seconds.
@@ -47,7 +47,7 @@ class Motor(Protocol):
         """Hold the axis at the position where the real motor has stopped, until `let_go` is called."""
 
     def let_go(self) -> None:
-        """Release an axis that `hold` has stopped."""
+        """Release the axis after the function `hold` has stopped the axis."""
 
 
 def motor(axis: StepperAxis | ServoAxis) -> Motor:
@@ -119,7 +119,7 @@ class Counts:
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses that the axis has made since the last call, in order of time."""
+        """Yield the new pulses of the axis since the previous call of `runs`, in order of time."""
         import numpy as np
 
         self._axis.catch_up()
@@ -139,11 +139,9 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return a smoothed encoder position for each time in `marks`.
+        """Return the encoder position at each time in `marks`, averaged over `MARK_NS` around the time.
 
-        The smoothed position is the mean position during an interval of `MARK_NS` around the time.
-
-        Samples before the last of these times are then discarded.
+        Encoder samples before the last of these times are then discarded.
         """
         import numpy as np
 
@@ -161,10 +159,9 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the new pulses since the previous call.
+        """Return the direction and the times of the pulses since the previous call, up to the time `mark`.
 
-        Only pulses before the time `mark` are returned.  `smooth` is the smoothed position at the time `mark`.  All
-        times are in nanoseconds.
+        `smooth` is the smoothed position at the time `mark`.  All times are in nanoseconds.
         """
         import numpy as np
 

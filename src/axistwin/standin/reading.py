@@ -41,10 +41,10 @@ class Plan:
 
 
 def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
-    """Read the settings of a stand-in from the table [stand-in] of a scene.
+    """Read the table [stand-in] of a scene file: the settings to drive real motors.
 
-    A stand-in drives real motors in place of a controller.  `port` replaces the port of the only board in the scene.
-    Raises SceneError with the place in the scene file; UsageError if the scene has no stand-in.
+    `port` replaces the port of the only board in the scene.  Raises SceneError with the place in the scene file;
+    UsageError if the scene has no table [stand-in].
     """
     table = scene.stand_in
     if table is None:
@@ -72,7 +72,7 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 
 
 class _Reader:
-    """Reads the wiring of each board from the table [stand-in] of a scene."""
+    """Reads the connections between motion boards and axes from the table [stand-in] of a scene file."""
 
     def __init__(self, scene: Scene, bench: Bench, table: StandInTable, boards: Mapping[str, BoardTable]) -> None:
         self._scene, self._bench, self._table, self._boards = scene, bench, table, boards

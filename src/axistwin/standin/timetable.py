@@ -33,7 +33,7 @@ class Timetable:
 
     @property
     def slot(self) -> int:
-        """Length of a time slot, in clock ticks."""
+        """Length of the time slot for one periodic event of the board, in clock ticks."""
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
 
@@ -86,7 +86,7 @@ class Timetable:
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the clock tick at the middle of a time slot, given by the number of the slot.
+        """Return the clock tick in the middle of the time slot with the number `slot`.
 
         The tick is at `soon` or later.
 

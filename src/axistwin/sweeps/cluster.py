@@ -60,7 +60,7 @@ class Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(Exception):  # `close` fails if the scheduler has ended
+        with suppress(Exception):  # closing the connection fails if the Dask scheduler has ended
             self._client.close()
         for logger, level in self._levels.items():
             logger.setLevel(level)
@@ -131,7 +131,10 @@ class Cluster:
         return max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
 
     def _ended(self, future: Any, batch: Sequence[Task]) -> Iterator[Row]:
-        """Yield the rows of results of a finished batch of tasks.  Raises UsageError if the cluster is unavailable."""
+        """Yield the results of a finished batch of sweep runs, one row for each run.
+
+        Raises UsageError if the Dask cluster is unavailable.
+        """
         if future.status == "finished":
             for row in future.result():
                 self._run_s += (max(row["wall_s"], 1e-3) - self._run_s) / 8

@@ -42,10 +42,9 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions that evaluate a comparison, e.g. "> 100".
+    """Return two functions for a comparison, e.g. "> 100": a test of the comparison, and its margin.
 
-    The first function returns 1 (true) or 0.  The second function returns the margin by which the comparison is true;
-    the margin is negative if the comparison is false.
+    The test returns 1 (true) or 0.  The margin is negative if the comparison is false.
     """
     limit = real(number)
     holds, margin = _SIGNS[sign]
@@ -53,10 +52,10 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions that evaluate the condition "high" or "low" of a signal.
+    """Return two functions for the condition that a signal is high (or low): a test and a margin.
 
-    `high`: True selects the condition "high".  The first function returns 1 (true) or 0.  The second function returns
-    an infinite margin, which is negative if the condition is false.
+    `high`: True selects the condition "high".  The test returns 1 (true) or 0.  The margin is infinite, and negative if
+    the condition is false.
     """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 

@@ -23,9 +23,9 @@ _SEEDS_APART = 0x9E37_79B9
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
-    """Return the values of all runs: for each run, one value for each varied setting.
+    """Return the setting values for all runs of a sweep.
 
-    The path of a setting is e.g. `table.X.load.torque`.
+    Each run has one value for each varied setting, e.g. for `table.X.load.torque`.
 
     Raises UsageError if the design is not possible with the given values.
     """
@@ -83,9 +83,9 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Append a random value to each combination for each setting that has a distribution.
+    """Complete each combination of listed values with random values.
 
-    The other settings have lists of values.  The path of each setting has its own random sequence.
+    Each setting with a distribution gets a random value.  The path of each setting has its own random sequence.
     """
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
@@ -110,7 +110,8 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    power = max(count - 1, 1).bit_length()  # a Sobol sequence is balanced only after 2**n points
+    # a Sobol sequence covers the space evenly only after 2**n points, so round up the number of points
+    power = max(count - 1, 1).bit_length()
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 
 
@@ -119,7 +120,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert fractions from 0 to 1 to values of the varied settings.
+    """Convert fractions from 0 to 1 to values of the settings that a sweep varies.
 
     The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
 

@@ -100,7 +100,7 @@ class Runner:
         return row
 
     def empty_row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Return the table row of a run that has no results yet."""
+        """Return a row for the table of results, in which the results of the run are empty."""
         row: Row = {"run": number, **dict(zip(self.job.paths, values, strict=True))}
         row |= dict.fromkeys(self.measures)
         for name in self.claims:
@@ -164,7 +164,7 @@ class Runner:
 
 
 def _without_ports(value: Any) -> Any:
-    """Return the tables of a scene without their ports.
+    """Return TOML tables of a scene, e.g. of controllers, without the keys for ports.
 
     The panel then runs the scene with its simulated hosts.
     """

@@ -67,7 +67,7 @@ class Journal:
         return {run for column in columns for run in column}
 
     def add(self, row: Row) -> None:
-        """Add the results of one run; at regular intervals, write all new results to a part file."""
+        """Store the results of one run, and regularly write all new results to a file."""
         self._rows.append(row)
         if len(self._rows) >= ROWS or monotonic() - self._written_s > FLUSH_S:
             self.flush()
@@ -189,5 +189,6 @@ def check_plan(file: Path, old: Plan, new: Plan) -> None:
         if old.get(key) != new.get(key):
             old_value, new_value = (json.dumps(plan.get(key), ensure_ascii=False) for plan in (old, new))
             raise UsageError(
-                f"{file} belongs to another sweep ({key} was {old_value}, now {new_value}): choose another --out"
+                f"{file} contains results of another sweep, with {key} = {old_value} instead of {new_value}: "
+                "choose another file with --out"
             )

@@ -47,7 +47,7 @@ class Place:
 
 
 class Variation:
-    """A scene, and the paths of the settings that a sweep varies."""
+    """A scene, i.e. a simulated machine, and the settings that change from run to run."""
 
     def __init__(self, base: Scene, paths: Iterable[str]) -> None:
         self.base = base.varied(_without_state(base.data))
@@ -56,7 +56,10 @@ class Variation:
         self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
 
     def scene(self, values: Sequence[Value]) -> Scene:
-        """Return the scene with a new value for each varied setting.  Raises UsageError for an invalid value."""
+        """Return the scene (the simulated machine) with new values of the varied settings.
+
+        Raises UsageError for an invalid value.
+        """
         data: Any = self.base.data
         texts = dict(self._texts)
         for place, value in zip(self.places, values, strict=True):
@@ -137,8 +140,8 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             )
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        key, did_you_mean_or_expected = ".".join(rest[1:]), _suggestion(rest[1], known)
-        raise UsageError(f"a sweep cannot vary {key!r} in the path {path}: {did_you_mean_or_expected}")
+        did_you_mean_or_expected = _suggestion(rest[1], known)
+        raise UsageError(f"a sweep cannot vary the setting {path}: {did_you_mean_or_expected}")
     return (kind, number, rest[1])
 
 
@@ -186,7 +189,7 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Check a path of keys and list indexes in the scene, and return the path.
+    """Check the list indexes in the path of a setting, and return the path.
 
     Raises UsageError if the scene has no list element with a given index.
     """
@@ -194,9 +197,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(
-                    f"invalid path {path}: leave out the index {key}, because the value before it is not a list"
-                )
+                raise UsageError(f"invalid path {path}: leave out the index {key}, because only a list has indexes")
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
@@ -206,7 +207,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of the table `node` with a new value at the path `keys`.
+    """Return a copy of a TOML table in which the setting at the path `keys` has a new value.
 
     Inner tables of the path that do not exist are created.
     """
@@ -216,7 +217,8 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
     if isinstance(node, list):
         assert isinstance(key, int), "lists have numbers as keys"
         return [*node[:key], _put(node[key], rest, value), *node[key + 1 :]]
-    table = {"model": node} if isinstance(node, str) else node or {}  # the text "frame23" means { model = "frame23" }
+    # a model name, e.g. "frame23", is short for the table { model = "frame23" }
+    table = {"model": node} if isinstance(node, str) else node or {}
     return {**table, key: _put(table.get(key), rest, value)}
 
 
@@ -232,7 +234,7 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"a new value of {path} would change the program {program} of {controllers}: "
+            f"{path} would change the program {program}, which {controllers} share: "
             "give each controller its own program file"
         )
     file = str(scene.file.parent / Path(table["program"]))

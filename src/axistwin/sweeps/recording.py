@@ -226,7 +226,7 @@ class Recording:
 
 
 def check(bench: Bench, signals: Sequence[str], events: Sequence[str], axes: Sequence[str]) -> None:
-    """Raise UsageError if the scene lacks a signal, event or axis that a measure or claim names."""
+    """Raise UsageError if a given signal, event or axis does not exist on the bench."""
     with Recording(bench, signals, events) as record:
         for name in axes:
             record.energy(name)

@@ -24,7 +24,7 @@ SIGMA = 0.3
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Check the settings of a search for the worst run.
+    """Check that a sweep can search for its worst run (option `--search`).
 
     Raises UsageError if the sweep has no claims or no varied settings, or if a value is not a number.
     """
@@ -51,7 +51,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin by which a run satisfies its claims.
+    """Return the smallest margin by which the claims (conditions) hold in a run.
 
     The margin (robustness) is negative if the claim fails.  A smaller number means a worse run, so the search minimises
     the number.  The number is limited to ±`FAR`; it is `FAR` if no claim has a robustness.
@@ -69,7 +69,7 @@ def search(
     seed: int,
     before: Mapping[int, Row],
 ) -> Iterator[Row]:
-    """Search for the worst run of a sweep, and yield the row of results of each run.
+    """Search for the setting values with the worst results, and yield a row of results for each run.
 
     `count`: number of runs.  `before`: rows of an interrupted search, whose runs are not repeated.
     """

@@ -30,7 +30,7 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
             f"invalid --runs {runs} with the design {DESIGN}: expected a power of 2, e.g. --runs {power_of_2}"
         )
     if paths < 2:
-        raise UsageError(f"the design {DESIGN} must vary two or more paths: add another --vary PATH=VALUES")
+        raise UsageError(f"the design {DESIGN} needs two or more varied settings: add another --vary PATH=VALUES")
     require("SALib", "sensitivity")
     from SALib.sample import sobol  # this import is lazy because SALib loads slowly
 

@@ -68,7 +68,10 @@ def measure(text: str) -> Sentence:
 
 
 def claim(text: str) -> Sentence:
-    """Parse a claim, e.g. `never table.X passes 12000`.  Raises UsageError."""
+    """Parse a claim (a condition for each run of a sweep), e.g. `never table.X passes 12000`.
+
+    Raises UsageError.
+    """
     return _read(text, CLAIMS, "claim")
 
 
@@ -91,7 +94,9 @@ def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
     """
     name = text.strip("|").strip()
     if not name or " " in name or (text.startswith("|") is not text.endswith("|")):
-        raise UsageError(f"invalid signal {shortened(text)}: expected e.g. table.X.velocity or |motor.RPE|")
+        raise UsageError(
+            f"invalid signal {shortened(text)}: expected e.g. table.X.velocity, or |motor.RPE| for a magnitude"
+        )
     if text.startswith("|"):
         return name, lambda record: record.series(name).map(np.abs)
     return name, lambda record: record.series(name)
@@ -261,7 +266,7 @@ def _position(text: str) -> float:
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Return the result of the claim "never AXIS passes POSITION".
+    """Test if an axis has never passed a position, for the claim "never AXIS passes POSITION".
 
     The robustness is the distance left, or minus the distance moved beyond the position.
     """
@@ -312,7 +317,10 @@ def _eventually(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _after(text: str, parts: Mapping[str, str]) -> Sentence:
-    """Parse the claim "always within TIME after EVENT: CONDITION" or "always for TIME after EVENT: CONDITION"."""
+    """Parse a claim about the time after an event, e.g. "always for TIME after EVENT: CONDITION".
+
+    The other form is "always within TIME after EVENT: CONDITION".
+    """
     what, event, span_ns = condition(parts["what"]), _event(parts["event"]), _ns(parts["span"])
     assert span_ns is not None, "the form has a time"
     stays = parts["kind"] == "for"
@@ -355,7 +363,7 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Return the result of the claim "FIRST until SECOND": a truth value or a margin.
+    """Evaluate the condition "FIRST until SECOND", either as true or false, or as a margin.
 
     If the two signals are truth values, the result is 1 or 0.  If the two signals are margins, the result is the margin
     by which the claim holds: the maximum over time of min(`second`, earlier `first`).

@@ -37,12 +37,15 @@ class Trial:
 
     @property
     def feasible(self) -> bool:
-        """True if all claims hold in all runs of the trial."""
+        """True if the trial satisfies all claims (required conditions) in all its runs."""
         return all(violation <= 0 for violation in self.violations.values())
 
 
 class Study:
-    """The trials of a tuning, stored in the file `out`.  Raises UsageError if `out` belongs to another tuning."""
+    """The results of `axistwin tune`, stored in the database file `out`.
+
+    A trial tests one combination of values.  Raises UsageError if `out` belongs to another tuning.
+    """
 
     def __init__(self, out: Path, plan: Mapping[str, Any], changed: Mapping[str, Values], seed: int) -> None:
         self.out, self.plan, self._seed = out, json.loads(json.dumps(plan)), seed
@@ -78,9 +81,9 @@ class Study:
         self.trials.append(trial)
 
     def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
-        """Yield batches of trials to perform, until the study has `count` trials.
+        """Yield the values for new trials in batches, until the file contains `count` trials.
 
-        A batch contains the values of each trial by path, by number of the trial.
+        A batch is a dict from the number of a trial to the values of the trial by path.
         """
         while len(self.trials) < count:
             first = len(self.trials) // BATCH * BATCH
@@ -106,7 +109,7 @@ class Study:
 
 
 def best(trials: Sequence[Trial], goal: str) -> Trial | None:
-    """Return the trial with the best score among the trials in which all claims hold."""
+    """Return the trial with the best score, or None if no trial satisfies all claims (required conditions)."""
     sign = -1 if _direction(goal) == "maximize" else 1
     return min((trial for trial in trials if trial.feasible), key=lambda trial: sign * trial.score, default=None)
 
@@ -125,7 +128,10 @@ def is_study(path: Path) -> bool:
 
 
 def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
-    """Return the plan of a study, the trial of the unchanged scene, and all trials.  Raises UsageError."""
+    """Read the file of a tuning: return its plan, the trial of the original values, and all trials.
+
+    Raises UsageError.
+    """
     stored = _open(path, create=False)
     told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)
     if told is None or plan is None:

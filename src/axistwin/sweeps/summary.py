@@ -63,9 +63,9 @@ def _finite(value: float) -> float | None:
 
 
 def without_effect(rows: Sequence[Mapping[str, Any]], plan: Mapping[str, Any]) -> list[str]:
-    """Return the paths whose values have no effect on the results of the sweep.
+    """Return the varied settings whose values do not change the results of the sweep.
 
-    Only runs that differ in this path alone are compared.  Without such runs, the results of all runs must be equal.
+    Only runs that differ in this setting alone are compared.  Without such runs, the results of all runs must be equal.
     """
     paths = list(plan["varied"])
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]

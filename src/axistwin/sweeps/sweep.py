@@ -43,7 +43,7 @@ Progress = Callable[[int, int, int], object]
 
 @dataclass(frozen=True)
 class Design:
-    """Settings that determine the values of each run of a sweep.
+    """The options that determine which values the runs of a sweep use, e.g. `--design grid`.
 
     `search`: number of runs for a search.
     """
@@ -225,7 +225,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Choose values of a setting for a test before the sweep, e.g. the smallest and the largest value."""
+    """Return some values of a setting, e.g. the extremes, for a check of the scene before the sweep."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

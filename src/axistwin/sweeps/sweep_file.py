@@ -78,7 +78,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the settings that determine the values of each run of the sweep."""
+        """Return the sweep file's options that determine the values of all runs, e.g. `runs = 100`."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
@@ -130,7 +130,7 @@ def _names(message: str, name: str) -> bool:
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call `do()`, and add a line and a column of the sweep file to an error.
+    """Call the function `do`; on an error, raise SceneError with the line and column in the sweep file.
 
     `keys`: path of the key at this place.
     """

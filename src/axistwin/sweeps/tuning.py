@@ -63,7 +63,7 @@ class Tuning:
         self.changed: dict[str, Values] = {}
 
     def change(self, path: str, values: Value) -> Self:
-        """Let the search change the value of a setting, e.g. `.change("knife.KP", "10..400")`.
+        """Add a setting whose value the tuning optimises, e.g. `.change("knife.KP", "10..400")`.
 
         `path`: the setting.  `values`: a range or a list of values.  Raises UsageError for invalid values, or if the
         path is given twice.
@@ -77,7 +77,7 @@ class Tuning:
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary a setting between the runs of each trial, e.g. `.vary("seed", "0..9")`.
+        """Run each trial of the tuning with several values of a setting, e.g. `.vary("seed", "0..9")`.
 
         The worst run determines the score of the trial.
         """
@@ -87,7 +87,10 @@ class Tuning:
         return self
 
     def subject_to(self, name: str, sentence: str) -> Self:
-        """Add a claim.  A trial can be the best trial only if the claim holds in all runs of the trial."""
+        """Add a claim (a condition) that the tuned machine must satisfy in all runs.
+
+        A trial that violates the claim cannot be the best trial.
+        """
         self._scatter.claim(name, sentence)
         return self
 
@@ -126,7 +129,7 @@ class Tuning:
         return study
 
     def check(self, design: Design, seconds: float | None) -> tuple[Runner, Runner, Points]:
-        """Check the tuning before the first trial.  Raises UsageError.
+        """Check all settings of the tuning before the first run.  Raises UsageError.
 
         Returns the runner of the unchanged scene, the runner of the trials, and the varied values of a trial.
         """
@@ -145,9 +148,9 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield lines of text that set the given values in a program or scene.
+        """Yield text for the user to copy into a program or a scene file, e.g. `KP=100`.
 
-        The user can copy these lines.
+        The text sets the given values.
         """
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
@@ -221,10 +224,7 @@ def _result(row: Row, sign: float) -> float:
 
 
 def _violation(row: Row, name: str) -> float:
-    """Return the negated robustness of a claim: a number above 0 if the claim fails.
-
-    The number is 0 or negative if the claim holds.
-    """
+    """Return the amount by which a run violates a claim (a condition); 0 or less if the claim holds."""
     robustness = row[f"{name}.robustness"]
     if robustness is None:
         return FAR if row["ended"] in ("error", "limit", "killed") else 0.0

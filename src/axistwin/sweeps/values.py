@@ -44,7 +44,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """A few of the values, e.g. the first and the last.  The sweep checks these values before the first run."""
+        """Some values of the setting, e.g. the first and the last, which the sweep checks before its first run."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -78,7 +78,7 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Accept a text without quotation marks as a value, and return the text.
+    """Check a text value without quotation marks, e.g. `frame23`, and return the text.
 
     Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """

@@ -44,7 +44,10 @@ class Engine(Protocol):
         """Stop the worker processes; the results of unfinished runs are lost."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Perform the run of each task, and yield the rows of results in any order."""
+        """Execute all runs of a sweep, and yield the results of each run.
+
+        The results can come in any order.
+        """
 
 
 class ThisProcess:
@@ -60,7 +63,7 @@ class ThisProcess:
         """Do nothing, because there are no worker processes to stop."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Perform the run of each task, and yield the results of the run."""
+        """Execute all runs of a sweep one after the other, and yield the results of each run."""
         for number, values in tasks:
             yield self._runner.row(number, values)
 
@@ -93,7 +96,7 @@ class Workers:
         return [worker.process.pid for worker in self._workers if worker.process is not None]
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Perform the run of each task, and yield each row of results as soon as the run ends."""
+        """Execute the runs of a sweep in parallel, and yield the results of each run as soon as the run ends."""
         waiting, rows = iter(tasks), SimpleQueue[Row | BaseException | None]()
         threads = [Thread(target=self._serve, args=(worker, waiting, rows), daemon=True) for worker in self._workers]
         for thread in threads:
@@ -289,7 +292,7 @@ def work() -> None:
     prepare(runner)
     # EOFError and BrokenPipeError mean that the parent process has ended
     with suppress(EOFError, BrokenPipeError):
-        pickle.dump(True, rows)  # the value True means that the worker is ready
+        pickle.dump(True, rows)  # report to the parent process that this worker is ready
         rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301

@@ -110,7 +110,7 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the cause if a past fault still prevents motion.
+        """Yield the cause and the remedy if a fault that has ended still prevents motion.
 
         The user must first read the fault flags with `K`, or switch the interface off and on.
         """
@@ -129,10 +129,7 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reasons why a locked interface cannot start a move.
-
-        The command [ locks the interface.
-        """
+        """Yield the reasons why no move can start after the command `[` has locked the interface."""
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:
@@ -150,12 +147,12 @@ class DigiplanGuide(Guide):
 
     @property
     def _begins_by_itself(self) -> bool:
-        """True if the stored sequence begins at power-up before the host sends a data format."""
+        """True if the stored sequence starts at power-up, without a data format message from the host."""
         return not self.controller.terminals["dsr"].level
 
     @property
     def _first_wait(self) -> str:
-        """Instruction for the user to set the inputs that the first step of the stored sequence waits for.
+        """Instruction to set the inputs for which the stored sequence waits in its first step.
 
         "" if the first step does not wait.
         """
@@ -184,7 +181,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield three explanations of a number, which can be an answer to request K, request F or request I."""
+        """Explain a number in three ways: as the answer to request K, to request F and to request I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
@@ -200,7 +197,7 @@ class DigiplanGuide(Guide):
         return f"no current flows in {without}" if without else "current flows in every input"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of each command in a message."""
+        """Yield a description of each command in a message to the interface."""
         seen = set()
         for piece in _COMMAND.findall(text.replace(" ", "")):
             found = self.controller.product.commands.get(piece[0])

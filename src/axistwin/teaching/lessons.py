@@ -16,7 +16,7 @@ STARTED_S = 1.5
 
 @dataclass(frozen=True)
 class Evidence:
-    """Data for the check of a lesson step, e.g. the texts that were sent and received."""
+    """The data from which a lesson decides if the user has completed a step."""
 
     controller: Controller
     said: str

@@ -71,9 +71,9 @@ class Pupil:
         return done
 
     def remark(self) -> str:
-        """Return a comment on finished moves that have not completed the task.
+        """Return a hint for the user if a move has ended but the lesson's task is not done yet.
 
-        For example, the comment is "X has moved by 500: the task is not done yet".  If no move has finished, return "".
+        For example, the hint is "X has moved by 500: the task is not done yet".  If no move has finished, return "".
         """
         if self.finished or any(axis.moving for axis in self._controller.axes.values()):
             return ""

@@ -95,7 +95,7 @@ class SmartMotorGuide(Guide):
                     yield f"  {1 << lamp.bit:5}  {lamp.label}  {lamp.name}{'.  ' + lamp.doc if lamp.doc else ''}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of each command in a line, in order."""
+        """Yield a description of each command in a line of SmartMotor code."""
         whole = read(text)
         found = [whole.command] if whole.problem is None else [read(word).command for word in text.split()]
         yield from dict.fromkeys(described(command) for command in found if command is not None)

@@ -38,7 +38,7 @@ class Tutor:
     # Comments
 
     def sending(self, line: bytes) -> list[str]:
-        """Return comments on a line that the host is about to send."""
+        """Return explanations of the line of text that the host is about to send."""
         if not line:
             return []
         self._request = line
@@ -90,7 +90,10 @@ class Tutor:
         return remedies[:1] or self._suggested(3)
 
     def explain(self, words: str) -> list[str]:
-        """Return the meaning of a code, a number, a command, a terminal or a register."""
+        """Return the meaning of a word that the user asks about.
+
+        The word is a code, a number, a command, a terminal or a register.
+        """
         words = words.strip() or self._request.strip().decode("latin-1")
         found = list(self._explanations(words))
         if found:
@@ -138,7 +141,7 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """True if a diagnostic code occurs for the first time.
+        """True if the tutor has not explained this diagnostic code yet.
 
         Each code is explained only once.
         """

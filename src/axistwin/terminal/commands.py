@@ -71,7 +71,10 @@ class LocalCommands:
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """True if a line begins with a colon and a lower-case letter, as commands of the terminal do."""
+        """True if a line is a command for the terminal program itself, e.g. `:pins`.
+
+        Such a line begins with a colon and a lower-case letter.
+        """
         return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
@@ -99,9 +102,9 @@ class LocalCommands:
         return self.lesson.finished
 
     async def obey(self, line: str) -> bool:
-        """Execute a command of the terminal, and show an error on the screen.
+        """Execute a local command of the terminal program, e.g. `:pins`.
 
-        Return False for `:quit`, otherwise True.
+        An error is shown on the screen.  Return False for `:quit`, otherwise True.
         """
         found = own_command(line)
         assert found is not None

@@ -70,7 +70,7 @@ class Url(str):
 
 
 class HostCall:
-    """A call of a host function in a separate thread."""
+    """A Python function that acts as the host and runs in its own thread."""
 
     def __init__(self, clock: ServedClock, thread: HostThread) -> None:
         self._clock, self._thread = clock, thread
@@ -90,7 +90,7 @@ class HostCall:
 
 
 class _Service(NamedTuple):
-    """Thread, server and clock that a `Twin` uses within its `with` block."""
+    """The thread, the server and the clock of a `Twin` object, which exist during its `with` block."""
 
     loop: LoopThread
     server: Server
@@ -219,7 +219,7 @@ def serve(
     trace: str | Path | None = None,
     **options: Any,
 ) -> Twin:
-    """Serve controllers on real ports of this computer within a `with` block.
+    """Connect controllers to ports of this computer for the duration of a `with` block.
 
     `what`: a model, a scene (a path, or a dict with the contents of a scene file), or a Bench.  `speed`: times real
     time; "max": as fast as possible; "manual": virtual time passes only on request.  `scheme`: the kind of port;
@@ -233,7 +233,7 @@ def serve(
     if not fixed_ports:
         wanted = _free(bench, wanted, scheme)
     elif not wanted:
-        raise UsageError("invalid option fixed_ports=True: expected a scene that defines ports")
+        raise UsageError("no ports for the option fixed_ports=True: expected a scene that defines ports")
     return Twin(bench, wanted, speed, tuple(_writers(record, trace, _headers(what, options))))
 
 

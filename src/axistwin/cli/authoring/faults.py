@@ -40,7 +40,10 @@ def rows() -> Iterator[tuple[str, ...]]:
 
 
 def as_dict(kind: Kind) -> dict[str, Any]:
-    """Return a kind of fault as data for `--json`."""
+    """Return a dictionary with the name, the parameters and the meaning of a kind of fault.
+
+    `axistwin faults --json` prints the dictionary.
+    """
     parameters = [
         {"name": p.name, "unit": p.unit, "wanted": p.wanted, "default": p.default, "optional": p.optional, "doc": p.doc}
         for p in kind.parameters

@@ -33,5 +33,5 @@ def lsp() -> int:
         server = make()
         # exclude the imported modules from garbage collections, which would delay requests by 50 ms
         gc.freeze()
-        server.start_io(heard, said)  # `start_io` closes `heard` and `said` when the server ends
+        server.start_io(heard, said)  # the language server closes the streams `heard` and `said` when the server ends
     return 0 if server.asked_to_end else 1

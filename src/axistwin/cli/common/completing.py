@@ -17,9 +17,9 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
-    """Return a function for shell completion.
+    """Return a function that completes the word that a user has begun to type in a shell.
 
-    The function completes the given names, and the names of files with the given suffixes.
+    The function offers the given names, and the names of files with the given suffixes.
     """
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001

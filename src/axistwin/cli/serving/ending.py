@@ -42,7 +42,7 @@ def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[
 
 
 def fail(ended: asyncio.Future[int], error: BaseException) -> None:
-    """End the program with this error, unless the program is already ending."""
+    """End the process of `axistwin` with the exception `error`, unless the process is already ending."""
     if not ended.done():
         ended.set_exception(error)
 

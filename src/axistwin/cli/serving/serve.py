@@ -153,7 +153,7 @@ def serve(
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         with ExitStack() as background:
-            # a thread compiles or loads the code of the controllers after the ports have opened
+            # `_serve` opens the ports, then calls `prepare`: a thread compiles the code of the controllers
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
@@ -237,10 +237,9 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes both files when another bench replaces `bench`.
+        """Return a function that closes the trace and the recording if the session gets a bench other than `bench`.
 
-        The files are the trace and the recording.  The session calls the function with each new bench, e.g. after the
-        user has gone back in time.
+        The session calls the function with each new bench, e.g. after the user has gone back in time.
         """
 
         def end(another: Bench) -> None:
@@ -329,7 +328,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # close the trace and the recording here, so that they do not contain the power-off
+        files.close()  # the trace and the recording end before the controllers are switched off
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

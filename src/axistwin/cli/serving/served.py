@@ -18,7 +18,7 @@ Ports = list[tuple[str, PortUrl]]
 
 
 class Served(NamedTuple):
-    """A model or scene that the server puts on ports.
+    """A model or a scene whose controllers `axistwin serve` connects to ports.
 
     Each call of `build` returns a bench with new controllers.
     """
@@ -69,7 +69,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"each controller in {path} is connected to a simulated host: "
+                f"no controller in {path} is free for a real host: "
                 "remove a simulated host, or add ports to a controller"
             )
         if not given:

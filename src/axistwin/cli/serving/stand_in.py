@@ -214,7 +214,7 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until a board reports an event, or until `other` ends.
+        """Wait until a motion board reports an event, or until the awaitable `other` is done.
 
         `other`: a pause, or the future that is done at the end of the program.
         """
@@ -252,7 +252,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call `said(line)` for each line that the user types."""
+    """Call the function `said` with each line of text that the user types."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

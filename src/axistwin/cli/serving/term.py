@@ -316,5 +316,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # the terminal has ended, so the event loop is closed
+    except RuntimeError:  # the event loop is closed, because `axistwin term` is ending
         return

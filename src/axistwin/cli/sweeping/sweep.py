@@ -135,7 +135,9 @@ def named(option: str, text: str) -> tuple[str, str]:
     """Split an argument at its first colon, e.g. `end: final table.X.position`.  Raises UsageError."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
-        raise UsageError(f"invalid --{option} {text!r}: expected NAME:EXPRESSION, e.g. 'end: final table.X.position'")
+        raise UsageError(
+            f"invalid --{option} {text!r}: expected a name and an expression, e.g. 'end: final table.X.position'"
+        )
     return name.strip(), sentence.strip()
 
 

@@ -47,9 +47,10 @@ class Channel(ChannelData):
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
 
     async def write(self, value: Any, *, verify_value: bool = True, **metadata: Any) -> None:
-        """Process a value that a client has written, or publish a new value of the record.
+        """Write a value to the channel.
 
-        `verify_value`: True for a value from a client, False for a value of the record.
+        `verify_value`: True for a value from an EPICS client, which the function `put` processes; False for a new value
+        of the EPICS record, which is published.
         """
         if not verify_value:
             await super().write(value, verify_value=False, update_fields=False, **metadata)
@@ -96,7 +97,7 @@ def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: 
 
 
 class _Motor:
-    """The channels for all fields of a motor record."""
+    """The EPICS channels of a motor record: one channel for each field, e.g. `VAL`."""
 
     def __init__(self, record: MotorRecord) -> None:
         self._record = record
@@ -123,7 +124,7 @@ class _Motor:
         await channel.write(menu[value] if menu else value, verify_value=False)
 
     async def describe(self) -> None:
-        """Publish the alarm, the unit, the precision and the limits of the record."""
+        """Publish the alarm, the unit, the precision and the position limits of the EPICS motor record."""
         record, values = self._record, self._record.values
         status, severity = AlarmStatus[record.alarm.status], MOTOR["SEVR"].menu.index(record.alarm.severity)
         if (self._alarm.status, self._alarm.severity) != (status, severity):
@@ -202,7 +203,7 @@ class ChannelAccess:
             os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Serve the fields of a motor record as channels."""
+        """Make the fields of an EPICS motor record available to clients, e.g. the field `VAL`."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"]
@@ -210,7 +211,10 @@ class ChannelAccess:
             self._channels[called(record.name, name)] = channel
 
     def add_point(self, name: str, point: Point) -> None:
-        """Serve a pin as a binary record, or a register as an integer record."""
+        """Make a pin or a register available to EPICS clients.
+
+        A pin becomes a binary record, and a register becomes an integer record.
+        """
         field = Field(Kind.MENU, point.value or 0, NO_YES) if point.bit else Field(Kind.LONG, point.value or 0)
         alarm = ChannelAlarm(status=AlarmStatus.UDF, severity=AlarmSeverity.INVALID_ALARM)
 

@@ -9,7 +9,7 @@ from axistwin.drivers.errors import RefusedError
 
 
 class Kind(Enum):
-    """Data type of a field."""
+    """Data type of a field in an EPICS record, e.g. `MENU`."""
 
     DOUBLE = "double"
     LONG = "long"
@@ -94,9 +94,9 @@ def decimals(per: Fraction) -> int:
 
 
 def checked(field: str, value: Any) -> Any:
-    """Convert a written value to the type of its field.  Raises RefusedError for an invalid value.
+    """Convert a client's value to the data type of a field in an EPICS record, e.g. "1.5" to 1.5.
 
-    A choice of a menu is converted to its number.
+    A choice of a menu is converted to its number.  Raises RefusedError for an invalid value.
     """
     found = MOTOR[field]
     try:

@@ -18,7 +18,10 @@ LONGEST_NAME = 60
 
 
 class Ioc:
-    """The EPICS records of a machine.  Use within a running event loop, after the machine has been opened."""
+    """The EPICS records of all controllers of a machine.
+
+    Use an `Ioc` within a running event loop, after the machine's controllers have been connected.
+    """
 
     def __init__(self, machine: Machine, prefix: str) -> None:
         self.machine = machine

@@ -90,7 +90,7 @@ class MotorRecord:
         return field in PUTS
 
     async def put(self, field: str, value: Any) -> None:
-        """Write a value to a field of the record.
+        """Write a value to a field of the EPICS motor record, e.g. `VAL`.
 
         A write that starts a motion returns when the axis is at rest.  Raises DriverError if the write fails.
         """
@@ -137,7 +137,10 @@ class MotorRecord:
         await self._follow_readback()
 
     async def _offset(self, offset: float) -> None:
-        """Change the offset OFF; the dial positions stay the same."""
+        """Change the offset OFF of the EPICS motor record.
+
+        The dial positions, which do not contain the offset, stay the same.
+        """
         await self._set(OFF=offset)
         await self._refresh_limits()
         await self._follow_readback()
@@ -283,7 +286,7 @@ class MotorRecord:
         await self._post("", None)
 
     async def _poll(self, on: int) -> None:
-        """Poll the axis at once, and wait for the end of the poll."""
+        """Read the status of the axis from the controller without delay, if `on` is not 0."""
         if on:
             self.axis.station.wake()
             await self.axis.station.polled()
@@ -338,7 +341,7 @@ class MotorRecord:
             await self._set(DIFF=self.values["VAL"] - user, RDIF=self.values["RVAL"] - raw)
 
     async def _ended(self) -> None:
-        """Update the record at the end of a motion.
+        """Update the EPICS motor record after a motion of the axis has ended.
 
         VAL is set to the position, unless a move has reached its target.
         """

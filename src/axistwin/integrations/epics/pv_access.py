@@ -44,7 +44,7 @@ class _Channel:
             operation.done()
 
     def post(self, value: Any, alarm: Alarm, extra: dict[str, Any]) -> None:
-        """Publish a value of the channel with its alarm and the present time."""
+        """Send a new value, the alarm and the present time to the clients of the EPICS channel."""
         changed = self.pv.current().raw
         changed.unmark()
         if self._menu:
@@ -62,7 +62,7 @@ class _Channel:
 
 
 class _Motor:
-    """The channels for all fields of a motor record."""
+    """The EPICS channels of a motor record: one channel for each field, e.g. `VAL`."""
 
     def __init__(self, record: MotorRecord) -> None:
         self._record = record
@@ -102,7 +102,7 @@ class PvAccess:
         self._channels: dict[str, SharedPV] = {}
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Serve the fields of a motor record as channels."""
+        """Make the fields of an EPICS motor record available to clients, e.g. the field `VAL`."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"].pv

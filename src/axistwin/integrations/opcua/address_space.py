@@ -41,7 +41,7 @@ class AddressSpace:
         self._writes: dict[ua.NodeId, Write] = {}
 
     async def build(self, stations: list[Station]) -> None:
-        """Create the nodes of all controllers."""
+        """Create the OPC UA nodes of all controllers."""
         self._index = await self.server.register_namespace(NAMESPACE)
         machinery = await self.server.register_namespace(MACHINERY)
         machines = await self.server.nodes.objects.add_folder(
@@ -95,7 +95,7 @@ class AddressSpace:
     async def add_variable(
         self, parent: Node, names: tuple[str, ...], kind: ua.VariantType, value: Any, write: Write | None = None
     ) -> Node:
-        """Create a variable in the address space.
+        """Create an OPC UA variable under the node `parent`.
 
         Clients can write the variable if the function `write` is given.
         """
@@ -113,7 +113,7 @@ class AddressSpace:
     async def add_method(
         self, parent: Node, names: tuple[str, ...], act: Callable[..., Awaitable[None]], *arguments: str
     ) -> None:
-        """Create a method whose arguments are numbers."""
+        """Create an OPC UA method, which clients can call with numbers as arguments."""
 
         async def call(_: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
             try:
@@ -158,7 +158,7 @@ class AxisNodes:
         self._last: Goal | None = None
 
     async def build(self, axes: Node, station: str, name: str) -> None:
-        """Create the nodes of the axis."""
+        """Create the OPC UA nodes of the axis: variables, e.g. `Position`, and methods, e.g. `MoveTo`."""
         space, names = self._space, (station, "Axes", name)
         parent = await axes.add_object(ua.NodeId(f"{station}.{name}", space._index), f"{space._index}:{name}")
         core, per = self._axis.core, abs(self._scale.counts_per_unit)

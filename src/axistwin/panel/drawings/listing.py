@@ -54,7 +54,10 @@ class Lines(Element, component="listing.js"):
             self._toggle(line)
 
     def _begin_again(self) -> None:
-        """Send the running line and all breakpoints to the browser, which has just built the listing."""
+        """Send the present program line and all breakpoints to the browser.
+
+        This function is called after the browser has built the program listing.
+        """
         self.run_method("run", self.running, self._follow)
         self.run_method("breaks", self.on_breaks, self.off_breaks)
 

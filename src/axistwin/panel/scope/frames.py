@@ -98,7 +98,7 @@ def _range(meaning: Meaning, low: float, high: float) -> str:
 
 
 def _decoded(meaning: Meaning, text: str) -> str:
-    """Return a message, with its meaning on a second line.
+    """Return a bus message and, on a second line of text, the meaning of the message.
 
     A message without a known meaning is returned alone.
     """
@@ -117,13 +117,13 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.ones(len(parts), bool)  # the first and the last point of the line are always sent
+    new = np.ones(len(parts), bool)  # always send the first and the last point of the signal's line to the browser
     np.not_equal(parts[1:-1], parts[:-2], out=new[1:-1])
     return b64encode(pairs[new].tobytes()).decode()
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the least and the greatest value on the vertical axis of a signal.
+    """Return the lower and the upper end of a signal's vertical axis in the plot.
 
     The range of a level is 0 to 1; other ranges end at round numbers.
     """

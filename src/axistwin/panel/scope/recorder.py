@@ -71,7 +71,9 @@ class Recorder:
         """
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
-            raise UsageError(f"too many signals: expected at most {MOST_SIGNALS} on the screens of all users together")
+            raise UsageError(
+                f"too many signals: expected at most {MOST_SIGNALS} different signals on the oscilloscopes of all users"
+            )
         self._wanted[who] = tuple(names)
         self._follow_wishes()
 
@@ -144,7 +146,7 @@ class Recorder:
                 watcher()
 
     def _add(self, part: Part, texts: list[bytes]) -> bool:
-        """Add the changes of one signal to the record; return True if the record has changed."""
+        """Store the new changes of one signal; return False if no change has been stored."""
         signal = self._recorded[part.signal]
         track = self.record.tracks[signal.full]
         self.record.now_ns = max(self.record.now_ns, int(part.times[-1]))

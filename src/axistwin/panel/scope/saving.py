@@ -50,7 +50,7 @@ def saved(
     suffix: str,
     cursors: Mapping[str, int] | None = None,
 ) -> bytes:
-    """Return the contents of a trace file or a picture file with recorded signals.
+    """Return the recorded signals as the contents of a trace file or a picture file.
 
     `suffix` selects the format.  A picture shows the cursors and the time between the cursors.  Raises UsageError,
     MissingExtraError.

@@ -178,13 +178,16 @@ class Screen:
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
 
     def pan(self, part: float) -> None:
-        """Pause the screen, and shift the visible time by a fraction of the screen's width."""
+        """Pause the oscilloscope, and show an earlier or a later time.
+
+        `part`: shift of the visible time range, as a fraction of the width of the screen.
+        """
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
 
     def jump(self, forward: bool) -> None:
-        """Pause the screen at the next or the previous signal change."""
+        """Pause the oscilloscope, and show the next or the previous change of a signal."""
         from_ns, to_ns = self.edges
         last_ns = self.record.now_ns if forward else 0
         edge = next_edge(self.tracks.values(), to_ns if forward else from_ns, last_ns)
@@ -194,10 +197,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """The latest of the times at which the recordings of the signals on the screen begin.
-
-        From this time on, all these signals are recorded.
-        """
+        """The earliest time from which on all signals on the screen are recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -230,7 +230,7 @@ class Screen:
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Find the newest edge that is followed by enough data to fill the screen."""
+        """Find the newest trigger edge after which the recorded data fill the screen."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
@@ -258,7 +258,7 @@ class Screen:
         After this time, the data after an edge would not fill the screen yet.
         """
         record = self.recorder.record
-        if record is not self._known:  # a new recording has begun, so the time of the last edge is invalid
+        if record is not self._known:  # a new recording has begun: discard the trigger time of the old recording
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None
@@ -298,7 +298,7 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the signals that a new screen shows.
+    """Return the names of the signals on a newly opened oscilloscope screen.
 
     The list contains motion signals, messages and some levels.
     """

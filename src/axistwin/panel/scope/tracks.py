@@ -42,7 +42,7 @@ ZEROS.flags.writeable = False
 
 
 class Rows(NamedTuple):
-    """Table of the intervals in a signal's history.
+    """Table of a signal's history: each row describes the signal in one interval of time.
 
     Each field is a column; the intervals are in order of time.
     A single change is a row whose `begin` and `end` are equal.
@@ -59,7 +59,7 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the rows in the index range `part`."""
+        """Return the table rows with the indexes in the slice `part`."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
@@ -75,13 +75,14 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Divide time into periods of `2 ** shift` ns, and merge the intervals that begin in the same period."""
+    """Merge all intervals of a signal that begin in the same period of `2 ** shift` ns."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # only intervals have an area; the area of a single change is 0
+    # add the integral of the value within each interval (0 for a single change, which has no duration)
+    if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -119,14 +120,14 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Start of the time range in which all changes of the signal are stored.
+        """Earliest time from which on each change of the signal is stored separately.
 
         Earlier changes are merged into intervals.
         """
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> bool:
-        """Append samples to the history, without repeated values.
+        """Append samples to the signal's history; leave out each sample that repeats the previous value.
 
         Return False if no sample has been appended.
         """
@@ -145,9 +146,9 @@ class Track:
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return all intervals from `from_ns` to `to_ns`, and the last interval before `from_ns`.
+        """Return the signal's history from `from_ns` to `to_ns` as a table of intervals.
 
-        The interval before `from_ns` determines the value at `from_ns`.
+        The table also contains the last interval before `from_ns`, which determines the value at `from_ns`.
         """
         times, values = self._times[: self._size], self._values[: self._size]
         if len(times) and times[0] <= from_ns:
@@ -185,10 +186,9 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest changes of the signal into intervals.
+        """Merge the oldest changes of the signal into intervals, which need less memory.
 
-        An interval stores several changes in less memory.  The intervals have the first resolution in `SHIFTS`, or the
-        second resolution if the changes are rare.
+        The intervals have the first resolution in `SHIFTS`, or the second resolution if the changes are rare.
         """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
@@ -198,7 +198,7 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge old intervals of the signal into longer intervals, and store the longer intervals.
+        """Merge old intervals of the signal's history into longer intervals, which need less memory.
 
         `level`: index of the interval length in `SHIFTS`.  If the memory for this length is full, the older half of the
         stored intervals is merged into intervals of the next length.
@@ -208,7 +208,7 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # copy the rows, so that Python can free the memory of the larger array
+            # copy the remaining rows: a slice would keep the memory of the whole array occupied
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
@@ -227,7 +227,7 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the index range of the times from `from_ns` to `to_ns`.
+    """Return the index range of the times from `from_ns` to `to_ns` in the array `times`.
 
     The range also contains the last time at or before `from_ns`.
     """
@@ -254,21 +254,24 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Start of the time range in which all texts of the signal are stored.
+        """Earliest time from which on all texts of a text signal are stored, e.g. messages.
 
         Earlier texts may have been deleted.
         """
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
-        """Append texts with their start times; return False if `texts` is empty."""
+        """Append texts with their start times to the history of a text signal.
+
+        Return False if `texts` is empty.
+        """
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
         return bool(texts)
 
     def at(self, time_ns: int) -> str:
-        """Return the text of the signal at a time; "" if there is no text at this time."""
+        """Return the value of a text signal at a time, e.g. a message; "" if the signal has no value."""
         place = bisect(self.changes, time_ns, key=lambda change: change[0]) - 1
         return self.changes[place][1] if place >= 0 else ""
 
@@ -293,7 +296,7 @@ class Words(Track):
             self._forget()
 
     def _forget(self) -> None:
-        """Delete the oldest quarter of the stored texts."""
+        """Delete the oldest quarter of the texts in the signal's history, to limit the memory."""
         del self.changes[: TEXTS // 4]
         self._forgotten_ns = self.changes[0][0]
         gone = bisect(self.begins, self._forgotten_ns) - 1

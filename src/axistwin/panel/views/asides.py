@@ -40,17 +40,14 @@ class Asides:
         return bool(self._context.person.settings.get(SETTING, True))
 
     def typing(self, data: bytes) -> Sequence[str]:
-        """Return the tutor's comments on a line that the user is about to send."""
+        """Return explanations of the line of text that the user is about to send to the controller."""
         if not self.on:
             return ()
         self._until_ns = self._context.bench.now + ANSWERS_NS
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Store comments of the tutor until the terminal shows them.
-
-        The terminal shows the comments after the present messages.
-        """
+        """Store explanations (lines of text) until the terminal has shown the present messages."""
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
@@ -66,7 +63,7 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the switch of the tutor, and the buttons that ask the tutor questions."""
+        """Build the controls of the tutor: an on/off switch, and buttons for questions, e.g. "Why?"."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -140,7 +137,7 @@ class Asides:
 
     @property
     def _tutor(self) -> Tutor:
-        """The tutor for this terminal's controller."""
+        """The object that explains the controller of this text terminal to the user."""
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
             self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))

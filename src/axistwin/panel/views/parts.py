@@ -49,7 +49,7 @@ class Light(TextElement):
 
 
 class Key(TextElement):
-    """A small button that looks pressed while its action is in effect."""
+    """A small button of a page, which is drawn as pressed while its function is switched on."""
 
     def __init__(self, text: str, name: str, press: Callable[[], object]) -> None:
         super().__init__(tag="button", text=text)
@@ -65,7 +65,7 @@ class Key(TextElement):
 
 
 class LiveText(TextElement):
-    """Text that changes often.
+    """A text element of a page whose text changes often, e.g. a position.
 
     A new text is written into the page directly, because after an update of an element the browser draws all elements
     again.

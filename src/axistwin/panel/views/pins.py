@@ -37,7 +37,7 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return the names of all terminals that an operator can drive.
+    """Return the names of all terminals whose level an operator can set.
 
     Each item is the list of one terminal's names.
     A terminal can have several names.
@@ -80,9 +80,9 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the label of the button that is shown as pressed: low, high or release.
+    """Return the name of the button that is drawn as pressed: "low", "high" or "release".
 
-    Returns "" at a voltage between low and high.
+    The buttons set the level of a terminal.  Returns "" at a voltage between low and high.
     """
     if not pin.driven:
         return "release"
@@ -92,7 +92,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return how the level of a terminal is set, e.g. "driven" or "wired".
+    """Return a word for the source of a terminal's level, e.g. "wired" if a wire sets the level.
 
     An empty text stands for an open terminal.
     """

@@ -189,9 +189,9 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the program in the dialog into the controller, unless the text is too long.
+        """Load the text in the dialog as a program into the controller.
 
-        `event.args`: length of the text in the browser.
+        A text that is too long is refused.  `event.args`: length of the text in the browser.
         """
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:

@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # too many signals on the screens of all users together: show no signals here
+        except AxistwinError:  # too many signals for all users together, so show no signals on this screen
             screen.show(())
         return screen
 
@@ -104,7 +104,7 @@ class _Scope:
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
-            screen.live()  # show live data, because a restart has deleted the shown recording
+            screen.live()  # a restart has deleted the paused recording, so show live data
         for view in self._views:
             view()
         self._frames += 1
@@ -126,7 +126,7 @@ class _Scope:
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if the present update of the page also updates the table of measurements."""
+        """True if this update of the page includes the table of measured values."""
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Functions that handle messages from the browser
@@ -246,7 +246,10 @@ SUFFIXES = (*TRACES, *PICTURES)
 
 
 def _number(value: Any, least: float, most: float, otherwise: float) -> float:
-    """Limit a number from the browser to a range; return `otherwise` if the value is not a number."""
+    """Limit a number from the browser to the range from `least` to `most`.
+
+    Return `otherwise` if the browser has sent no number.
+    """
     if isinstance(value, int | float) and isfinite(value):
         return min(max(float(value), least), most)
     return otherwise

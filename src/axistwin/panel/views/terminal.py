@@ -28,7 +28,7 @@ REMEMBERED = 100
 
 
 def terminal(context: Context, name: str) -> Refresh:
-    """Build the terminal of a controller or a serial line.
+    """Build a text terminal for the messages of a controller or a serial line.
 
     `name`: a controller, a second channel or a line with several motors.
     """

@@ -76,7 +76,7 @@ def _check(exchange: Exchange) -> None:
         if not answer.startswith(bytes((code,))):
             raise LinkError(
                 f"the board does not answer request {code:02X}h: "
-                "send D8h to end the definition of a sequence; if the board still does not answer, reset the board"
+                "end an open sequence definition with D8h, or reset the board"
             )
         answers[code] = answer[1]
     if answers[MOVING]:
@@ -84,7 +84,7 @@ def _check(exchange: Exchange) -> None:
 
 
 def _asked(exchange: Exchange, *commands: bytes) -> list[str]:
-    """Send commands of one opcode, and return their answers in hex.
+    """Send requests with the same opcode to the board, and return the answers as hexadecimal text.
 
     The opcode and the zeros at the end of an answer are left out.
     """
@@ -159,7 +159,7 @@ def _moves(changed: dict[str, str]) -> Iterator[bytes]:
 
 
 def _exact(command: bytes) -> bytes:
-    """Return a command with exactly the number of bytes that its opcode requires."""
+    """Cut or zero-extend a board command to the length that its opcode requires."""
     known = COMMANDS.get(command[0])
     return known.string(command[1:].ljust(MESSAGE, b"\0")) if isinstance(known, Opcode) else command
 

@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """Parts of a scene file that load the saved data of a controller into its twin."""
+    """The parts of a scene file that restore a controller's saved data in a virtual controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""

@@ -63,7 +63,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # send both `E` and `N`: their parity bits are opposite, so a wrong parity setting corrupts at least one request
+        # `E` and `N` have opposite parity bits, so a wrong parity setting corrupts one of these two requests
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None

@@ -39,7 +39,7 @@ class Exchange:
         self.acts: list[Act] = [Comment(f"model: {self.product.model}")]
 
     def ask(self, *said: bytes, complete: Complete | None = None, patience_s: float = PATIENCE_S) -> bytes:
-        """Send requests to the controller, and return the answer without the echo of the requests.
+        """Send requests to the controller, and return the controller's answer without echoed characters.
 
         A long silence ends an incomplete answer.  `complete` None: an answer ends in the terminator; bit 8 of the
         terminator is ignored.

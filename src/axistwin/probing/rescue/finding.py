@@ -43,7 +43,7 @@ class Found:
 def find(
     end: End, model: str | None = None, line: UartFormat | None = None, report: Report = lambda line: None
 ) -> Found:
-    """Find the model and the serial line format of the controller that is connected to `end`.
+    """Find the model and the serial line format (e.g. the baud rate) of a connected controller.
 
     `model`, `line`: given by the user; then only these are tried.  `report` is called with each line format.  Raises
     LinkError if no controller answers.
@@ -69,7 +69,7 @@ def _kind(model: str) -> str:
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:
-    """Yield the combinations to try: a line format, a controller model, and the test for this model.
+    """Yield each serial line format and controller model to try, with the test that detects the model.
 
     The most usual line formats come first.  The first test of each kind cannot be taken for the open bracket of an
     interface that has no baud rate yet.
@@ -110,8 +110,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send a data format, e.g. U61, and run axistwin rescue again "
-            "(caution: in a locked IF2, the data format also starts the stored sequence)"
+            "the interface has no data format yet: send e.g. U61, then run axistwin rescue again "
+            "(caution: a locked IF2 then starts its stored sequence)"
         )
     return False
 

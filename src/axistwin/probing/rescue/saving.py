@@ -25,7 +25,7 @@ PORTS = {False: "tcp://127.0.0.1:5001", True: "bus://127.0.0.1:1811"}
 
 @dataclass
 class Rescue:
-    """Result of a rescue: the controller's data, and the differences between controller and twin."""
+    """Result of `axistwin rescue`: a controller's saved data, and differences from its virtual twin."""
 
     found: Found
     contents: Contents

@@ -106,7 +106,7 @@ class HalBoard:
         self.events.append(Stopped(reason, positions, by))
 
     def fail(self, reason: str) -> None:
-        """Mark the HAL board as failed for the given reason.
+        """Record that the HAL board has failed, and report `reason` as the cause.
 
         The board is not used until `restart` is called.
         """

@@ -154,7 +154,7 @@ class HalSender:
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions of the axes up to the time `until_s` to the HAL component.
+        """Send the HAL component the axis positions for the time before `until_s`.
 
         All pulses before `until_s` have been queued.
         """

@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """End of the time for which `knots` has returned the path, in seconds."""
+        """Time up to which the function `knots` has returned positions of the axis, in seconds."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
