@@ -99,6 +99,12 @@ def test_63_operations_are_possible(bench, if1):
     play(bench, if1, ":" + "X1@400:" * 62 + "Y7:$; 2 s; at 62 7 0; O: 63; F: 0")
 
 
+def test_63_operations_that_set_everything_are_possible(bench, if1):
+    """R35: the manual limits the steps of a sequence, not their characters.  Here are 2,144."""
+    step = "H3X+Y-Z0000000001@00400S1234R1234"
+    play(bench, if1, f"input3 high; slowly :{':'.join([step] * 63)}:$; 30 s; O: 63; F: 0; at 63 -63 63")
+
+
 def test_a_64th_operation_is_out_of_range_and_drops_the_sequence(bench, if1):
     """R35: a sequence of more than 63 steps sets F 16, and none of it runs."""
     play(bench, if1, "slowly " + ":X1" * 64 + ":$; 1 s; at 0 0 0; K: 128; F: 16")

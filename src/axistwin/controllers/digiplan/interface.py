@@ -16,13 +16,12 @@ from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
 from axistwin.controllers.digiplan.chapters.sequence import perform, sequence
 from axistwin.controllers.digiplan.chapters.speed import too_fast
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.language import Accept, Message, parse
+from axistwin.controllers.digiplan.language import LONGEST_MESSAGE, Accept, Message, parse
 from axistwin.controllers.digiplan.state import Hardware, Stage, State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
-MOST_CHARACTERS = 2048  # the interface drops further characters of a message
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
@@ -173,7 +172,7 @@ class Interface(State):
         if code == initialise.BAUD_DETECT and not self.locked and not self._told:
             self._told = True
             self.on_hint(INITIALISED)
-        if code not in (CR, LF) and len(self._text) <= MOST_CHARACTERS:
+        if code not in (CR, LF) and len(self._text) < LONGEST_MESSAGE:
             self._text.append(chr(code))
             self._eighth.append(character > code)
         return None

@@ -17,6 +17,7 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 from axistwin.numbers import HIGHEST, NumberError, clipped, whole
 
 MOST_STEPS = 63
+LONGEST_MESSAGE = 8192  # The interface drops further characters of a message.  Each valid sequence is shorter.
 CANCEL = "#"
 OUT_OF_RANGE = (rules.RANGE, rules.TOO_MANY, rules.REPEAT)
 NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")

@@ -15,10 +15,8 @@ from axistwin.controllers.digiplan.chapters.speed import too_fast
 from axistwin.controllers.digiplan.checker import fixes
 from axistwin.controllers.digiplan.checker.sequence import Finding, follow
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.language import Accept, Message, parse
+from axistwin.controllers.digiplan.language import LONGEST_MESSAGE, Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
-
-LONGEST = 4000  # The checker reads at most this number of characters of a message.
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
@@ -116,7 +114,7 @@ class _Checker:
             self._say(rules.FORMAT_UNENDED, [begin], "the data format message has no end")
 
     def _message(self, text: Sequence[Sent]) -> None:
-        message = parse("".join(chr(sent.byte) for sent in text[:LONGEST]), COMMANDS)
+        message = parse("".join(chr(sent.byte) for sent in text[:LONGEST_MESSAGE]), COMMANDS)
         if not message.text.strip(" "):
             return
         if self.locked_in is not None:
