@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -295,6 +295,73 @@ def _check(bench: Bench, controller: Controller, words: list[str], act: str) -> 
             assert "".join(str(int(controller.pins[f"output{n}"].level)) for n in range(1, 6)) == levels
         case ["receives", text]:
             assert controller.serial.read() == text.replace("<CR>", "\r").replace("<LF>", "\n").encode("ascii"), act
+        case _:
+            return False
+    return True
+
+
+# Scripts that also act on the line and the power
+
+
+def play_line(bench: Bench, controller: Controller, script: str) -> None:
+    """Carry out a script of `play` with more actions and checks.
+
+    Actions: `sends U61<CR>(` (characters without a terminator), `host 1200`, `host 7E1` (baud rate, format),
+    `break 0.25 s`, `cut`, `mend` (the wire to the interface), `power up` (off, then on for 1.05 s, DSR off meanwhile),
+    `power up with DSR`, `detect` (`(` after a self-test).
+    Checks: `X from 1 to 99`, `DTR is on`, `RTS is off`, `led is flashing`, `led is steady`.
+    """
+    for act in script.split("; "):
+        words = act.split()
+        if words[0] != "receives":
+            assert controller.serial.read() == b"", f"received before {act!r}"
+        if not (
+            _act_on_line(bench, controller, words, act)
+            or _act(bench, controller, words)
+            or _check_line(controller, words, act)
+            or _check(bench, controller, words, act)
+        ):
+            assert act == act.upper(), f"neither an action nor a check: {act!r}"
+            write(controller, act)
+    assert controller.serial.read() == b""
+
+
+def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
+    serial = controller.serial
+    match words:
+        case ["sends", *_]:
+            text = act.removeprefix("sends ").replace("<CR>", "\r").replace("<LF>", "\n").replace("<SP>", " ")
+            serial.write(text.encode("latin-1"))
+        case ["host", rate] if rate.isdigit():
+            serial.host.baudrate = int(rate)
+        case ["host", form]:
+            serial.host.bytesize, serial.host.stopbits = int(form[0]), int(form[2])
+            serial.host.parity = cast("Parity", form[1])
+        case ["break", seconds, "s"]:
+            serial.send_break(float(seconds))
+        case ["cut" | "mend" as what]:
+            getattr(serial.to_device, what)()
+        case ["power", "up", *dsr]:
+            controller.power(False)
+            serial.host.dtr = bool(dsr)
+            controller.power(True)
+            bench.run(1.05)
+            serial.host.dtr = True
+        case ["detect"]:
+            detect(bench, controller)
+        case _:
+            return False
+    return True
+
+
+def _check_line(controller: Controller, words: list[str], act: str) -> bool:
+    match words:
+        case [axis, "from", low, "to", high]:
+            assert int(low) <= controller.axes[axis].position <= int(high), act
+        case ["DTR" | "RTS" as line, "is", "on" | "off" as level]:
+            assert getattr(controller.serial, line.lower()) is (level == "on"), act
+        case ["led", "is", "flashing" | "steady" as state]:
+            assert controller.pins["led"].flashing is (state == "flashing"), act
         case _:
             return False
     return True
