@@ -1,5 +1,6 @@
 """Helpers of the IF1 and IF2 tests: send messages, run, read answers, moves and levels, and play scripts."""
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import pairwise
@@ -307,9 +308,11 @@ def play_line(bench: Bench, controller: Controller, script: str) -> None:
     """Carry out a script of `play` with more actions and checks.
 
     Actions: `sends U61<CR>(` (characters without a terminator), `host 1200`, `host 7E1` (baud rate, format),
-    `break 0.25 s`, `cut`, `mend` (the wire to the interface), `power up` (off, then on for 1.05 s, DSR off meanwhile),
-    `power up with DSR`, `detect` (`(` after a self-test).
+    `break 0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01` (the next character on the wire to the interface; with
+    `back`, on the wire to the host), `power up` (off, then on for 1.05 s, DSR off meanwhile), `power up with DSR`,
+    `detect` (`(` after a self-test).
     Checks: `X from 1 to 99`, `DTR is on`, `RTS is off`, `led is flashing`, `led is steady`.
+    In texts, `<SP>`, `<CR>`, `<LF>` and `<7F>` are characters.
     """
     for act in script.split("; "):
         words = act.split()
@@ -330,8 +333,7 @@ def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: st
     serial = controller.serial
     match words:
         case ["sends", *_]:
-            text = act.removeprefix("sends ").replace("<CR>", "\r").replace("<LF>", "\n").replace("<SP>", " ")
-            serial.write(text.encode("latin-1"))
+            serial.write(characters(act.removeprefix("sends ")))
         case ["host", rate] if rate.isdigit():
             serial.host.baudrate = int(rate)
         case ["host", form]:
@@ -339,8 +341,10 @@ def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: st
             serial.host.parity = cast("Parity", form[1])
         case ["break", seconds, "s"]:
             serial.send_break(float(seconds))
-        case ["cut" | "mend" as what]:
-            getattr(serial.to_device, what)()
+        case ["cut" | "mend" | "lose" | "double" as what, *back]:
+            getattr(serial.from_device if back else serial.to_device, what)()
+        case ["flip", mask, *back]:
+            (serial.from_device if back else serial.to_device).flip(int(mask, 16))
         case ["power", "up", *dsr]:
             controller.power(False)
             serial.host.dtr = bool(dsr)
@@ -356,6 +360,8 @@ def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: st
 
 def _check_line(controller: Controller, words: list[str], act: str) -> bool:
     match words:
+        case ["receives", *_]:
+            assert controller.serial.read() == characters(act.removeprefix("receives ")), act
         case [axis, "from", low, "to", high]:
             assert int(low) <= controller.axes[axis].position <= int(high), act
         case ["DTR" | "RTS" as line, "is", "on" | "off" as level]:
@@ -365,3 +371,9 @@ def _check_line(controller: Controller, words: list[str], act: str) -> bool:
         case _:
             return False
     return True
+
+
+def characters(text: str) -> bytes:
+    """Return the characters of a text, in which `<SP>`, `<CR>`, `<LF>` and codes such as `<7F>` stand for one each."""
+    named = {"SP": " ", "CR": "\r", "LF": "\n"}
+    return re.sub(r"<(\w\w)>", lambda m: named.get(m[1]) or chr(int(m[1], 16)), text).encode("latin-1")

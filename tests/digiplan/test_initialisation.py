@@ -63,15 +63,6 @@ def test_the_bracket_tells_the_baud_rate_and_u_comes_back_at_it(bench, baud):
     assert received[1][0] - received[0][0] == pytest.approx(11 * S / baud, abs=1)
 
 
-@pytest.mark.parametrize("baud", BAUD_RATES)
-def test_it_works_at_every_baud_rate(bench, baud):
-    """Baud rate: "110, 300, 600, 1200, 2400, 4800 or 9600 bits per second"."""
-    if1 = ready(bench, line=f"{baud} 8N2")
-    assert (ask(bench, if1, "K", 1), ask(bench, if1, "F", 1)) == (b"0\r", b"0\r")
-    command(bench, if1, "X12$", seconds=1.5)
-    assert if1.axes["X"].position == 12
-
-
 @pytest.mark.parametrize("frame", ["7E1", "7O1", "7N2", "8N1", "8E2", "8O1"])
 def test_the_bracket_is_measured_whatever_frame_the_host_sends(bench, frame):
     """Initialisation: "The IF1 will receive this character and from it will determine the baud rate".
@@ -206,25 +197,6 @@ def test_the_order_of_the_format_message_is_fixed(bench):
     """Initialisation: the characters "MUST be sent in the ordered sequence shown": U13 differs from U31."""
     if1 = ready(bench, "U13")  # 7 data bits, odd parity, 1 stop bit
     assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (b"0\r", b"0\r")
-
-
-@pytest.mark.parametrize("frame", FRAMES)
-@pytest.mark.parametrize("parity", PARITIES)
-def test_all_u_formats_of_the_table_are_accepted(bench, frame, parity):
-    """Initialisation: X1 from 1 to 8 and X2 from 1 to 9; X2 = 2, 5 and 6 echo."""
-    if1 = ready(bench, f"U{frame}{parity}", line="2400 8N2")
-    answer = bytes(byte & 0x7F for byte in ask(bench, if1, "E"))
-    assert answer == (b"E\rC\r" if parity in (2, 5, 6) else b"C\r")
-
-
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
-@pytest.mark.parametrize("frame", FRAMES)
-@pytest.mark.parametrize("parity", PARITIES)
-def test_all_v_formats_of_the_table_are_accepted(bench, frame, parity, end):
-    """Initialisation: X1 from 1 to 8 and X2 from 1 to 9; X2 = 2, 5 and 6 echo."""
-    if1 = ready(bench, f"V{frame}{parity}", line="2400 8N2")
-    answer = bytes(byte & 0x7F for byte in ask(bench, if1, "E", end=end))
-    assert answer == (b"E" + end.encode() if parity in (2, 5, 6) else b"") + b"C\r\n"
 
 
 def test_characters_directly_after_the_format_message_are_processed(bench):
