@@ -307,10 +307,10 @@ def _check(bench: Bench, controller: Controller, words: list[str], act: str) -> 
 def play_line(bench: Bench, controller: Controller, script: str) -> None:
     """Carry out a script of `play` with more actions and checks.
 
-    Actions: `sends U61<CR>(` (characters without a terminator), `host 1200`, `host 7E1` (baud rate, format),
-    `break 0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01` (the next character on the wire to the interface; with
-    `back`, on the wire to the host), `power up` (off, then on for 1.05 s, DSR off meanwhile), `power up with DSR`,
-    `detect` (`(` after a self-test).
+    Actions: `E<CR> -> C<CR>` (send characters; all that is received in 0.2 s), `sends U61<CR>(` (characters without a
+    terminator), `host 1200`, `host 7E1` (baud rate, format), `break 0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01`
+    (the wire to the interface, or its next character; `cut back`: the wire to the host), `power up` (off, then on for
+    1.05 s, DSR off meanwhile), `power up with DSR`, `detect` (`(` after a self-test).
     Checks: `X from 1 to 99`, `DTR is on`, `RTS is off`, `led is flashing`, `led is steady`.
     In texts, `<SP>`, `<CR>`, `<LF>` and `<7F>` are characters.
     """
@@ -332,6 +332,11 @@ def play_line(bench: Bench, controller: Controller, script: str) -> None:
 def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
     serial = controller.serial
     match words:
+        case _ if " -> " in act:
+            said, answer = act.split(" -> ")
+            serial.write(characters(said))
+            bench.run(0.2)
+            assert serial.read() == characters(answer), act
         case ["sends", *_]:
             serial.write(characters(act.removeprefix("sends ")))
         case ["host", rate] if rate.isdigit():

@@ -71,7 +71,7 @@ def power_up(bench: Bench, if2: Controller, dsr: bool) -> None:
         'Changing: unlock, "the cancel code "# <CR>" followed by the new sequence data"':
         "power up; ]; #; :H1:Z77@400:$; [; 0.2 s; E: [; power up; input1 high; 1 s; at 0 0 77",
         "Storing: an unlocked sequence is lost without power":
-        "power up; ]; 0.1 s; power up; input1 high; 2 s; at 0 0 0; E; 0.2 s; sends (; 0.1 s; receives U<CR>",
+        "power up; ]; 0.1 s; power up; input1 high; 2 s; at 0 0 0; E; 0.2 s; ( -> U<CR>",
         'Running: the power must be removed only "when the interface is operating in the battery-backup mode"':
         "power up; estop low; 0.1 s; estop released; K: 32; K: 32; ]; 0.1 s; K: 32; K: 0; X30@400$; idle; at 30 0 0",
         'Changing: "The baud rate and data format can be reprogrammed even if the interface is in the locked-up mode"':
@@ -81,11 +81,11 @@ def power_up(bench: Bench, if2: Controller, dsr: bool) -> None:
         "power up; host 1200; sends (; 0.0002 s; cut; 0.1 s; mend; host 9600; E: [; "  # a quarter of the start bit
         "host 1200; sends (; 0.005 s; cut; 0.1 s; mend; host 9600; sends <CR>; E: [",  # in its sixth bit
         'Changing: "the previously-stored sequence as soon as the "U" or "V" command has been received"':
-        "power up; input1 high; 1 s; at 100 50 0; host 2400; sends (; 0.1 s; receives U<CR>; sends V61<LF>; 1 s; "
-        "at 200 100 0; sends E<LF>; 0.2 s; receives [<CR><LF>",
+        "power up; input1 high; 1 s; at 100 50 0; host 2400; ( -> U<CR>; sends V61<LF>; 1 s; "
+        "at 200 100 0; E<LF> -> [<CR><LF>",
         'Breaking: "erase stored sequence statements in the RAM": also if the power goes at once':
-        "power up with DSR; sends (; 0.1 s; receives U<CR>; sends *; 0.1 s; receives U<CR>; "
-        "power up; input1 high; 3 s; at 0 0 0; sends (; 0.1 s; receives U<CR>",  # as new, it waits for this `(`
+        "power up with DSR; ( -> U<CR>; * -> U<CR>; "
+        "power up; input1 high; 3 s; at 0 0 0; ( -> U<CR>",  # as new, it waits for this `(`
         "After power-up neither the message that the power cut off nor the rest of an answer is left":
         "power up; sends KFIOENKFIOEN; 0.005 s; power up; E: [; F: 32",
     }
@@ -105,7 +105,7 @@ def test_a_stored_sequence_that_waits_for_input_1(bench, script):
         "]; %; 0.5 s; Y at 10",
         "Lockout: while a stored sequence moves an axis, `(` is ignored":
         ":X1000@400:$; 3 s; [; 0.1 s; power up; 0.5 s; host 1200; (; 0.2 s; host 9600; (; 0.2 s; 3 s; at 2000 0 0; "
-        "sends (; 0.1 s; receives U<CR>",
+        "( -> U<CR>",
         'Running: "If an emergency stop input is received ... power must be temporarily removed in order to reset"':
         ":H1:X100@400:=0,2:$; 0.1 s; [; 0.1 s; power up; input1 high; 1 s; estop low; 0.5 s; estop released; "
         "X from 360 to 400; K: 32; K: 32; K: 32; 5 s; X from 360 to 400; led is high; "
@@ -138,7 +138,7 @@ def test_without_the_lock_command_or_the_battery_the_sequence_is_lost(bench, mod
 
     R31: on an IF1 the lock command "works, but nothing survives power off": the IF1 has no battery.
     """
-    lost = "power up; input1 high; 5 s; at 0 0 0; sends (; 0.1 s; receives U<CR>; U61; 1.5 s; F: 0; E: C"
+    lost = "power up; input1 high; 5 s; at 0 0 0; ( -> U<CR>; U61; 1.5 s; F: 0; E: C"
     play_line(bench, ready(bench, model=model), f"{STORED}; {lock}0.1 s; {lost}")
 
 
@@ -247,7 +247,7 @@ def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wir
         bench,
         ready(bench, model="if2", wiring=wiring),
         ":X100@400:Y50:$; 3 s; [; 0.1 s; power up with DSR; 5 s; at 100 50 0; E; 0.2 s; "
-        "host 1200; sends (; 0.2 s; receives U<CR>; at 100 50 0; sends V62<CR><LF>; 3 s; at 200 100 0; "
+        "host 1200; ( -> U<CR>; at 100 50 0; sends V62<CR><LF>; 3 s; at 200 100 0; "
         "sends E<LF>; 0.5 s; receives E<LF>[<CR><LF>; sends ]<LF>; 0.5 s; receives ]<LF>; "
         "sends E<LF>; 0.5 s; receives E<LF>[<CR><LF>",
     )
@@ -258,7 +258,7 @@ def test_the_unlock_command_in_the_new_format_where_that_is_asked_for(bench):
     play_line(
         bench,
         stored(bench, unlock="any format"),
-        "power up with DSR; host 1200; sends (; 0.2 s; receives U<CR>; sends V61<CR><LF>; 1 s; sends ]<LF>; 0.5 s; "
+        "power up with DSR; host 1200; ( -> U<CR>; sends V61<CR><LF>; 1 s; sends ]<LF>; 0.5 s; "
         "sends E<LF>; 0.5 s; receives E<CR><LF>",  # the stored sequence waits for input 1
     )
 
@@ -341,7 +341,7 @@ def test_no_breaking_in_while_dsr_is_low(bench, baudrate):
 
 def test_breaking_in_waits_for_no_terminator_and_forgets_what_was_typed_before(bench, if1):
     """Breaking in: "(" acts at once, without a terminator; an incomplete message before it is dropped."""
-    play_line(bench, if1, "[; sends X10(; 0.1 s; receives U<CR>; *; U61; 1.5 s; receives U<CR>; E: C; F: 0")
+    play_line(bench, if1, "[; X10( -> U<CR>; *; U61; 1.5 s; receives U<CR>; E: C; F: 0")
 
 
 # Breaking in
@@ -355,7 +355,7 @@ def test_breaking_into_a_locked_interface(bench, erase, answer):
     play_line(
         bench,
         ready(bench, model="if2"),
-        ":X100@400:Y50:$; 3 s; [; 0.1 s; power up with DSR; sends (; 0.1 s; receives U<CR>; "
+        ":X100@400:Y50:$; 3 s; [; 0.1 s; power up with DSR; ( -> U<CR>; "
         f"sends {erase}; 0.1 s; receives {answer}; U61; 3 s; at 100 50 0; E: C; F: 0; "
         ":$; X$; 1 s; at 100 50 0; Z5$; 1 s; at 100 50 5",  # the sequence and the distance are erased
     )
