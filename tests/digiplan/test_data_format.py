@@ -7,19 +7,7 @@ import pytest
 from axistwin.sim import LineError
 from axistwin.units import MS, S
 
-from .talking import (
-    BITS_7_OR_8,
-    PARITY,
-    arrivals,
-    ask,
-    faults,
-    gaps,
-    play_line,
-    ready,
-    scripts,
-    send,
-    write,
-)
+from .talking import BITS_7_OR_8, PARITY, arrivals, ask, faults, gaps, play_line, ready, scripts, send, write
 
 FORMATS = [(frame, parity) for frame in range(1, 9) for parity in range(1, 10)]
 
