@@ -308,9 +308,10 @@ def play_line(bench: Bench, controller: Controller, script: str) -> None:
     """Carry out a script of `play` with more actions and checks.
 
     Actions: `E<CR> -> C<CR>` (send characters; all that is received in 0.2 s), `sends U61<CR>(` (characters without a
-    terminator), `host 1200`, `host 7E1` (baud rate, format), `break 0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01`
-    (the wire to the interface, or its next character; `cut back`: the wire to the host), `power up` (off, then on for
-    1.05 s, DSR off meanwhile), `power up with DSR`, `detect` (`(` after a self-test).
+    terminator), `fill 9` (blanks, until the last is in the buffer), `host 1200`, `host 7E1` (baud rate, format), `break
+    0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01` (the wire to the interface, or its next character; `cut back`: the
+    wire to the host), `power up` (off, then on for 1.05 s, DSR off meanwhile), `power up with DSR`, `detect` (`(` after a
+    self-test).
     Checks: `X from 1 to 99`, `DTR is on`, `RTS is off`, `led is flashing`, `led is steady`.
     In texts, `<SP>`, `<CR>`, `<LF>` and `<7F>` are characters.
     """
@@ -344,6 +345,10 @@ def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: st
         case ["host", form]:
             serial.host.bytesize, serial.host.stopbits = int(form[0]), int(form[2])
             serial.host.parity = cast("Parity", form[1])
+        case ["fill", blanks]:
+            serial.write(b" " * int(blanks))
+            bench.run_until(lambda: not serial.pending, 100)
+            bench.run(serial.host.format.frame_ns / S + 0.001)
         case ["break", seconds, "s"]:
             serial.send_break(float(seconds))
         case ["cut" | "mend" | "lose" | "double" as what, *back]:

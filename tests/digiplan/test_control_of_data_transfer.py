@@ -11,7 +11,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, faults, play, ready, scripts, write
+from .talking import arrivals, ask, command, play_line, positions, ready, scripts, write
 
 XOFF, XON = 0x13, 0x11
 
@@ -34,13 +34,16 @@ def fill(bench: Bench, if1: Controller, text: str) -> None:
 # The control lines
 
 
-def test_dtr_is_set_and_rts_is_not_while_nothing_is_sent(bench):
-    """Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit."""
-    if1 = bench.add("if1")
-    bench.run(0.001)
-    assert if1.serial.dtr and not if1.serial.rts
-    bench.run(2)
-    assert if1.serial.dtr and not if1.serial.rts
+@scripts(
+    {
+        'Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit':
+        "0.001 s; DTR is on; RTS is off; 2 s; DTR is on; RTS is off",
+        'Connection methods: "The interface will not transmit any data under these conditions"':
+        "host DTR off; host RTS off; 1.5 s; sends (; 3 s; host DTR on; host RTS on; 0.1 s; receives U<CR>",
+    }
+)  # fmt: skip
+def test_control_lines_from_power_up_on(bench, script):
+    play_line(bench, bench.add("if1"), script)
 
 
 def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, if1):
@@ -56,42 +59,24 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
     assert lines[1][0] >= received[-1][0]
 
 
-@pytest.mark.parametrize("line", ["dtr", "rts"])
-def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
-    """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
-    setattr(if1.serial.host, line, False)
-    assert (ask(bench, if1, "E", 5), ask(bench, if1, "K", 5)) == (b"", b"")
-    setattr(if1.serial.host, line, True)
-    bench.run(0.1)
-    assert if1.serial.read() == b"C\r0\r"
+@pytest.mark.parametrize("wiring", ["5-wire", "Epson HX20 5-wire", "IBM PC 5-wire"])
+@pytest.mark.parametrize("line", ["DTR", "RTS"])
+def test_a_reply_waits_until_dsr_and_cts_are_set(bench, wiring, line):
+    """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost.
 
-
-def test_both_lines_are_needed(bench, if1):
-    """Control lines: nothing is sent before "DSR and CTS are both set"."""
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    command(bench, if1, "E", seconds=1)
-    if1.serial.host.dtr = True
-    bench.run(1)
-    if1.serial.host.dtr, if1.serial.host.rts = False, True
-    bench.run(1)
-    assert if1.serial.read() == b""
-    if1.serial.host.dtr = True
-    bench.run(0.1)
-    assert if1.serial.read() == b"C\r"
-
-
-def test_rts_asks_while_the_reply_waits(bench, if1):
-    """Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS."""
-    if1.serial.host.rts = False
-    command(bench, if1, "E", seconds=1)
-    assert if1.serial.rts
-    if1.serial.host.rts = True
-    bench.run(0.1)
-    assert not if1.serial.rts
+    Appendix 3: "5-wire with buffer control".
+    """
+    script = f"host {line} off; E; 5 s; K; 5 s; host {line} on; 0.1 s; receives C<CR>0<CR>"
+    play_line(bench, ready(bench, wiring=wiring), script)
 
 
 @scripts(
     {
+        'Control lines: nothing is sent before "DSR and CTS are both set": both lines are needed':
+        "host DTR off; host RTS off; E; 1 s; host DTR on; 1 s; host DTR off; host RTS on; 1 s; host DTR on; 0.1 s; "
+        "receives C<CR>",
+        "Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS":
+        "host RTS off; E; 1 s; RTS is on; host RTS on; 0.1 s; receives C<CR>; RTS is off",
         "Control lines: they hold back what the interface transmits, not what it receives":
         "host RTS off; X9$; 0.5 s; X at 9",
         'Emergency stop: "inhibit all movement", whatever the serial line does':
@@ -101,18 +86,7 @@ def test_rts_asks_while_the_reply_waits(bench, if1):
     }
 )  # fmt: skip
 def test_work_while_a_reply_is_held(bench, if1, script):
-    play(bench, if1, script)
-
-
-def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
-    """Connection methods: "The interface will not transmit any data under these conditions"."""
-    if1 = bench.add("if1")
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    bench.run(1.5)
-    assert ask(bench, if1, "(", 3, end="") == b""
-    if1.serial.host.dtr = if1.serial.host.rts = True
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
+    play_line(bench, if1, script)
 
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
@@ -131,29 +105,44 @@ def test_a_line_that_goes_away_holds_the_rest_of_the_reply(bench, line):
     assert begun + if1.serial.read() == b"200\r"
 
 
-@pytest.mark.parametrize("wiring", ["3-wire", "3-wire DSR-DTR"])
+@pytest.mark.parametrize("wiring", ["3-wire", "3-wire DSR-DTR", "NEC PC-8201A", "Epson HX20 3-wire", "IBM PC 3-wire"])
 def test_with_three_wires_the_hosts_lines_do_not_matter(bench, wiring):
-    """Connection methods: "Where the controller cannot support the additional control lines, the 3-wire system"."""
-    if1 = bench.add("if1", wiring=wiring)
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    bench.run(1.5)
-    assert ask(bench, if1, "(", end="") == b"U\r"
-    command(bench, if1, "U61", seconds=1.2)
-    assert ask(bench, if1, "I") == b"200\r"
-    if1.serial.host.rts = True
-    assert ask(bench, if1, "I") == b"200\r"
+    """Connection methods: "Where the controller cannot support the additional control lines, the 3-wire system".
+
+    Appendix 3: "3-wire with or without echo-back".
+    """
+    script = "host DTR off; host RTS off; 1.5 s; ( -> U<CR>; U61; 1.2 s; I: 200; host RTS on; I: 200"
+    play_line(bench, bench.add("if1", wiring=wiring), script)
 
 
 # The 64-character input buffer: 80 %, 20 %, 95 %
 
 
-def test_dtr_is_reset_when_the_buffer_is_80_percent_full(bench):
-    """Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)."""
-    if1 = calculating(bench)
-    fill(bench, if1, " " * 51)
-    assert if1.serial.dtr
-    fill(bench, if1, " ")
-    assert not if1.serial.dtr
+@scripts(
+    {
+        'Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)':
+        "U61; ^10; 0.03 s; fill 51; DTR is on; fill 1; DTR is off",
+        'Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept':
+        "U61; ^10; 0.03 s; X7$; fill 56; 1.5 s; X at 7; F: 0",
+        'Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"':
+        "U61; ^10; 0.03 s; X7$; fill 57; DTR is on; 1.5 s; X at 0; K: 128; F: 8; K: 0; F: 0",
+        "Data fault: the characters in the buffer are lost, not those after them":
+        "U61; ^10; 0.03 s; X7$; fill 57; Y5$; 1.5 s; at 0 5 0",
+        'Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"':
+        "U61; H1X5$; S1$; @200; 0.1 s; DTR is on; fill 52; DTR is off; input1 high; 0.5 s; DTR is on; output1 is high; "
+        "F: 0",
+        "Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait":
+        "U67; ^10; 0.03 s; fill 61; receives <13>; 0.05 s; receives <11>",
+        "Control lines: X-off waits until DSR and CTS are both set, like everything that is transmitted":
+        "U67; ^10; 0.03 s; host RTS off; fill 53; 0.1 s; host RTS on; 0.01 s; receives <13>",
+        "Control of data transfer: the manual does not say that it obeys X-off: one from the host is a data fault":
+        "U67; sends <13>; 0.1 s; sends <CR>; 0.1 s; F: 8",
+    }
+)  # fmt: skip
+def test_the_input_buffer_of_64_characters(bench, script):
+    """Each script begins with the data format message; ^10 calculates a ramp, and for a second nothing is read."""
+    message, _, acts = script.partition("; ")
+    play_line(bench, ready(bench, message), acts)
 
 
 @pytest.mark.parametrize(("left", "dtr"), [(14, False), (13, False), (12, True), (11, True)])
@@ -182,45 +171,6 @@ def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
     assert changes == []
 
 
-def test_60_characters_are_not_lost(bench):
-    """Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept."""
-    if1 = calculating(bench)
-    fill(bench, if1, "X7$\r" + " " * 56)
-    bench.run(1.5)
-    assert (if1.axes["X"].position, ask(bench, if1, "F")) == (7, b"0\r")
-
-
-def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
-    """Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"."""
-    if1 = calculating(bench)
-    fill(bench, if1, "X7$\r" + " " * 57)
-    assert if1.serial.dtr  # the buffer is empty
-    bench.run(1.5)
-    assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"8\r"))
-    assert faults(bench, if1) == (b"0\r", b"0\r")
-
-
-def test_what_comes_after_the_loss_is_kept(bench):
-    """Data fault: the characters in the buffer are lost, not those after them."""
-    if1 = calculating(bench)
-    fill(bench, if1, "X7$\r" + " " * 57)
-    fill(bench, if1, "Y5$\r")
-    bench.run(1.5)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (0, 5)
-
-
-def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
-    """Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"."""
-    command(bench, if1, "H1X5$", "S1$", "@200", seconds=0.1)
-    assert if1.serial.dtr
-    fill(bench, if1, " " * 52)
-    assert not if1.serial.dtr
-    if1.pins["input1"].drive(True)
-    bench.run(0.5)
-    assert if1.serial.dtr and if1.pins["output1"].level
-    assert ask(bench, if1, "F") == b"0\r"
-
-
 def test_it_transmits_while_dtr_is_reset(bench, if1):
     """Control lines: DTR is "set prior to the start of transmission"; its reset stops the host, not the replies."""
     command(bench, if1, "D25", seconds=0.1)
@@ -240,18 +190,8 @@ def test_it_transmits_while_dtr_is_reset(bench, if1):
 @pytest.mark.parametrize("parity", [7, 8, 9])
 def test_x_off_is_sent_at_80_percent_and_x_on_at_20(bench, parity):
     """Control of data transfer: "an X-off character (13 Hex) is transmitted ... When ... 20% full, X-on (11 Hex)"."""
-    if1 = calculating(bench, f"U6{parity}")
-    fill(bench, if1, " " * 51)
-    bench.run(0.01)
-    assert if1.serial.read() == b""
-    fill(bench, if1, " ")
-    bench.run(0.01)
-    assert if1.serial.read() == bytes([XOFF])  # during the calculation of the ramp
-    fill(bench, if1, " " * 3)
-    bench.run(0.01)
-    assert if1.serial.read() == b""  # X-off is sent once only
-    bench.run(1.2)
-    assert if1.serial.read() == bytes([XON])
+    once = "fill 51; 0.01 s; fill 1; 0.01 s; receives <13>; fill 3; 0.01 s; 1.2 s; receives <11>"
+    play_line(bench, calculating(bench, f"U6{parity}"), once)
 
 
 @pytest.mark.parametrize(("left", "sent"), [(13, b"\x13"), (12, b"\x13\x11")])
@@ -265,14 +205,6 @@ def test_x_on_is_sent_below_20_percent_and_not_before(bench, left, sent):
     assert if1.serial.read() == b"\x13\x11"[len(sent) :]
 
 
-def test_x_on_follows_the_loss_of_the_buffer(bench):
-    """Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait."""
-    if1 = calculating(bench, "U67")
-    fill(bench, if1, " " * 61)
-    bench.run(0.05)
-    assert if1.serial.read() == bytes([XOFF, XON])
-
-
 @pytest.mark.parametrize("parity", [1, 2, 3, 4, 5, 6])
 def test_the_other_formats_send_no_x_off(bench, parity):
     """Initialisation, table: only X2 = 7, 8 and 9 have X-on and X-off."""
@@ -281,18 +213,6 @@ def test_the_other_formats_send_no_x_off(bench, parity):
     fill(bench, if1, " " * 55)
     bench.run(1.5)
     assert not {XOFF, XON} & set(if1.serial.read())
-
-
-def test_x_off_waits_for_the_control_lines_like_everything_it_sends(bench):
-    """Control lines: nothing is transmitted until DSR and CTS are both set."""
-    if1 = calculating(bench, "U67")
-    if1.serial.host.rts = False
-    fill(bench, if1, " " * 53)
-    bench.run(0.1)
-    assert if1.serial.read() == b""
-    if1.serial.host.rts = True
-    bench.run(0.01)
-    assert if1.serial.read() == bytes([XOFF])
 
 
 # Overrun
@@ -395,27 +315,8 @@ def obedient_xon_host(if1: Controller) -> Callable[[], None]:
     return if1.serial.subscribe_received(obey)
 
 
+WIRINGS = ("3-wire", "5-wire")
 LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, of which the first four start a calculation
-
-
-@pytest.mark.parametrize("wiring", ["3-wire", "5-wire"])
-@pytest.mark.parametrize("baud", [110, 300, 600])
-def test_up_to_600_baud_any_string_may_be_sent_without_looking(bench, baud, wiring):
-    """Charts: up to 600 baud, "any" string, no echo-back, no need to check DTR."""
-    if1 = ready(bench, line=f"{baud} 8N2", wiring=wiring)
-    command(bench, if1, LONG, seconds=40, end="")
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F", 1) == b"0\r"
-
-
-@pytest.mark.parametrize("baud", [1200, 2400])
-def test_at_1200_and_2400_baud_up_to_63_characters_may_be_sent_without_looking(bench, baud):
-    """Charts: 1200 or 2400 baud, strings of less than 64 characters, no echo-back."""
-    if1 = ready(bench, line=f"{baud} 8N2")
-    write(if1, LONG[: 4 + 8 * 7] + "X$\r", end="")  # 63
-    bench.run(5)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (8, 7)
-    assert ask(bench, if1, "F") == b"0\r"
 
 
 @pytest.mark.parametrize("baud", [1200, 2400])
@@ -427,25 +328,29 @@ def test_at_1200_and_2400_baud_a_longer_string_overflows_a_host_that_does_not_lo
     assert int(ask(bench, if1, "F")) & 8
 
 
-@pytest.mark.parametrize("baud", [1200, 2400, 9600])
-def test_a_host_that_obeys_dtr_loses_nothing(bench, baud):
-    """Charts, 5-wire: no echo-back, "need to check DTR? yes"."""
-    if1 = ready(bench, line=f"{baud} 8N2")
-    obedient_dtr_host(if1)
-    command(bench, if1, LONG, seconds=10, end="")
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F") == b"0\r"
+def takes_no_notice(_: Controller) -> None:
+    """A host that obeys neither DTR nor X-off."""
 
 
-@pytest.mark.parametrize("baud", [1200, 2400])
-def test_a_host_that_obeys_x_off_loses_nothing(bench, baud):
-    """Control of data transfer: X-on, X-off: "very useful ... since only a simple 3-wire connection is required"."""
-    if1 = ready(bench, "U67", line=f"{baud} 8N2", wiring="3-wire")
-    obedient_xon_host(if1)
-    write(if1, LONG, end="")
-    bench.run(10)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F")[-2:] == b"0\r"
+@pytest.mark.parametrize(
+    ("host", "message", "baud", "wiring", "text", "x_y"),
+    [*((takes_no_notice, "U61", baud, wiring, LONG, (25, 25)) for baud in (110, 300, 600) for wiring in WIRINGS),
+     *((takes_no_notice, "U61", baud, "5-wire", LONG[: 4 + 8 * 7] + "X$\r", (8, 7)) for baud in (1200, 2400)),  # 63
+     *((obedient_dtr_host, "U61", baud, "5-wire", LONG, (25, 25)) for baud in (1200, 2400, 9600)),
+     *((obedient_xon_host, "U67", baud, "3-wire", LONG, (25, 25)) for baud in (1200, 2400))],
+)  # fmt: skip
+def test_a_host_loses_nothing_when_it_does_what_the_charts_ask_for(bench, host, message, baud, wiring, text, x_y):
+    """Charts: up to 600 baud, "any" string, no echo-back, no need to check DTR.
+
+    Charts: 1200 or 2400 baud, strings of less than 64 characters, no echo-back.  Charts, 5-wire: no echo-back, "need to
+    check DTR? yes".  X-on, X-off: "very useful ... since only a simple 3-wire connection is required".
+    """
+    if1 = ready(bench, message, line=f"{baud} 8N2", wiring=wiring)
+    host(if1)
+    write(if1, text, end="")
+    bench.run(40 if baud <= 600 else 10)
+    if1.serial.read()
+    assert (positions(if1), ask(bench, if1, "F", 1)) == ((*x_y, 0), b"0\r")
 
 
 @pytest.mark.parametrize("baud", [1200, 4800, 9600])
@@ -475,15 +380,6 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
     assert if1.axes["X"].position == messages.count("X1$")
     assert if1.axes["Y"].position == 2 * messages.count("Y2$")
     assert ask(bench, if1, "F")[-2:] == b"0\r"
-
-
-def test_an_x_off_from_the_host_is_a_character_like_others(bench):
-    """Control of data transfer: the interface sends X-off and X-on; the manual does not say that it obeys them."""
-    if1 = ready(bench, "U67")
-    if1.serial.write(b"\x13")
-    bench.run(0.1)
-    command(bench, if1, "", seconds=0.1)
-    assert ask(bench, if1, "F") == b"8\r"
 
 
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):

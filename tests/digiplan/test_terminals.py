@@ -12,7 +12,7 @@ from axistwin.controllers.digiplan.chapters import CABLES, TERMINALS
 from axistwin.errors import UsageError
 from axistwin.programs import KEYBOARDS
 
-from .talking import ask, command, edges, number, ready, send, times, until_idle, write
+from .talking import command, edges, number, ready, send, times, until_idle, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
 
@@ -142,26 +142,6 @@ def test_unlinked_it_receives_and_transmits_nothing(bench):
     bench.run(1.5)
     assert send(bench, if1, "(", seconds=1.0, end="") == b""
     assert not if1.terminals["dsr"].level and not if1.terminals["cts"].level and if1.terminals["rts"].level
-
-
-@pytest.mark.parametrize("wiring", ["NEC PC-8201A", "Epson HX20 3-wire", "IBM PC 3-wire"])
-def test_the_3_wire_cables_answer_whatever_the_host_does_with_its_lines(bench, wiring):
-    """Appendix 3: "3-wire with or without echo-back"."""
-    if1 = ready(bench, wiring=wiring)
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    assert ask(bench, if1, "E") == b"C\r"
-
-
-@pytest.mark.parametrize("wiring", ["Epson HX20 5-wire", "IBM PC 5-wire"])
-@pytest.mark.parametrize("line", ["dtr", "rts"])
-def test_the_5_wire_cables_need_both_lines_of_the_host(bench, wiring, line):
-    """Appendix 3: "5-wire with buffer control"."""
-    if1 = ready(bench, wiring=wiring)
-    setattr(if1.serial.host, line, False)
-    assert ask(bench, if1, "E") == b""
-    setattr(if1.serial.host, line, True)
-    bench.run(0.1)
-    assert if1.serial.read() == b"C\r"
 
 
 # Where it is
