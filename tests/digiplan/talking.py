@@ -309,9 +309,9 @@ def play_line(bench: Bench, controller: Controller, script: str) -> None:
 
     Actions: `E<CR> -> C<CR>` (send characters; all that is received in 0.2 s), `sends U61<CR>(` (characters without a
     terminator), `fill 9` (blanks, until the last is in the buffer), `host 1200`, `host 7E1` (baud rate, format), `break
-    0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01` (the wire to the interface, or its next character; `cut back`: the
-    wire to the host), `power up` (off, then on for 1.05 s, DSR off meanwhile), `power up with DSR`, `detect` (`(` after a
-    self-test).
+    0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01` (the wire to the interface, or its next character), `cut back`
+    (the wire to the host), `power up` (off, then on for 1.05 s, DSR off meanwhile), `power up with DSR`, `detect` (`(`
+    after a self-test).
     Checks: `X from 1 to 99`, `DTR is on`, `RTS is off`, `led is flashing`, `led is steady`.
     In texts, `<SP>`, `<CR>`, `<LF>` and `<7F>` are characters.
     """

@@ -395,3 +395,20 @@ def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
     bench.run(2.0)
     assert bytes(byte for byte, _ in seen) == b"2\x1300\r\x11"
     assert seen[1][1] - filled_ns < 52 * 1_200_000 + 10_000_000
+
+
+@pytest.mark.parametrize("line", ["DTR", "RTS"])
+@pytest.mark.parametrize("said", ["K<CR>", ":%:$<CR>", ">1<CR>" + "0" * 55])
+def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
+    """Control lines: it "will not transmit data until DSR and CTS are both set"; then its power is off.
+
+    The waiting characters are a reply, the prompt of a sequence, or the X-off of a buffer that is 80 % full.
+    """
+    off = f"host {line} off; sends {said}; 0.2 s; RTS is on; power off; 0.1 s; host {line} on; 0.1 s; RTS is off; "
+    play_line(bench, ready(bench, "U67"), off + "power on; host 8N2; detect")  # U and CR, and nothing before them
+
+
+def test_an_x_off_that_waits_when_the_power_goes_does_not_come_after_it(bench):
+    """Control of data transfer: the buffer is empty after power-up, so a waiting X-off is not sent."""
+    cycle = "host RTS off; >1; fill 55; power off; power on; 1.2 s; host RTS on; 0.1 s; host 8N2; "
+    play_line(bench, ready(bench, "U67"), cycle + "detect; U61; 1.3 s; K: 0")

@@ -12,7 +12,7 @@ from axistwin.controllers.digiplan.chapters import CABLES, TERMINALS
 from axistwin.errors import UsageError
 from axistwin.programs import KEYBOARDS
 
-from .talking import command, edges, number, ready, send, times, until_idle, write
+from .talking import command, edges, number, play, ready, send, times, until_idle, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
 
@@ -94,25 +94,15 @@ def test_a_clock_output_can_be_forced_and_is_low_without_power(bench, if1):
 
 def test_without_the_24_v_supply_no_output_is_on(bench, if1):
     """Power requirements: the links are "necessary in order to power the opto-isolators on the interface outputs"."""
-    write(if1, "S135$")
-    until_idle(bench, if1)
-    if1.pins["supply"].drive(False)
-    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
-    write(if1, "S2R3$")
-    until_idle(bench, if1)
-    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
-    if1.pins["supply"].release()
-    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [True, True, False, False, True]
+    play(
+        bench, if1, "S135$; idle; supply low; outputs 00000; S2R3$; idle; outputs 00000; supply released; outputs 11001"
+    )
 
 
 def test_the_fault_output_needs_the_supply_too(bench):
     """Optional fault output: it duplicates the LED; the LED itself does not need the 24 V."""
     if1 = ready(bench, fault_output=True)
-    if1.pins["supply"].drive(False)
-    if1.pins["estop"].drive(False)
-    assert if1.pins["led"].level and not if1.pins["output5"].level
-    if1.pins["supply"].release()
-    assert if1.pins["output5"].level
+    play(bench, if1, "supply low; estop low; led is high; output5 is low; supply released; output5 is high")
 
 
 def test_a_pulse_inverts_what_is_programmed_not_what_is_forced(bench, if1):
