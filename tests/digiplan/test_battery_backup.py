@@ -8,14 +8,12 @@ from axistwin.sim import UartFormat
 from axistwin.units import MS, S
 
 from .talking import (
+    arrivals,
     ask,
-    command,
     constant,
-    detect,
     each_character,
     edges,
     host_format,
-    moves,
     play_line,
     positions,
     pulse_times_of,
@@ -25,7 +23,6 @@ from .talking import (
     send,
     since_start,
     status,
-    write,
 )
 
 STORED = ":H1:X100@400:Y50:$"
@@ -34,22 +31,8 @@ STORED = ":H1:X100@400:Y50:$"
 def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: object) -> Controller:
     """Return an IF2 with a locked sequence and its power off."""
     if2 = ready(bench, form, "if2", **options)
-    end = "\n" if form[0] == "V" else "\r"
-    write(if2, sequence, end=end)
-    bench.run(0.1)
-    write(if2, "[", end=end)
-    bench.run(0.2)
-    if2.power(False)
-    if2.serial.read()
+    play_line(bench, if2, f"sends {sequence}<CR>; 0.1 s; sends [<CR>; 0.2 s; power off")
     return if2
-
-
-def power_up(bench: Bench, if2: Controller, dsr: bool) -> None:
-    """Switch on in a 5-wire system with DSR (the host's DTR) at `dsr`; then set DSR, so that answers are sent."""
-    if2.serial.host.dtr = dsr
-    if2.power(True)
-    bench.run(1.05)
-    if2.serial.host.dtr = True
 
 
 # Running the stored sequence
@@ -118,15 +101,10 @@ def test_what_is_locked_before_power_off(bench, script):
 
 def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
     """Storing: ":H1:" "prevents the interface from executing the sequence at power-up"; without it, it runs."""
-    if2 = stored(bench, ":X100@400:Y50:$")
-    bench.run(3.0)
-    before = positions(if2)
-    if2.serial.host.dtr = False
+    if2 = ready(bench, model="if2")
+    play_line(bench, if2, ":X100@400:Y50:$; 3 s; [; 0.1 s; at 100 50 0; power off; 3 s; host DTR off")
     on_ns = bench.now
-    if2.power(True)
-    bench.run(3.0)
-    x, y, _ = positions(if2)
-    assert (x - before[0], y - before[1]) == (100, 50)
+    play_line(bench, if2, "power on; 3 s; at 200 100 0")
     # after the self-test of about 1 s; the manual does not say whether a ramp is calculated first
     first_ns = int(if2.axes["X"].pulse_times(on_ns)[0])
     assert 1 * S <= first_ns - on_ns <= 2 * S + 10 * MS
@@ -145,78 +123,45 @@ def test_without_the_lock_command_or_the_battery_the_sequence_is_lost(bench, mod
 def test_the_speed_data_and_the_ramp_are_kept_too(bench):
     """Battery backup: "enables any data or sequence sent to the interface to be stored"."""
     if2 = ready(bench, model="if2")
-    command(bench, if2, ">2 <6 ^20", seconds=1.2)
-    for text in ("B-30", "P1,7$", "X700@3000$", ":H1:XB:P2:$"):
-        write(if2, text)
-    bench.run(3.0)
-    command(bench, if2, "[", seconds=0.1)
-    assert positions(if2) == (700, 0, 0)
-    if2.power(False)
-    bench.run(1_000_000.0)
-    power_up(bench, if2, dsr=False)
+    data = ">2 <6 ^20; 1.2 s; B-30; P1,7$; X700@3000$; :H1:XB:P2:$; 3 s; [; 0.1 s; at 700 0 0"
+    play_line(bench, if2, f"{data}; power off; 1000000 s; power up")
     pulse = edges(if2.pins["output2"])
-    if2.pins["input1"].drive(True)
-    bench.run(5.0)
-    assert moves(if2.axes["X"]) == [700, 730, -30]
+    play_line(bench, if2, "input1 high; 5 s; X moves 700 730 -30")
     assert pulse[1][0] - pulse[0][0] == 70 * MS
-    forth = if2.axes["X"].train.moves[-2]
-    told = [int(at_ns) - forth.start_ns for at_ns in if2.axes["X"].pulse_times(forth.start_ns)][:730]
     # range 2: start/stop 600, increment 200, every 200/20000 s = 10 ms
-    assert told == pulse_times_of(ramped(730, 600, 3000, 200, 20_000))
+    assert since_start(if2.axes["X"], -2)[:730] == pulse_times_of(ramped(730, 600, 3000, 200, 20_000))
     assert since_start(if2.axes["X"]) == constant(600, 30)
 
 
 def test_the_inter_character_delay_is_kept(bench):
     """Battery backup: "any data" is stored, the inter-character delay too."""
     if2 = ready(bench, model="if2")
-    command(bench, if2, "D10", "[", seconds=0.5)
-    if2.power(False)
-    power_up(bench, if2, dsr=False)
-    heard: list[int] = []
-    if2.serial.subscribe_received(lambda byte, errors: heard.append(bench.now))
-    assert send(bench, if2, "F", seconds=1.0) == b"32\r"
-    assert heard[1] - heard[0] >= 100 * MS
+    play_line(bench, if2, "D10; [; 0.5 s; power up")
+    received = arrivals(bench, if2)
+    play_line(bench, if2, "F; 1 s; receives 32<CR>")
+    assert received[1][0] - received[0][0] >= 100 * MS
 
 
 def test_the_baud_rate_and_the_format_are_kept(bench):
     """Running, condition 2: "the same baud rate and data format as defined by the "U" and "V" commands"."""
-    if2 = bench.add("if2", line="1200 8N2")
-    detect(bench, if2)
-    write(if2, "V22", end="\r\n")  # 7 bits, 2 stop bits, no parity, echo
-    bench.run(0.2)
-    host_format(if2, "V22")
-    bench.run(1.2)
-    assert ask(bench, if2, "[", end="\n") == b"[\n"
-    if2.power(False)
-    power_up(bench, if2, dsr=False)
-    assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"
+    form = "detect; sends V22<CR><LF>; 0.2 s; host 7N2; 1.2 s; [<LF> -> [<LF>"  # 7 bits, 2 stop bits, no parity, echo
+    kept = "power up; sends E<LF>; 0.5 s; receives E<LF>[<CR><LF>"
+    play_line(bench, bench.add("if2", line="1200 8N2"), f"{form}; {kept}")
 
 
 def test_the_positions_of_the_machine_stay_when_the_power_goes(bench):
-    """Ruling 6: "Positions of axes are the bench's and survive a power cycle"."""
+    """Ruling 6: "Positions of axes are the bench's and survive a power cycle"; the sequence begins anew."""
     if2 = stored(bench)
-    power_up(bench, if2, dsr=False)
-    if2.pins["input1"].drive(True)
-    bench.run(0.15)
-    stands = positions(if2)[0]
-    assert 0 < stands < 100
-    if2.power(False)
-    bench.run(5.0)
-    assert positions(if2) == (stands, 0, 0)
-    power_up(bench, if2, dsr=False)
-    bench.run(1.0)
-    assert positions(if2) == (stands + 100, 50, 0)  # the sequence begins with its first step
+    play_line(bench, if2, "power up; input1 high; 0.15 s; X from 1 to 99")
+    x = if2.axes["X"].position
+    play_line(bench, if2, f"power off; 5 s; at {x} 0 0; power up; 1 s; at {x + 100} 50 0")
 
 
 def test_the_outputs_are_off_when_the_power_comes_back(bench):
     """Default values: "Outputs 1-5 - Off": levels of outputs are not among the stored data."""
     if2 = stored(bench, ":S135:H1:R1:$")
-    bench.run(0.1)
     levels = [edges(if2.pins[f"output{n}"]) for n in (1, 2)]
-    assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
-    power_up(bench, if2, dsr=False)
-    bench.run(1.0)
-    assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [True, False, True, False, True]
+    play_line(bench, if2, "0.1 s; outputs 00000; power up; 1 s; outputs 10101")
     assert [len(seen) for seen in levels] == [1, 0]
 
 
@@ -278,13 +223,7 @@ def test_the_bracket_breaks_in_without_a_power_cycle_while_dsr_is_held(bench, ba
 def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_rate(bench, lock):
     """Lockout: "it will respond to status request commands"; at another baud rate only `(` is accepted."""
     if2 = bench.add("if2")
-    if2.serial.host.baudrate = lock
-    bench.run(1.1)
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    write(if2, "U31")
-    bench.run(1.2)
-    send(bench, if2, "[", seconds=0.1)
+    play_line(bench, if2, f"host {lock}; 1.1 s; ( -> U<CR>; U31; 1.2 s; [; 0.1 s")
     for byte in (*range(1, ord("(")), *range(ord("(") + 1, 128)):
         if2.serial.write(bytes([byte]))
         bench.run(0.02)
@@ -296,40 +235,25 @@ def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_ra
 def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, form):
     """Breaking in: the host need not know the format of the lock command; it may have 8 bits and no parity."""
     if2 = stored(bench, form=form)
-    host = if2.serial.host
-    locked_in = host.format
-    power_up(bench, if2, dsr=False)
-    assert status_of_7_bits(bench, if2, "E") == "["
+    play_line(bench, if2, "power up")
+    assert ask(bench, if2, "E")[:1] == (b"\xdb" if form == "U71" else b"[")
     for way in (UartFormat(9600, 8, "N", 2), UartFormat(2400, 8, "N", 1), UartFormat(1200, 7, "E", 1)):
-        host.format = way
-        if2.serial.write(b"(")
-        bench.run(0.1)
-        assert status_of_7_bits(bench, if2, "") == "U", way
+        if2.serial.host.format = way
+        answer = ask(bench, if2, "(", 0.1, end="")
+        assert bytes(byte & 0x7F for byte in answer) == b"U\r", way
         each_character(bench, if2, form + "\r", lambda n: bench.run(0.02))
         host_format(if2, form)
         bench.run(1.2)
         if2.serial.read()
-    host.format = locked_in
 
 
 def test_breaking_in_and_the_data_format_in_one_go(bench):
     """Changing: `(` and a data format end the waiting sequence before the same instant starts it again."""
     if2 = stored(bench, line="instant")
-    power_up(bench, if2, dsr=False)
-    assert send(bench, if2, "(U61", seconds=0.1) == b"U\r"
+    play_line(bench, if2, "power up; (U61<CR> -> U<CR>")
     assert if2.busy
-    if2.pins["input1"].drive(True)
-    bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
+    play_line(bench, if2, "input1 high; 1 s; at 100 50 0")
     assert not if2.busy
-
-
-def status_of_7_bits(bench, controller, letter):
-    """Return the answer with each bit 8 cleared."""
-    if letter:
-        write(controller, letter)
-    bench.run(0.1)
-    return bytes(byte & 0x7F for byte in controller.serial.read()).decode().rstrip("\r")
 
 
 @pytest.mark.parametrize("baudrate", [1200, 9600])
@@ -364,22 +288,15 @@ def test_breaking_into_a_locked_interface(bench, erase, answer):
 def test_installing_a_sequence_as_sample_6_does(bench):
     """Sample 6: `(`, the answer, `*`, the answer, `V61`, E until not E, the sequence (R30), `[`; CR LF after each."""
     if2 = bench.add("if2", line="2400 8N2")
-    bench.run(1.5)
-    send(bench, if2, "(", end="")
-    assert send(bench, if2, "*", end="\r\n") == b"U\r"
-    assert send(bench, if2, "V61", "E", seconds=1.5, end="\r\n") == b"C\r\n"
-    if2.serial.write(b":R12345:H1:X1000@1000S1:X-S2:YS3:Y-S4:ZS5:Z-R5:")
-    command(bench, if2, "XYZR4:X-Y-ZR3:X-Y-ZR2:X-YZR1:=0,1:$", "[", seconds=1.0, end="\r\n")
-    if2.power(False)
-    power_up(bench, if2, dsr=False)
+    begin = "1.5 s; ( -> U<CR>; *<CR><LF> -> U<CR>; sends V61<CR><LF>E<CR><LF>; 1.5 s; receives C<CR><LF>"
+    sequence = ":R12345:H1:X1000@1000S1:X-S2:YS3:Y-S4:ZS5:Z-R5:XYZR4:X-Y-ZR3:X-Y-ZR2:X-YZR1:=0,1:$<CR><LF>"
+    play_line(bench, if2, f"{begin}; sends {sequence}[<CR><LF>; 1 s; power up")
     on = edges(if2.pins["output1"])
-    if2.pins["input1"].drive(True)
-    bench.run(25.0)
+    play_line(bench, if2, "input1 high; 25 s; E<CR><LF> -> [<CR><LF>")
     # each of the 10 moves of 1000 steps at 1000/s takes 60 + 922 + 60 = 1042 ms
     ons = [at_ns for at_ns, level in on if level]
     assert len(ons) == 3
     assert 10_420 * MS <= ons[1] - ons[0] <= 10_423 * MS
-    assert ask(bench, if2, "E", end="\r\n") == b"[\r\n"
 
 
 # Power cuts
@@ -389,19 +306,10 @@ def test_installing_a_sequence_as_sample_6_does(bench):
 def test_a_power_cut_at_any_moment_of_the_start_and_the_sequence(bench, cut_s):
     """Battery backup: "a stand-alone pre-programmed controller": after each power cut the sequence starts anew."""
     if2 = stored(bench, ":S1:X100@400BP2,25:Y50:R1:$")
-    bench.run(2.0)
-    if2.serial.host.dtr = False
-    if2.power(True)
-    bench.run(cut_s)
-    if2.power(False)
-    bench.run(0.1)
-    cut_at = positions(if2)
-    bench.run(10.0)
-    assert positions(if2) == cut_at
-    assert not any(if2.pins[name].level for name in ("output1", "output2", "led"))
-    if2.power(True)
-    bench.run(5.0)
-    assert tuple(b - a for a, b in zip(cut_at, positions(if2), strict=True)) == (100, 50, 0)
+    play_line(bench, if2, f"2 s; host DTR off; power on; {cut_s:f} s; power off; 0.1 s")
+    x, y, z = positions(if2)
+    cut = f"10 s; at {x} {y} {z}; outputs 00000; led is low"
+    play_line(bench, if2, f"{cut}; power on; 5 s; at {x + 100} {y + 50} {z}")
 
 
 @pytest.mark.parametrize(("name", "status"), [("estop", 32), ("x_fault", 16), ("y_fault", 16)])
