@@ -1,7 +1,6 @@
 """Serial communication: the RS232C control lines, control of data transfer, alternative connection methods."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -11,24 +10,9 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, play_line, positions, ready, scripts, write
+from .talking import arrivals, ask, command, edges, play_line, positions, ready, scripts, write
 
 XOFF, XON = 0x13, 0x11
-
-
-def calculating(bench: Bench, message: str = "U61", **options: Any) -> Controller:
-    """Return an IF1 that has just begun to calculate a ramp; for a second, received characters stay in its buffer."""
-    if1 = ready(bench, message, **options)
-    write(if1, "^10")
-    bench.run(0.03)
-    return if1
-
-
-def fill(bench: Bench, if1: Controller, text: str) -> None:
-    """Send the text, and wait until its last character is in the buffer."""
-    write(if1, text, end="")
-    bench.run_until(lambda: not if1.serial.pending, 100)
-    bench.run(if1.serial.host.format.frame_ns / S + 0.001)
 
 
 # The control lines
@@ -145,43 +129,33 @@ def test_the_input_buffer_of_64_characters(bench, script):
     play_line(bench, ready(bench, message), acts)
 
 
-@pytest.mark.parametrize(("left", "dtr"), [(14, False), (13, False), (12, True), (11, True)])
-def test_dtr_is_set_again_below_20_percent(bench, left, dtr):
-    """Control of data transfer: "DTR is set again when the buffer has become less than 20% full": 12 of 64 (12.8).
-
-    A second ramp calculation stops the emptying of the buffer at `left` characters.
-    """
-    if1 = calculating(bench)
-    fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
-    assert not if1.serial.dtr
-    bench.run(1.2)
-    assert if1.serial.dtr is dtr
-    bench.run(1.2)
-    assert if1.serial.dtr
-    assert ask(bench, if1, "F") == b"0\r"
+LEFT = "^10; 0.03 s; sends {}^20<CR>; fill {}"
+"""A ramp calculation, 52 characters in the buffer, and a second calculation that leaves a number of them."""
 
 
-def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
+def leave(characters: int) -> str:
+    return LEFT.format("<SP>" * (52 - 4 - characters), characters)
+
+
+@pytest.mark.parametrize(("left", "dtr"), [(14, "off"), (13, "off"), (12, "on"), (11, "on")])
+def test_dtr_is_set_again_below_20_percent(bench, if1, left, dtr):
+    """Control of data transfer: "DTR is set again when the buffer has become less than 20% full": 12 of 64 (12.8)."""
+    play_line(bench, if1, f"{leave(left)}; DTR is off; 1.2 s; DTR is {dtr}; 1.2 s; DTR is on; F: 0")
+
+
+def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench, if1):
     """Control of data transfer: DTR is reset only when the buffer is 80 % full, and never before."""
-    if1 = calculating(bench)
-    changes: list[bool] = []
-    if1.serial.dtr_line.subscribe(lambda pin: changes.append(pin.level))
-    fill(bench, if1, " " * 51)
-    bench.run(1.5)
+    changes = edges(if1.serial.dtr_line)
+    play_line(bench, if1, "^10; 0.03 s; fill 51; 1.5 s")
     assert changes == []
 
 
 def test_it_transmits_while_dtr_is_reset(bench, if1):
     """Control lines: DTR is "set prior to the start of transmission"; its reset stops the host, not the replies."""
-    command(bench, if1, "D25", seconds=0.1)
     seen = []
     if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
-    write(if1, "I")  # one character each 0.25 s
-    bench.run(0.3)
-    fill(bench, if1, " " * 52)
-    bench.run(1.5)
+    play_line(bench, if1, "D25; 0.1 s; I; 0.3 s; receives 2; fill 52; 1.5 s; receives 00<CR>; DTR is on")
     assert seen == [("2", True), ("0", False), ("0", False), ("\r", True)]  # while the <CR> leaves, the blanks are read
-    assert if1.serial.dtr
 
 
 # X-on, X-off
@@ -190,29 +164,21 @@ def test_it_transmits_while_dtr_is_reset(bench, if1):
 @pytest.mark.parametrize("parity", [7, 8, 9])
 def test_x_off_is_sent_at_80_percent_and_x_on_at_20(bench, parity):
     """Control of data transfer: "an X-off character (13 Hex) is transmitted ... When ... 20% full, X-on (11 Hex)"."""
-    once = "fill 51; 0.01 s; fill 1; 0.01 s; receives <13>; fill 3; 0.01 s; 1.2 s; receives <11>"
-    play_line(bench, calculating(bench, f"U6{parity}"), once)
+    once = "^10; 0.03 s; fill 51; 0.01 s; fill 1; 0.01 s; receives <13>; fill 3; 0.01 s; 1.2 s; receives <11>"
+    play_line(bench, ready(bench, f"U6{parity}"), once)
 
 
-@pytest.mark.parametrize(("left", "sent"), [(13, b"\x13"), (12, b"\x13\x11")])
+@pytest.mark.parametrize(("left", "sent"), [(13, "1.2 s; 1.2 s; receives <11>"), (12, "1.2 s; receives <11>; 1.2 s")])
 def test_x_on_is_sent_below_20_percent_and_not_before(bench, left, sent):
     """Control of data transfer: X-on is sent when fewer than 20 %, that is 12 of 64 characters, are left."""
-    if1 = calculating(bench, "U67")
-    fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
-    bench.run(1.2)
-    assert if1.serial.read() == sent
-    bench.run(1.2)
-    assert if1.serial.read() == b"\x13\x11"[len(sent) :]
+    play_line(bench, ready(bench, "U67"), f"{leave(left)}; 0.01 s; receives <13>; {sent}")
 
 
 @pytest.mark.parametrize("parity", [1, 2, 3, 4, 5, 6])
 def test_the_other_formats_send_no_x_off(bench, parity):
     """Initialisation, table: only X2 = 7, 8 and 9 have X-on and X-off."""
-    if1 = calculating(bench, f"U6{parity}")
-    if1.serial.read()
-    fill(bench, if1, " " * 55)
-    bench.run(1.5)
-    assert not {XOFF, XON} & set(if1.serial.read())
+    echo = f"receives ^10<CR>{'<SP>' * 55}" if parity in (2, 5, 6) else "0 s"
+    play_line(bench, ready(bench, f"U6{parity}"), f"sends ^10<CR>{'<SP>' * 55}; 2 s; {echo}")
 
 
 # Overrun
@@ -385,16 +351,11 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
     """Inter-character delay: "inserted before each transmitted character", except X-off, which would be too late."""
     if1 = ready(bench, "U67")
-    command(bench, if1, "D25", seconds=0.1)
-    seen = []
-    if1.serial.subscribe_received(lambda byte, _: seen.append((byte, bench.now)))
-    write(if1, "I")  # 200 <CR>, a character each 0.25 s
-    bench.run(0.3)
+    received = arrivals(bench, if1)
+    play_line(bench, if1, "D25; 0.1 s; I; 0.3 s; receives 2")  # 200 <CR>, a character each 0.25 s
     filled_ns = bench.now
-    fill(bench, if1, " " * 52)
-    bench.run(2.0)
-    assert bytes(byte for byte, _ in seen) == b"2\x1300\r\x11"
-    assert seen[1][1] - filled_ns < 52 * 1_200_000 + 10_000_000
+    play_line(bench, if1, "sends " + "<SP>" * 52 + "; 2 s; receives <13>00<CR><11>")
+    assert received[1][0] - filled_ns < 52 * 1_200_000 + 10_000_000
 
 
 @pytest.mark.parametrize("line", ["DTR", "RTS"])
