@@ -12,7 +12,7 @@ from axistwin.controllers.digiplan.chapters import CABLES, TERMINALS
 from axistwin.errors import UsageError
 from axistwin.programs import KEYBOARDS
 
-from .talking import command, edges, number, play, ready, send, times, until_idle, write
+from .talking import command, edges, play, play_line, ready, send, times, until_idle, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
 
@@ -25,12 +25,9 @@ def directions(if1):
 
 def test_all_directions_are_high_at_first(bench, if1):
     """Default values: "All Direction O/P - High (open collector)"; so they are high without power, too."""
-    assert directions(if1) == [True, True, True]
-    write(if1, "X-10$")
-    until_idle(bench, if1)
-    assert directions(if1) == [False, True, True]
-    if1.power(False)
-    assert directions(if1) == [True, True, True]
+    for script, levels in (("0 s", [True] * 3), ("X-10$; idle", [False, True, True]), ("power off", [True] * 3)):
+        play(bench, if1, script)
+        assert directions(if1) == levels, script
 
 
 def test_plus_is_high_and_minus_is_low(bench, if1):
@@ -40,10 +37,8 @@ def test_plus_is_high_and_minus_is_low(bench, if1):
         ("X$", [True, True, False]),
         ("Z/Y-5$", [True, False, True]),
     ):
-        write(if1, text)
-        until_idle(bench, if1)
+        play(bench, if1, f"{text}; idle")
         assert directions(if1) == levels, text
-        number(bench, if1, "F")
 
 
 def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_correction(bench, if1):
@@ -196,40 +191,26 @@ def test_the_page_has_every_terminal_link_and_cable():
 # Hints
 
 
-def hints(bench, if1):
-    told = []
-    if1.subscribe_hint(told.append)
-    return told
-
-
 def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
     """Initialisation: commands sent before `(` are dropped, and one hint about it is given."""
-    if1 = bench.add("if1")
-    told = hints(bench, if1)
-    bench.run(1.5)
-    command(bench, if1, "X1000$")
+    if1, told = bench.add("if1"), []
+    if1.subscribe_hint(told.append)
+    play_line(bench, if1, "1.5 s; X1000$; 0.2 s")
     assert told == ["characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"]
     assert if1.hint == told[0]
-    if1.serial.write(b"(")
-    bench.run(0.1)
+    play_line(bench, if1, "( -> U<CR>")
     assert if1.hint == "" and len(told) == 1
 
 
 def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
     """Initialisation: a command before the format is dropped with a hint; a `U` sent back (sample 4) gives none."""
-    if1 = bench.add("if1")
-    told = hints(bench, if1)
-    bench.run(1.5)
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    write(if1, "U")
-    bench.run(0.1)
+    if1, told = bench.add("if1"), []
+    if1.subscribe_hint(told.append)
+    play_line(bench, if1, "1.5 s; ( -> U<CR>; U; 0.1 s")
     assert told == []
-    write(if1, "X1000$", "E")
-    bench.run(0.1)
+    play_line(bench, if1, "X1000$; E; 0.1 s")
     assert told == ["characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"]
-    write(if1, "U61")
-    bench.run(1.2)
+    play_line(bench, if1, "U61; 1.2 s")
     assert if1.hint == "" and len(told) == 1
 
 
