@@ -242,27 +242,24 @@ def test_70h_after_a_stream_may_be_ignored(bench):
     assert position(bench, board, 0x81) > 0
 
 
-@pytest.mark.parametrize("performed", [True, False])
-def test_7bh_sends_an_alarm_that_is_on(bench, board, performed):
-    """51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before."""
-    enter(bench, board, 0x52, 1, 4, alarm=4, rate=1_000)
+@pytest.mark.parametrize(
+    ("alarm", "performed", "before", "at_7bh"),
+    [(4, True, [], ["52 01 04 00 00 00 04 03 e8"]), (4, False, [], []),
+     (12, True, ["52 01 04 00 00 00 0c 03 e8"], [])],
+    ids=["on", "not on", "sent"],
+)  # fmt: skip
+def test_7bh_sends_an_alarm_that_is_on(bench, board, alarm, performed, before, at_7bh):
+    """51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before.
+
+    51h: "the alarm will only be sent once", so 7Bh after it sends no second one.
+    """
+    enter(bench, board, 0x52, 1, 4, alarm=alarm, rate=1_000)
     velocities(bench, board, *(STREAMED,) * 7)
     if performed:
         send(bench, board, 0x42, seconds=0.5)
-    send(bench, board, 0x7B)
-    assert messages(bench, board) == (["52 01 04 00 00 00 04 03 e8"] if performed else [])
-    send(bench, board, 0x7B)
-    assert messages(bench, board) == []
-
-
-def test_7bh_after_the_alarm_sends_no_second_one(bench, board):
-    """51h: "the alarm will only be sent once", so 7Bh after it sends no second one."""
-    enter(bench, board, 0x52, 1, 4, alarm=12, rate=1_000)
-    velocities(bench, board, *(STREAMED,) * 7)
-    send(bench, board, 0x42)
-    assert messages(bench, board) == ["52 01 04 00 00 00 0c 03 e8"]
-    send(bench, board, 0x7B)
-    assert messages(bench, board) == []
+    for expected in (before, at_7bh, []):
+        assert messages(bench, board) == expected
+        send(bench, board, 0x7B)
 
 
 def test_a2h_and_a3h_tell_nothing_of_a_stream_and_a5h_each_end_of_motion(bench, board):

@@ -210,41 +210,29 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
 # Start/stop velocity
 
 
-def test_a_faster_continuous_move_ramps_from_the_start_stop_velocity(bench, board):
-    """D6h: "acceleration … is begun at the start/stop velocity": the ramp is 1,000, and 200 more every 2 ms."""
-    send(bench, board, 0xD6, *i32(1000))
-    default(bench, board, 500, 100_000)
-    send(bench, board, 0x32, 0, seconds=0.1)
-    default(bench, board, 2000, 100_000)
-    send(bench, board, 0x32, 0)
-    assert levels(bench, board, 0.05) == [500, 1000, 1200, 1400, 1600, 1800, 2000]
+@pytest.mark.parametrize(
+    ("start_stop", "first", "then"),
+    [
+        (1000, 500, {2000: [500, 1000, 1200, 1400, 1600, 1800, 2000]}),
+        (1000, 2000, {500: [2000, 1800, 1600, 1400, 1200, 1000, 500], 800: [500, 800]}),
+        *((start_stop, 2000, {3000: [2000, 2200, 2400, 2600, 2800, 3000], 2000: [3000, 2800, 2600, 2400, 2200, 2000]})
+          for start_stop in (0, 1000)),
+    ],
+    ids=["up from below it", "down to below it", "above 0", "above it"],
+)  # fmt: skip
+def test_a_continuous_move_ramps_from_or_to_the_start_stop_velocity(bench, board, start_stop, first, then):
+    """D6h: "acceleration … is begun at the start/stop velocity": the ramp is 1,000, and 200 more every 2 ms.
 
-
-def test_a_continuous_move_below_the_start_stop_velocity_ramps_down_to_it(bench, board):
-    """D6h: "deceleration ends at the start/stop velocity"; to a velocity below, the indexer will "jump"."""
-    send(bench, board, 0xD6, *i32(1000))
-    default(bench, board, 2000, 100_000)
-    send(bench, board, 0x32, 0, seconds=0.1)
-    default(bench, board, 500, 100_000)
-    send(bench, board, 0x32, 0)
-    assert levels(bench, board, 0.05) == [2000, 1800, 1600, 1400, 1200, 1000, 500]
-    default(bench, board, 800, 100_000)
-    send(bench, board, 0x32, 0)
-    assert levels(bench, board, 0.05) == [500, 800]
-
-
-@pytest.mark.parametrize("start_stop", [0, 1000])
-def test_a_continuous_move_above_the_start_stop_velocity_takes_no_other_level(bench, board, start_stop):
-    """Indexer mode: the ramp from 2,000 to 3,000 and back is "updated every two milliseconds", each time by 200."""
+    "deceleration ends at the start/stop velocity"; to a velocity below, the indexer will "jump".  Indexer mode: a ramp
+    above it is "updated every two milliseconds", and takes no other level.
+    """
     send(bench, board, 0xD6, *i32(start_stop))
-    default(bench, board, 2000, 100_000)
+    default(bench, board, first, 100_000)
     send(bench, board, 0x32, 0, seconds=0.1)
-    default(bench, board, 3000, 100_000)
-    send(bench, board, 0x32, 0)
-    assert levels(bench, board, 0.05) == [2000, 2200, 2400, 2600, 2800, 3000]
-    default(bench, board, 2000, 100_000)
-    send(bench, board, 0x32, 0)
-    assert levels(bench, board, 0.05) == [3000, 2800, 2600, 2400, 2200, 2000]
+    for velocity, expected in then.items():
+        default(bench, board, velocity, 100_000)
+        send(bench, board, 0x32, 0)
+        assert levels(bench, board, 0.05) == expected
 
 
 def test_stop_ramps_down_to_the_start_stop_velocity(bench, board):
@@ -296,24 +284,19 @@ def test_a_long_sequence_is_listed_to_its_end(bench, queue):
     assert listing(bench, board, 1) == [*(f"92 01 {n:02x}".removesuffix(" 00") for n in range(100)), "92 00"]
 
 
-def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench):
+@pytest.mark.parametrize(("queue", "waits"), [(2, True), (64, False)])
+def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench, queue, waits):
     """92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h."""
-    board = ready(bench, message_queue=2)
+    board = ready(bench, message_queue=queue)
     default(bench, board, 5000, 100_000)
     sequence(bench, board, 1, *[(0x01, 1)] * 5)
     send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
-    assert board.axes["motor"].position == 0
-    send(bench, board, 0x73)
-    assert messages(bench, board) == ["92 01 01"] * 3  # one message in the ODB, two in the queue
-    complete(bench, board, 0x33, *i32(100))
-    assert board.axes["motor"].position == 100
-
-
-def test_a_short_listing_is_over_at_once(bench, board):
-    default(bench, board, 5000, 100_000)
-    sequence(bench, board, 1, *[(0x01, 1)] * 5)
-    send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
-    assert board.axes["motor"].position == 100
+    assert board.axes["motor"].position == (0 if waits else 100)
+    if waits:
+        send(bench, board, 0x73)
+        assert messages(bench, board) == ["92 01 01"] * 3  # one message in the ODB, two in the queue
+        complete(bench, board, 0x33, *i32(100))
+        assert board.axes["motor"].position == 100
 
 
 # CONTINUE

@@ -218,21 +218,35 @@ def test_a_marker_takes_no_time_and_its_command_three_milliseconds(bench, board)
     assert board.axes["motor"].position == 40
 
 
-def test_a_marker_may_ask_for_a_report(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=20)
-    marker(bench, board, 0x7FFF, 0x84)
-    performed(bench, board, 0x8000 | 1_500, 0x7FFF, 0x8000 | 1_500, 0, rate=20)
-    until_idle(bench, board)
-    assert messages(bench, board) == ["84 ff"]
+NO_MARKERS = {
+    "three parameters are missing": (0x7C, 1, 1),
+    "invalid while the buffer is performed": (0x86,),
+    "invalid in a streaming mode": (0x41, 1),
+    "undefined": (0x07,),
+    "there is no output 3": (0x0B, 3),
+    "with a surplus byte": (0x0B, 1, 1),
+}
+MARKERS = {
+    "a report": (20, [(0x7FFF, 0x84)], (0x8000 | 1_500, 0x7FFF, 0x8000 | 1_500, 0), ["84 ff"], -40),
+    "the last one in a row counts, and the end of the stream": (
+        10, [(0x7FF0 + n, 0x01, n) for n in (1, 2, 3)], (1_500, 0x7FF1, 0x7FF2, 1_500, 0, 0x7FF1, 0x7FF3),
+        ["01 02", "01 03"], 20),
+    "the null command deletes a marker": (10, [(1_500, 0x01, 7), (1_500, 0x00)], (1_500, 0), [], 10),
+    "ten and no more: 1,510 is a velocity": (
+        10, [(1_500 + n, 0x01, n) for n in range(11)], (1_508, 1_510, 1_509, 0), ["01 08", "01 09"], 10),
+    **{name: (10, [(1_500, *command)], (1_500, 0), [], 10) for name, command in NO_MARKERS.items()},
+}  # fmt: skip
+"""Rate, definitions of markers, stream, messages, final position; 1,500 are 10 pulses at rate 10, and 20 at rate 20."""
 
 
-def test_of_markers_in_a_row_the_last_one_counts_and_the_end_of_the_stream_counts_too(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=10)
-    for number in (1, 2, 3):
-        marker(bench, board, 0x7FF0 + number, 0x01, number)
-    performed(bench, board, 1_500, 0x7FF1, 0x7FF2, 1_500, 0, 0x7FF1, 0x7FF3)
+@pytest.mark.parametrize(("rate", "defined", "stream", "sent", "ends_at"), MARKERS.values(), ids=MARKERS)
+def test_markers_in_a_stream(bench, board, rate, defined, stream, sent, ends_at):
+    enter(bench, board, 0x52, 3, 1, rate=rate)
+    for definition in defined:
+        marker(bench, board, *definition)
+    performed(bench, board, *stream, rate=rate)
     until_idle(bench, board)
-    assert messages(bench, board) == ["01 02", "01 03"]
+    assert (messages(bench, board), board.axes["motor"].position) == (sent, ends_at)
 
 
 @pytest.mark.parametrize(("rate", "seen"), [(2, ["01 01"]), (4, ["01 01", "01 02"])])
@@ -244,45 +258,6 @@ def test_a_marker_met_while_another_is_executed_is_lost(bench, board, rate, seen
     performed(bench, board, 1_500, 0x7FF1, 1_500, 0x7FF2, 1_500, 0, 0, rate=rate)
     until_idle(bench, board)
     assert messages(bench, board)[: len(seen) + 1] == seen
-
-
-def test_the_null_command_deletes_a_marker(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=10)
-    marker(bench, board, 1_500, 0x01, 7)
-    marker(bench, board, 1_500, 0x00)
-    performed(bench, board, 1_500, 0)
-    until_idle(bench, board)
-    assert messages(bench, board) == []
-    assert board.axes["motor"].position == 10
-
-
-@pytest.mark.parametrize(
-    ("opcode", "first", "second"),
-    [
-        (0x7C, 1, 1),  # three parameters are missing
-        (0x86, 0, 0),  # invalid while the buffer is performed
-        (0x41, 1, 0),  # invalid in a streaming mode
-        (0x07, 0, 0),  # undefined
-        (0x0B, 3, 0),  # there is no output 3
-        (0x0B, 1, 1),  # with a surplus byte
-    ],
-)
-def test_commands_that_no_marker_takes(bench, board, opcode, first, second):
-    enter(bench, board, 0x52, 3, 1, rate=10)
-    marker(bench, board, 1_500, opcode, first, second)
-    performed(bench, board, 1_500, 0)
-    until_idle(bench, board)
-    assert board.axes["motor"].position == 10
-
-
-def test_ten_markers_and_no_more(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=10)
-    for number in range(11):
-        marker(bench, board, 1_500 + number, 0x01, number)
-    performed(bench, board, 1_508, 1_510, 1_509, 0)
-    until_idle(bench, board)
-    assert board.axes["motor"].position == 10  # 1,510 was a velocity, and no marker
-    assert messages(bench, board) == ["01 08", "01 09"]
 
 
 def test_a_marker_among_pairs_and_among_distances(bench, board):

@@ -1,10 +1,11 @@
 """Helpers of the IF1 and IF2 tests: send messages, run, read answers, moves and levels, and play scripts."""
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -245,20 +246,26 @@ class Seen:
 def play(bench: Bench, controller: Controller, script: str) -> None:
     """Carry out the actions and checks of a script, which are separated by `; `.
 
-    Actions: `X100$` (send a message), `types x10<CR>` (send characters), `slowly X10$` (send a message, 2 ms before
-    each character), `0.5 s` (run), `until CHECK` (run until this check of a state is true), `idle` (until E is not
-    `E`), `estop low`, `input1 high`, `estop released` (drive a pin), `host RTS off`, `host parity E`, `power on`,
-    `K?` (send a request, ignore the answer), `mark` (keep the positions for `moved`).
+    Actions: `X100$` (send a message), `sends x10<CR>` (send characters), `slowly X10$` (send a message, 2 ms before
+    each character), `E<CR> -> C<CR>` (send characters, and compare all that is received in 0.2 s), `K?` (send a
+    request, ignore the answer), `0.5 s` (run), `until CHECK` (run until this check of a state is true), `idle` (until E
+    is not `E`), `estop low`, `input1 high`, `estop released` (drive a pin), `mark` (keep the positions for `moved`).
+    Of the line: `host RTS off`, `host parity E`, `host 1200`, `host 7E1` (baud rate, format), `fill 9` (blanks, until
+    the last is in the buffer), `break 0.25 s`, `cut`, `mend`, `lose`, `double`, `flip 01` (the wire to the interface,
+    or its next character), `cut back` (the wire to the host).
+    Of the power: `power on`, `power up` (off, then on for 1.05 s, DSR off meanwhile), `power up with DSR`, `detect`
+    (`(` after a self-test).
     Checks of answers: `K: 32`, `F: 8|16` (one of them), `N: X` (the steps of X), `Q: 32` (byte), `receives C<CR>`.
     Nothing else may be received.
     Checks of a state: `at 0 10 0`, `moved 0 10 0` (since `mark`, or since the script began), `X at 10`,
     `X between 1 399`, `X moves 120 -20`, `X runs at 400`, `X moving`, `X at rest`, `moving`, `still`, `led is high`,
-    `outputs 01000`.
+    `led is flashing`, `DTR is on`, `outputs 01000`.
     Of the outputs since the script began: `outputs unchanged`, `output4 high for 200 ms` (each time),
     `output4 high for 48000 to 48007 ms`.
     Of the latest motion, pulse by pulse: `X 100 pulses at 200`, `X constant at 200`, `X like Y`,
     `X 300 pulses from 400 to 1000 by 100 at 10000`, `Y 75 of 300 pulses from 400 ...` (the minor axis), and
     `X begins 3 to 5 ms after Y` (after the last pulse of Y before it).
+    In texts, `<SP>`, `<CR>`, `<LF>` and `<7F>` are characters.
     """
     changes = {name: edges(pin) for name, pin in controller.pins.items() if name.startswith("output")}
     seen = Seen(changes, positions(controller))
@@ -266,7 +273,11 @@ def play(bench: Bench, controller: Controller, script: str) -> None:
         words = act.split()
         if words[:1] != ["receives"]:
             assert controller.serial.read() == b"", f"received before {act!r}"
-        if _act(bench, controller, words, seen) or _answer(bench, controller, words, act):
+        if (
+            _act(bench, controller, words, seen)
+            or _act_on_line(bench, controller, words, act)
+            or _answer(bench, controller, words, act)
+        ):
             continue
         if (found := _state(controller, words, seen)) is not None:
             assert found[0] == found[1], act
@@ -284,8 +295,6 @@ def _act(bench: Bench, controller: Controller, words: list[str], seen: Seen) -> 
             bench.run(float(seconds))
         case ["until", *check]:
             assert bench.run_until(lambda: equal(_state(controller, check, seen)), 100), " ".join(words)
-        case ["types", *text]:
-            write(controller, _characters(" ".join(text)), end="")
         case ["slowly", *text]:
             each_character(bench, controller, " ".join(text) + "\r", lambda n: bench.run(0.002))
         case [pin, "low" | "high" as level]:
@@ -296,14 +305,53 @@ def _act(bench: Bench, controller: Controller, words: list[str], seen: Seen) -> 
             setattr(host, line.lower(), level == "on")
         case ["host", setting, value]:
             setattr(host, setting, int(value) if value.isdecimal() else value)
-        case ["power", "on" | "off" as level]:
-            controller.power(level == "on")
         case ["mark"]:
             seen.place = positions(controller)
         case ["idle"]:
             until_idle(bench, controller)
         case ["K?" | "F?" | "I?" | "O?" | "E?" | "N?" as request]:
             status(bench, controller, request[0])
+        case _:
+            return False
+    return True
+
+
+def _act_on_line(bench: Bench, controller: Controller, words: list[str], act: str) -> bool:
+    """Perform an action at the serial line or the power; return False if the words are no such action."""
+    serial = controller.serial
+    match words:
+        case _ if " -> " in act:
+            said, answer = act.split(" -> ")
+            serial.write(characters(said))
+            bench.run(0.2)
+            assert serial.read() == characters(answer), act
+        case ["sends", *text]:
+            serial.write(characters(" ".join(text)))
+        case ["host", rate] if rate.isdigit():
+            serial.host.baudrate = int(rate)
+        case ["host", form]:
+            serial.host.bytesize, serial.host.stopbits = int(form[0]), int(form[2])
+            serial.host.parity = cast("Parity", form[1])
+        case ["fill", blanks]:
+            serial.write(b" " * int(blanks))
+            bench.run_until(lambda: not serial.pending, 100)
+            bench.run(serial.host.format.frame_ns / S + 0.001)
+        case ["break", seconds, "s"]:
+            serial.send_break(float(seconds))
+        case ["cut" | "mend" | "lose" | "double" as what, *back]:
+            getattr(serial.from_device if back else serial.to_device, what)()
+        case ["flip", mask, *back]:
+            (serial.from_device if back else serial.to_device).flip(int(mask, 16))
+        case ["power", "on" | "off" as level]:
+            controller.power(level == "on")
+        case ["power", "up", *dsr]:
+            controller.power(False)
+            serial.host.dtr = bool(dsr)
+            controller.power(True)
+            bench.run(1.05)
+            serial.host.dtr = True
+        case ["detect"]:
+            detect(bench, controller)
         case _:
             return False
     return True
@@ -320,7 +368,7 @@ def _answer(bench: Bench, controller: Controller, words: list[str], act: str) ->
         case ["Q:", value]:
             assert ask(bench, controller, "Q") == bytes([int(value)]), act
         case ["receives", *text]:
-            assert controller.serial.read().decode("latin-1") == _characters(" ".join(text)), act
+            assert controller.serial.read() == characters(" ".join(text)), act
         case _:
             return False
     return True
@@ -366,6 +414,10 @@ def _state(controller: Controller, words: list[str], seen: Seen) -> tuple[object
             return float(low) * MS <= after <= float(high) * MS, True
         case ["moving" | "still" as state]:
             return moving(controller), state == "moving"
+        case ["DTR" | "RTS" as line, "is", "on" | "off" as level]:
+            return getattr(controller.serial, line.lower()), level == "on"
+        case ["led", "is", "flashing" | "steady" as state]:
+            return pins["led"].flashing, state == "flashing"
         case [pin, "is", "low" | "high" as level]:
             return pins[pin].level, level == "high"
         case ["outputs", "unchanged"]:
@@ -380,8 +432,10 @@ def _state(controller: Controller, words: list[str], seen: Seen) -> tuple[object
     return None
 
 
-def _characters(text: str) -> str:
-    return text.replace("<CR>", "\r").replace("<LF>", "\n")
+def characters(text: str) -> bytes:
+    """Return the characters of a text, in which `<SP>`, `<CR>`, `<LF>` and codes such as `<7F>` stand for one each."""
+    named = {"SP": " ", "CR": "\r", "LF": "\n"}
+    return re.sub(r"<(\w\w)>", lambda m: named.get(m[1]) or chr(int(m[1], 16)), text).encode("latin-1")
 
 
 def equal(found: tuple[object, object] | None) -> bool:

@@ -120,7 +120,7 @@ def test_asking_at_every_moment_changes_no_pulse():
 def test_a_power_cut_at_every_moment():
     """Battery backup: without a lock all data and outputs are lost; the axes keep their positions."""
     at_every_moment(
-        "power off; mark; outputs 00000; led is low; 1 s; moved 0 0 0; still; power on; 3 s; types (; 0.1 s; "
+        "power off; mark; outputs 00000; led is low; 1 s; moved 0 0 0; still; power on; 3 s; sends (; 0.1 s; "
         "receives U<CR>; U61; 1.2 s; moved 0 0 0; E: C; :$; Z25$; 0.5 s; moved 0 0 25; N: 25",
         lambda bench, if2: None,
     )

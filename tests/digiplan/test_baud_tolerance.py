@@ -24,19 +24,15 @@ def answered_at(bench, baud: int) -> float | None:
     return None if len(times) < 2 else 11 * S / (times[1] - times[0])
 
 
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("percent", [94, 107])
-def test_a_rate_that_is_not_quite_right_is_taken_for_the_nearest_one(bench, rate, percent):
-    assert answered_at(bench, round(rate * percent / 100)) == pytest.approx(rate, rel=1e-4)
+@pytest.mark.parametrize(
+    ("baud", "rate"),
+    [*((round(rate * percent / 100), rate) for rate in RATES for percent in (94, 107)),
+     *((round(rate * percent / 100), None) for rate in RATES for percent in (92, 109)),
+     *((baud, None) for baud in (55, 85, 200, 420, 850, 1700, 3500, 7000, 19200))],
+)  # fmt: skip
+def test_a_rate_that_is_not_quite_right_is_taken_for_the_nearest_one(bench, baud, rate):
+    """Baud rate: "The options available" are seven; a rate between two of them is not detected.
 
-
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("percent", [92, 109])
-def test_a_rate_at_which_the_character_is_misread_is_none(bench, rate, percent):
-    assert answered_at(bench, round(rate * percent / 100)) is None
-
-
-@pytest.mark.parametrize("baud", [55, 85, 200, 420, 850, 1700, 3500, 7000, 19200])
-def test_a_rate_between_those_of_the_list_is_none(bench, baud):
-    """Baud rate: "The options available" are seven; a rate between two of them is not detected."""
-    assert answered_at(bench, baud) is None
+    None: the character is misread at this rate, or the rate is between two of the list.
+    """
+    assert answered_at(bench, baud) == (rate and pytest.approx(rate, rel=1e-4))

@@ -1,7 +1,6 @@
 """Serial communication: the RS232C control lines, control of data transfer, alternative connection methods."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -11,36 +10,24 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, faults, play, ready, scripts, write
+from .talking import arrivals, ask, command, edges, play, positions, ready, scripts, write
 
 XOFF, XON = 0x13, 0x11
-
-
-def calculating(bench: Bench, message: str = "U61", **options: Any) -> Controller:
-    """Return an IF1 that has just begun to calculate a ramp; for a second, received characters stay in its buffer."""
-    if1 = ready(bench, message, **options)
-    write(if1, "^10")
-    bench.run(0.03)
-    return if1
-
-
-def fill(bench: Bench, if1: Controller, text: str) -> None:
-    """Send the text, and wait until its last character is in the buffer."""
-    write(if1, text, end="")
-    bench.run_until(lambda: not if1.serial.pending, 100)
-    bench.run(if1.serial.host.format.frame_ns / S + 0.001)
 
 
 # The control lines
 
 
-def test_dtr_is_set_and_rts_is_not_while_nothing_is_sent(bench):
-    """Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit."""
-    if1 = bench.add("if1")
-    bench.run(0.001)
-    assert if1.serial.dtr and not if1.serial.rts
-    bench.run(2)
-    assert if1.serial.dtr and not if1.serial.rts
+@scripts(
+    {
+        'Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit':
+        "0.001 s; DTR is on; RTS is off; 2 s; DTR is on; RTS is off",
+        'Connection methods: "The interface will not transmit any data under these conditions"':
+        "host DTR off; host RTS off; 1.5 s; sends (; 3 s; host DTR on; host RTS on; 0.1 s; receives U<CR>",
+    }
+)  # fmt: skip
+def test_control_lines_from_power_up_on(bench, script):
+    play(bench, bench.add("if1"), script)
 
 
 def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, if1):
@@ -56,42 +43,24 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
     assert lines[1][0] >= received[-1][0]
 
 
-@pytest.mark.parametrize("line", ["dtr", "rts"])
-def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
-    """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
-    setattr(if1.serial.host, line, False)
-    assert (ask(bench, if1, "E", 5), ask(bench, if1, "K", 5)) == (b"", b"")
-    setattr(if1.serial.host, line, True)
-    bench.run(0.1)
-    assert if1.serial.read() == b"C\r0\r"
+@pytest.mark.parametrize("wiring", ["5-wire", "Epson HX20 5-wire", "IBM PC 5-wire"])
+@pytest.mark.parametrize("line", ["DTR", "RTS"])
+def test_a_reply_waits_until_dsr_and_cts_are_set(bench, wiring, line):
+    """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost.
 
-
-def test_both_lines_are_needed(bench, if1):
-    """Control lines: nothing is sent before "DSR and CTS are both set"."""
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    command(bench, if1, "E", seconds=1)
-    if1.serial.host.dtr = True
-    bench.run(1)
-    if1.serial.host.dtr, if1.serial.host.rts = False, True
-    bench.run(1)
-    assert if1.serial.read() == b""
-    if1.serial.host.dtr = True
-    bench.run(0.1)
-    assert if1.serial.read() == b"C\r"
-
-
-def test_rts_asks_while_the_reply_waits(bench, if1):
-    """Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS."""
-    if1.serial.host.rts = False
-    command(bench, if1, "E", seconds=1)
-    assert if1.serial.rts
-    if1.serial.host.rts = True
-    bench.run(0.1)
-    assert not if1.serial.rts
+    Appendix 3: "5-wire with buffer control".
+    """
+    script = f"host {line} off; E; 5 s; K; 5 s; host {line} on; 0.1 s; receives C<CR>0<CR>"
+    play(bench, ready(bench, wiring=wiring), script)
 
 
 @scripts(
     {
+        'Control lines: nothing is sent before "DSR and CTS are both set": both lines are needed':
+        "host DTR off; host RTS off; E; 1 s; host DTR on; 1 s; host DTR off; host RTS on; 1 s; host DTR on; 0.1 s; "
+        "receives C<CR>",
+        "Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS":
+        "host RTS off; E; 1 s; RTS is on; host RTS on; 0.1 s; receives C<CR>; RTS is off",
         "Control lines: they hold back what the interface transmits, not what it receives":
         "host RTS off; X9$; 0.5 s; X at 9",
         'Emergency stop: "inhibit all movement", whatever the serial line does':
@@ -102,17 +71,6 @@ def test_rts_asks_while_the_reply_waits(bench, if1):
 )  # fmt: skip
 def test_work_while_a_reply_is_held(bench, if1, script):
     play(bench, if1, script)
-
-
-def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
-    """Connection methods: "The interface will not transmit any data under these conditions"."""
-    if1 = bench.add("if1")
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    bench.run(1.5)
-    assert ask(bench, if1, "(", 3, end="") == b""
-    if1.serial.host.dtr = if1.serial.host.rts = True
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
 
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
@@ -131,107 +89,73 @@ def test_a_line_that_goes_away_holds_the_rest_of_the_reply(bench, line):
     assert begun + if1.serial.read() == b"200\r"
 
 
-@pytest.mark.parametrize("wiring", ["3-wire", "3-wire DSR-DTR"])
+@pytest.mark.parametrize("wiring", ["3-wire", "3-wire DSR-DTR", "NEC PC-8201A", "Epson HX20 3-wire", "IBM PC 3-wire"])
 def test_with_three_wires_the_hosts_lines_do_not_matter(bench, wiring):
-    """Connection methods: "Where the controller cannot support the additional control lines, the 3-wire system"."""
-    if1 = bench.add("if1", wiring=wiring)
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    bench.run(1.5)
-    assert ask(bench, if1, "(", end="") == b"U\r"
-    command(bench, if1, "U61", seconds=1.2)
-    assert ask(bench, if1, "I") == b"200\r"
-    if1.serial.host.rts = True
-    assert ask(bench, if1, "I") == b"200\r"
+    """Connection methods: "Where the controller cannot support the additional control lines, the 3-wire system".
+
+    Appendix 3: "3-wire with or without echo-back".
+    """
+    script = "host DTR off; host RTS off; 1.5 s; ( -> U<CR>; U61; 1.2 s; I: 200; host RTS on; I: 200"
+    play(bench, bench.add("if1", wiring=wiring), script)
 
 
 # The 64-character input buffer: 80 %, 20 %, 95 %
 
 
-def test_dtr_is_reset_when_the_buffer_is_80_percent_full(bench):
-    """Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)."""
-    if1 = calculating(bench)
-    fill(bench, if1, " " * 51)
-    assert if1.serial.dtr
-    fill(bench, if1, " ")
-    assert not if1.serial.dtr
+@scripts(
+    {
+        'Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)':
+        "U61; ^10; 0.03 s; fill 51; DTR is on; fill 1; DTR is off",
+        'Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept':
+        "U61; ^10; 0.03 s; X7$; fill 56; 1.5 s; X at 7; F: 0",
+        'Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"':
+        "U61; ^10; 0.03 s; X7$; fill 57; DTR is on; 1.5 s; X at 0; K: 128; F: 8; K: 0; F: 0",
+        "Data fault: the characters in the buffer are lost, not those after them":
+        "U61; ^10; 0.03 s; X7$; fill 57; Y5$; 1.5 s; at 0 5 0",
+        'Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"':
+        "U61; H1X5$; S1$; @200; 0.1 s; DTR is on; fill 52; DTR is off; input1 high; 0.5 s; DTR is on; output1 is high; "
+        "F: 0",
+        "Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait":
+        "U67; ^10; 0.03 s; fill 61; receives <13>; 0.05 s; receives <11>",
+        "Control lines: X-off waits until DSR and CTS are both set, like everything that is transmitted":
+        "U67; ^10; 0.03 s; host RTS off; fill 53; 0.1 s; host RTS on; 0.01 s; receives <13>",
+        "Control of data transfer: the manual does not say that it obeys X-off: one from the host is a data fault":
+        "U67; sends <13>; 0.1 s; sends <CR>; 0.1 s; F: 8",
+    }
+)  # fmt: skip
+def test_the_input_buffer_of_64_characters(bench, script):
+    """Each script begins with the data format message; ^10 calculates a ramp, and for a second nothing is read."""
+    message, _, acts = script.partition("; ")
+    play(bench, ready(bench, message), acts)
 
 
-@pytest.mark.parametrize(("left", "dtr"), [(14, False), (13, False), (12, True), (11, True)])
-def test_dtr_is_set_again_below_20_percent(bench, left, dtr):
-    """Control of data transfer: "DTR is set again when the buffer has become less than 20% full": 12 of 64 (12.8).
-
-    A second ramp calculation stops the emptying of the buffer at `left` characters.
-    """
-    if1 = calculating(bench)
-    fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
-    assert not if1.serial.dtr
-    bench.run(1.2)
-    assert if1.serial.dtr is dtr
-    bench.run(1.2)
-    assert if1.serial.dtr
-    assert ask(bench, if1, "F") == b"0\r"
+LEFT = "^10; 0.03 s; sends {}^20<CR>; fill {}"
+"""A ramp calculation, 52 characters in the buffer, and a second calculation that leaves a number of them."""
 
 
-def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
+def leave(characters: int) -> str:
+    return LEFT.format("<SP>" * (52 - 4 - characters), characters)
+
+
+@pytest.mark.parametrize(("left", "dtr"), [(14, "off"), (13, "off"), (12, "on"), (11, "on")])
+def test_dtr_is_set_again_below_20_percent(bench, if1, left, dtr):
+    """Control of data transfer: "DTR is set again when the buffer has become less than 20% full": 12 of 64 (12.8)."""
+    play(bench, if1, f"{leave(left)}; DTR is off; 1.2 s; DTR is {dtr}; 1.2 s; DTR is on; F: 0")
+
+
+def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench, if1):
     """Control of data transfer: DTR is reset only when the buffer is 80 % full, and never before."""
-    if1 = calculating(bench)
-    changes: list[bool] = []
-    if1.serial.dtr_line.subscribe(lambda pin: changes.append(pin.level))
-    fill(bench, if1, " " * 51)
-    bench.run(1.5)
+    changes = edges(if1.serial.dtr_line)
+    play(bench, if1, "^10; 0.03 s; fill 51; 1.5 s")
     assert changes == []
-
-
-def test_60_characters_are_not_lost(bench):
-    """Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept."""
-    if1 = calculating(bench)
-    fill(bench, if1, "X7$\r" + " " * 56)
-    bench.run(1.5)
-    assert (if1.axes["X"].position, ask(bench, if1, "F")) == (7, b"0\r")
-
-
-def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
-    """Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"."""
-    if1 = calculating(bench)
-    fill(bench, if1, "X7$\r" + " " * 57)
-    assert if1.serial.dtr  # the buffer is empty
-    bench.run(1.5)
-    assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"8\r"))
-    assert faults(bench, if1) == (b"0\r", b"0\r")
-
-
-def test_what_comes_after_the_loss_is_kept(bench):
-    """Data fault: the characters in the buffer are lost, not those after them."""
-    if1 = calculating(bench)
-    fill(bench, if1, "X7$\r" + " " * 57)
-    fill(bench, if1, "Y5$\r")
-    bench.run(1.5)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (0, 5)
-
-
-def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
-    """Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"."""
-    command(bench, if1, "H1X5$", "S1$", "@200", seconds=0.1)
-    assert if1.serial.dtr
-    fill(bench, if1, " " * 52)
-    assert not if1.serial.dtr
-    if1.pins["input1"].drive(True)
-    bench.run(0.5)
-    assert if1.serial.dtr and if1.pins["output1"].level
-    assert ask(bench, if1, "F") == b"0\r"
 
 
 def test_it_transmits_while_dtr_is_reset(bench, if1):
     """Control lines: DTR is "set prior to the start of transmission"; its reset stops the host, not the replies."""
-    command(bench, if1, "D25", seconds=0.1)
     seen = []
     if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
-    write(if1, "I")  # one character each 0.25 s
-    bench.run(0.3)
-    fill(bench, if1, " " * 52)
-    bench.run(1.5)
+    play(bench, if1, "D25; 0.1 s; I; 0.3 s; receives 2; fill 52; 1.5 s; receives 00<CR>; DTR is on")
     assert seen == [("2", True), ("0", False), ("0", False), ("\r", True)]  # while the <CR> leaves, the blanks are read
-    assert if1.serial.dtr
 
 
 # X-on, X-off
@@ -240,59 +164,21 @@ def test_it_transmits_while_dtr_is_reset(bench, if1):
 @pytest.mark.parametrize("parity", [7, 8, 9])
 def test_x_off_is_sent_at_80_percent_and_x_on_at_20(bench, parity):
     """Control of data transfer: "an X-off character (13 Hex) is transmitted ... When ... 20% full, X-on (11 Hex)"."""
-    if1 = calculating(bench, f"U6{parity}")
-    fill(bench, if1, " " * 51)
-    bench.run(0.01)
-    assert if1.serial.read() == b""
-    fill(bench, if1, " ")
-    bench.run(0.01)
-    assert if1.serial.read() == bytes([XOFF])  # during the calculation of the ramp
-    fill(bench, if1, " " * 3)
-    bench.run(0.01)
-    assert if1.serial.read() == b""  # X-off is sent once only
-    bench.run(1.2)
-    assert if1.serial.read() == bytes([XON])
+    once = "^10; 0.03 s; fill 51; 0.01 s; fill 1; 0.01 s; receives <13>; fill 3; 0.01 s; 1.2 s; receives <11>"
+    play(bench, ready(bench, f"U6{parity}"), once)
 
 
-@pytest.mark.parametrize(("left", "sent"), [(13, b"\x13"), (12, b"\x13\x11")])
+@pytest.mark.parametrize(("left", "sent"), [(13, "1.2 s; 1.2 s; receives <11>"), (12, "1.2 s; receives <11>; 1.2 s")])
 def test_x_on_is_sent_below_20_percent_and_not_before(bench, left, sent):
     """Control of data transfer: X-on is sent when fewer than 20 %, that is 12 of 64 characters, are left."""
-    if1 = calculating(bench, "U67")
-    fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
-    bench.run(1.2)
-    assert if1.serial.read() == sent
-    bench.run(1.2)
-    assert if1.serial.read() == b"\x13\x11"[len(sent) :]
-
-
-def test_x_on_follows_the_loss_of_the_buffer(bench):
-    """Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait."""
-    if1 = calculating(bench, "U67")
-    fill(bench, if1, " " * 61)
-    bench.run(0.05)
-    assert if1.serial.read() == bytes([XOFF, XON])
+    play(bench, ready(bench, "U67"), f"{leave(left)}; 0.01 s; receives <13>; {sent}")
 
 
 @pytest.mark.parametrize("parity", [1, 2, 3, 4, 5, 6])
 def test_the_other_formats_send_no_x_off(bench, parity):
     """Initialisation, table: only X2 = 7, 8 and 9 have X-on and X-off."""
-    if1 = calculating(bench, f"U6{parity}")
-    if1.serial.read()
-    fill(bench, if1, " " * 55)
-    bench.run(1.5)
-    assert not {XOFF, XON} & set(if1.serial.read())
-
-
-def test_x_off_waits_for_the_control_lines_like_everything_it_sends(bench):
-    """Control lines: nothing is transmitted until DSR and CTS are both set."""
-    if1 = calculating(bench, "U67")
-    if1.serial.host.rts = False
-    fill(bench, if1, " " * 53)
-    bench.run(0.1)
-    assert if1.serial.read() == b""
-    if1.serial.host.rts = True
-    bench.run(0.01)
-    assert if1.serial.read() == bytes([XOFF])
+    echo = f"receives ^10<CR>{'<SP>' * 55}" if parity in (2, 5, 6) else "0 s"
+    play(bench, ready(bench, f"U6{parity}"), f"sends ^10<CR>{'<SP>' * 55}; 2 s; {echo}")
 
 
 # Overrun
@@ -395,27 +281,8 @@ def obedient_xon_host(if1: Controller) -> Callable[[], None]:
     return if1.serial.subscribe_received(obey)
 
 
+WIRINGS = ("3-wire", "5-wire")
 LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, of which the first four start a calculation
-
-
-@pytest.mark.parametrize("wiring", ["3-wire", "5-wire"])
-@pytest.mark.parametrize("baud", [110, 300, 600])
-def test_up_to_600_baud_any_string_may_be_sent_without_looking(bench, baud, wiring):
-    """Charts: up to 600 baud, "any" string, no echo-back, no need to check DTR."""
-    if1 = ready(bench, line=f"{baud} 8N2", wiring=wiring)
-    command(bench, if1, LONG, seconds=40, end="")
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F", 1) == b"0\r"
-
-
-@pytest.mark.parametrize("baud", [1200, 2400])
-def test_at_1200_and_2400_baud_up_to_63_characters_may_be_sent_without_looking(bench, baud):
-    """Charts: 1200 or 2400 baud, strings of less than 64 characters, no echo-back."""
-    if1 = ready(bench, line=f"{baud} 8N2")
-    write(if1, LONG[: 4 + 8 * 7] + "X$\r", end="")  # 63
-    bench.run(5)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (8, 7)
-    assert ask(bench, if1, "F") == b"0\r"
 
 
 @pytest.mark.parametrize("baud", [1200, 2400])
@@ -427,25 +294,29 @@ def test_at_1200_and_2400_baud_a_longer_string_overflows_a_host_that_does_not_lo
     assert int(ask(bench, if1, "F")) & 8
 
 
-@pytest.mark.parametrize("baud", [1200, 2400, 9600])
-def test_a_host_that_obeys_dtr_loses_nothing(bench, baud):
-    """Charts, 5-wire: no echo-back, "need to check DTR? yes"."""
-    if1 = ready(bench, line=f"{baud} 8N2")
-    obedient_dtr_host(if1)
-    command(bench, if1, LONG, seconds=10, end="")
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F") == b"0\r"
+def takes_no_notice(_: Controller) -> None:
+    """A host that obeys neither DTR nor X-off."""
 
 
-@pytest.mark.parametrize("baud", [1200, 2400])
-def test_a_host_that_obeys_x_off_loses_nothing(bench, baud):
-    """Control of data transfer: X-on, X-off: "very useful ... since only a simple 3-wire connection is required"."""
-    if1 = ready(bench, "U67", line=f"{baud} 8N2", wiring="3-wire")
-    obedient_xon_host(if1)
-    write(if1, LONG, end="")
-    bench.run(10)
-    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F")[-2:] == b"0\r"
+@pytest.mark.parametrize(
+    ("host", "message", "baud", "wiring", "text", "x_y"),
+    [*((takes_no_notice, "U61", baud, wiring, LONG, (25, 25)) for baud in (110, 300, 600) for wiring in WIRINGS),
+     *((takes_no_notice, "U61", baud, "5-wire", LONG[: 4 + 8 * 7] + "X$\r", (8, 7)) for baud in (1200, 2400)),  # 63
+     *((obedient_dtr_host, "U61", baud, "5-wire", LONG, (25, 25)) for baud in (1200, 2400, 9600)),
+     *((obedient_xon_host, "U67", baud, "3-wire", LONG, (25, 25)) for baud in (1200, 2400))],
+)  # fmt: skip
+def test_a_host_loses_nothing_when_it_does_what_the_charts_ask_for(bench, host, message, baud, wiring, text, x_y):
+    """Charts: up to 600 baud, "any" string, no echo-back, no need to check DTR.
+
+    Charts: 1200 or 2400 baud, strings of less than 64 characters, no echo-back.  Charts, 5-wire: no echo-back, "need to
+    check DTR? yes".  X-on, X-off: "very useful ... since only a simple 3-wire connection is required".
+    """
+    if1 = ready(bench, message, line=f"{baud} 8N2", wiring=wiring)
+    host(if1)
+    write(if1, text, end="")
+    bench.run(40 if baud <= 600 else 10)
+    if1.serial.read()
+    assert (positions(if1), ask(bench, if1, "F", 1)) == ((*x_y, 0), b"0\r")
 
 
 @pytest.mark.parametrize("baud", [1200, 4800, 9600])
@@ -477,25 +348,28 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
     assert ask(bench, if1, "F")[-2:] == b"0\r"
 
 
-def test_an_x_off_from_the_host_is_a_character_like_others(bench):
-    """Control of data transfer: the interface sends X-off and X-on; the manual does not say that it obeys them."""
-    if1 = ready(bench, "U67")
-    if1.serial.write(b"\x13")
-    bench.run(0.1)
-    command(bench, if1, "", seconds=0.1)
-    assert ask(bench, if1, "F") == b"8\r"
-
-
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
     """Inter-character delay: "inserted before each transmitted character", except X-off, which would be too late."""
     if1 = ready(bench, "U67")
-    command(bench, if1, "D25", seconds=0.1)
-    seen = []
-    if1.serial.subscribe_received(lambda byte, _: seen.append((byte, bench.now)))
-    write(if1, "I")  # 200 <CR>, a character each 0.25 s
-    bench.run(0.3)
+    received = arrivals(bench, if1)
+    play(bench, if1, "D25; 0.1 s; I; 0.3 s; receives 2")  # 200 <CR>, a character each 0.25 s
     filled_ns = bench.now
-    fill(bench, if1, " " * 52)
-    bench.run(2.0)
-    assert bytes(byte for byte, _ in seen) == b"2\x1300\r\x11"
-    assert seen[1][1] - filled_ns < 52 * 1_200_000 + 10_000_000
+    play(bench, if1, "sends " + "<SP>" * 52 + "; 2 s; receives <13>00<CR><11>")
+    assert received[1][0] - filled_ns < 52 * 1_200_000 + 10_000_000
+
+
+@pytest.mark.parametrize("line", ["DTR", "RTS"])
+@pytest.mark.parametrize("said", ["K<CR>", ":%:$<CR>", ">1<CR>" + "0" * 55])
+def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
+    """Control lines: it "will not transmit data until DSR and CTS are both set"; then its power is off.
+
+    The waiting characters are a reply, the prompt of a sequence, or the X-off of a buffer that is 80 % full.
+    """
+    off = f"host {line} off; sends {said}; 0.2 s; RTS is on; power off; 0.1 s; host {line} on; 0.1 s; RTS is off; "
+    play(bench, ready(bench, "U67"), off + "power on; host 8N2; detect")  # U and CR, and nothing before them
+
+
+def test_an_x_off_that_waits_when_the_power_goes_does_not_come_after_it(bench):
+    """Control of data transfer: the buffer is empty after power-up, so a waiting X-off is not sent."""
+    cycle = "host RTS off; >1; fill 55; power off; power on; 1.2 s; host RTS on; 0.1 s; host 8N2; "
+    play(bench, ready(bench, "U67"), cycle + "detect; U61; 1.3 s; K: 0")

@@ -41,20 +41,12 @@ def answer(message):
     return b"F\r0\r" if message[2] in "256" else b"0\r"
 
 
-@pytest.mark.parametrize("gap_s", [0, 0.01])
+@pytest.mark.parametrize(("gap_s", "options"), [(0, {}), (0.01, {}), (0, {"line": "instant"})])
 @pytest.mark.parametrize("message", FORMATS)
-def test_a_host_that_keeps_its_format_establishes_it(bench, message, gap_s):
+def test_a_host_that_keeps_its_format_establishes_it(bench, message, gap_s, options):
     """Initialisation: "the "U" format" with each X1 and X2; the host's own characters differ from 8 bits, no parity."""
-    if1, reply = establish(bench, message, gap_s)
-    assert reply == answer(message)
-    assert if1.registers["state"].read() == "ready"
-
-
-@pytest.mark.parametrize("message", FORMATS)
-def test_on_a_line_that_takes_no_time_too(bench, message):
-    """A host that keeps its format establishes it on a line with instant transmission too."""
-    _, reply = establish(bench, message, 0, line="instant")
-    assert reply == answer(message)
+    if1, reply = establish(bench, message, gap_s, **options)
+    assert (reply, if1.registers["state"].read()) == (answer(message), "ready")
 
 
 @pytest.mark.parametrize("message", [text for text in FORMATS if text[1] in "78"])

@@ -4,36 +4,11 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import (
-    ask,
-    command,
-    edges,
-    gaps,
-    number,
-    play,
-    positions,
-    ready,
-    scripts,
-    send,
-    status,
-    status_word,
-    times,
-    until_idle,
-    write,
-)
-
-DRIVE_FAULTS = ("x_fault", "y_fault")
-
-
-def break_drive(controller, name: str) -> None:
-    """Raise a drive fault: drive the pin to the level opposite to normal."""
-    controller.pins[name].drive(not controller.pins[name].level)
+from .talking import edges, gaps, play, ready, scripts, times, until_idle, write
 
 
 @scripts(
     {
-        'Clearing: "32 <CR>"; once removed again "32 <CR>" "but this time the fault bit will be cleared"':
-        "estop low; 0.1 s; K: 32; K: 32; estop released; 0.1 s; K: 32; K: 0",
         'Clearing: "will reset the relevant fault bit provided the fault is no longer present"':
         "estop low; 0.01 s; estop released; 1 s; K: 32; K: 0; K: 0",
         'Emergency stop: "can be used to inhibit all movement"':
@@ -43,180 +18,72 @@ def break_drive(controller, name: str) -> None:
         "estop low; 0.1 s; led is high; output5 is low; S5$; 0.1 s; output5 is high",
         "Report-back at any time: a K in motion clears what may be cleared and changes nothing else":
         "X400@400$; K: 3; K: 3; K: 3; K: 3; K: 3; idle; X moves 400",
+        "Clearing: only a motion or quick status request clears a fault, no other request":
+        "estop low; 0.1 s; estop released; 0.1 s; F?; F?; I?; I?; O?; O?; E?; E?; N?; N?; K: 32",
+        'Emergency stop: "a Motion Status request must be made before the system can be restarted": refused, not held':
+        "estop low; 0.1 s; estop released; X100@400$; Y-100$; X@200G$; :Z10:$; 2 s; at 0 0 0; K: 32; 2 s; at 0 0 0; "
+        "X100$; idle; at 100 0 0",
+        'Clearing: a request clears the bit of a drive fault "provided the fault is no longer present"':
+        "x_fault low; 0.1 s; K: 16; K: 16; K: 16; I: 202; x_fault released; 0.1 s; K: 16; K: 0; K: 0",
+        'Fault disable links: they "will halt the interface in the event of a drive fault", also of an axis at rest':
+        "X90000@1000$; 2 s; y_fault low; 1 s; X between 1 2199; still; 1 s; still; K: 16",
+        'Clearing: "reset the relevant fault bit provided the fault is no longer present": two, each by its own rule':
+        "estop low; x_fault low; !; 0.1 s; K: 176; estop released; 0.1 s; K: 176; K: 144; F: 8; K: 16; "
+        "X100$; 0.5 s; at 0 0 0; x_fault released; 0.1 s; K: 16; K: 0",  # 16 + 32 + 128
+        'R22: a sequence is "ended, outputs as they are, rerun with `:$`"':
+        ":S1:X400@400:R1:Y50:$; 0.5 s; estop low; 0.5 s; estop released; K: 32; 3 s; X between 1 249; Y at 0; "
+        "output1 is high; mark; :$; idle; moved 400 50 0; output1 is low",
+        "R22: an emergency stop also ends a step without motion":
+        "input1 low; :H1:X100@400:$; 0.2 s; estop low; 0.2 s; estop released; 0.2 s; K?; input1 high; 1 s; "
+        "at 0 0 0; E: C",
+        "R22: a drive fault also ends a step without motion":
+        "input1 low; :H1:X100@400:$; 0.2 s; x_fault low; 0.2 s; x_fault released; 0.2 s; K?; input1 high; 1 s; "
+        "at 0 0 0; E: C",
+        "Emergency stop: even a very short one is stored until the status has been read":
+        "X4000@400$; 1 s; estop low; 0.002 s; estop released; 1 s; X between 1 449; K: 32",
+        "Clearing: a move that is requested after the status request is held until X is at rest":
+        "X@20000G$; 5 s; Y20$; Z7$; 0.05 s; estop low; 0.01 s; estop released; K: 41; Z9@400$; 5 s; Y at 0; Z at 9",
     }
 )  # fmt: skip
-def test_emergency_stop_and_led(bench, if1, script):
+def test_faults_and_requests(bench, if1, script):
     play(bench, if1, script)
 
 
-def test_quick_status_clears_as_motion_status_does(bench):
-    """Clearing: "using either the Motion Status ("K") or Quick Status ("Q") commands"."""
-    if1 = ready(bench, "U31")
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    assert ask(bench, if1, "Q") == b"\x20"
-    if1.pins["estop"].release()
-    bench.run(0.1)
-    assert [ask(bench, if1, letter) for letter in "QQK"] == [b"\x20", b"\0", b"0\r"]
+@scripts(
+    {
+        "Emergency stop and limit inputs: the limit that stops nothing cancels nothing that is held":
+        "X400@400$; Y20$; 0.1 s; limit_minus low; K?; 2 s; at 400 20 0",
+        'Clearing faults: all is inhibited "apart from motion away from a limit switch"; option: it is not stopped':
+        "X-G$; 1 s; limit_plus low; 1 s; X runs at -400",
+    }
+)  # fmt: skip
+def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench, script):
+    play(bench, ready(bench, limits="motion ahead"), script)
 
 
-@pytest.mark.parametrize("letter", "FIOEN")
-def test_no_other_request_clears_a_fault(bench, if1, letter):
-    """Clearing: only a motion or quick status request clears a fault, no other request."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    if1.pins["estop"].release()
-    bench.run(0.1)
-    status(bench, if1, letter)
-    status(bench, if1, letter)
-    assert status_word(bench, if1) == 32
+@pytest.mark.parametrize(("pin", "status"), [("estop", 41), ("limit_plus", 73), ("y_fault", 25)])
+def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status):
+    """Emergency stop: "a Motion Status request must be made before the system can be restarted", by a new command.
 
-
-def test_an_emergency_stop_brings_motion_to_rest_along_the_ramp(bench, if1):
-    """Clearing: "any axis in motion will stop"; motion status 41: with deceleration."""
-    command(bench, if1, "X9000@1000$", seconds=2.0)
-    at_ns, stood = bench.now, positions(if1)[0]
-    if1.pins["estop"].drive(False)
-    bench.run(1.0)
-    # from 1000 to 400 in levels of 10 ms: 9 + 8 + 7 + 6 + 5 + 4 = 39 steps in 60 ms
-    assert positions(if1)[0] - stood in (39, 40)
-    assert 57 * MS <= times(if1.axes["X"])[-1] - at_ns <= 61 * MS
-
-
-def test_no_movement_before_the_emergency_stop_has_been_read(bench, if1):
-    """Emergency stop: "a Motion Status request must be made before the system can be restarted"."""
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    if1.pins["estop"].release()
-    for text in ("X100@400$", "Y-100$", "X@200G$", ":Z10:$"):
-        write(if1, text)
-    bench.run(2.0)
-    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
-    bench.run(2.0)
-    assert positions(if1) == (0, 0, 0)  # the refused moves are not made later
-    write(if1, "X100$")
-    until_idle(bench, if1)
-    assert positions(if1) == (100, 0, 0)
-
-
-def test_an_emergency_stop_there_at_power_up_inhibits_movement(bench):
-    """Emergency stop inputs "must remain connected to +24v for the interface to run"."""
-    if1 = bench.add("if1")
-    if1.pins["estop"].drive(False)
-    bench.run(1.5)
-    send(bench, if1, "(U61", seconds=1.5)
-    command(bench, if1, "X100$", seconds=1.0)
-    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
-    if1.pins["estop"].drive(True)
-    bench.run(0.1)
-    assert status_word(bench, if1) == 32
-    write(if1, "X100$")
-    until_idle(bench, if1)
-    assert positions(if1) == (100, 0, 0)
-
-
-@pytest.mark.parametrize("name", DRIVE_FAULTS)
-def test_a_drive_fault_stops_without_deceleration(bench, if1, name):
-    """Position report-back: "as a result of a drive fault, no deceleration occurs on that axis"."""
-    axis = name[0].upper()
-    command(bench, if1, f"{axis}9000@5000$", seconds=1.0)
-    at_ns = bench.now
-    break_drive(if1, name)
-    bench.run(2.0)
-    assert times(if1.axes[axis])[-1] <= at_ns + 1 * MS
-    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("F", 16)
-
-
-def test_a_drive_fault_is_cleared_by_a_request_once_the_drive_is_well(bench, if1):
-    """Clearing: a request clears the bit "provided the fault is no longer present"."""
-    break_drive(if1, "x_fault")
-    bench.run(0.1)
-    assert ([status_word(bench, if1) for _ in range(3)], number(bench, if1, "I")) == ([16, 16, 16], 202)
-    if1.pins["x_fault"].release()
-    bench.run(0.1)
-    assert [status_word(bench, if1) for _ in range(3)] == [16, 0, 0]
-
-
-def test_a_missing_fault_link_is_a_drive_fault_for_ever(bench):
-    """Fault disable links: "requires to see a logic low ... even if no drive is connected"."""
-    if1 = bench.add("if1")
-    break_drive(if1, "y_fault")
-    bench.run(1.5)
-    send(bench, if1, "(U61", seconds=1.5)
-    for text in ("X100$", "Z100$"):
-        assert status_word(bench, if1) == 16
-        command(bench, if1, text, seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert if1.pins["led"].level
-
-
-def test_the_other_axes_of_a_move_stop_too(bench, if1):
-    """Clearing: "any axis in motion will stop"."""
-    command(bench, if1, "XYZ90000@5000$", seconds=2.0)
-    break_drive(if1, "x_fault")
-    bench.run(2.0)
-    stands = positions(if1)
-    assert stands[0] < stands[1] == stands[2] < 20000
-    bench.run(2.0)
-    assert positions(if1) == stands
-
-
-def test_a_drive_fault_of_an_axis_at_rest_halts_the_interface(bench, if1):
-    """Fault disable links: they "will halt the interface in the event of a drive fault", also of an axis at rest."""
-    command(bench, if1, "X90000@1000$", seconds=2.0)
-    break_drive(if1, "y_fault")
-    bench.run(1.0)
-    stands = positions(if1)
-    assert stands[0] < 2200
-    bench.run(1.0)
-    assert positions(if1) == stands
-    assert status_word(bench, if1) == 16
-
-
-def test_two_faults_at_once_are_cleared_each_by_its_own_rule(bench, if1):
-    """Clearing: "reset the relevant fault bit provided the fault is no longer present"."""
-    if1.pins["estop"].drive(False)
-    break_drive(if1, "x_fault")
-    command(bench, if1, "!", seconds=0.1)
-    assert status_word(bench, if1) == 16 + 32 + 128
-    if1.pins["estop"].release()
-    bench.run(0.1)
-    assert status_word(bench, if1) == 16 + 32 + 128
-    assert status_word(bench, if1) == 16 + 128
-    assert (number(bench, if1, "F"), status_word(bench, if1)) == (8, 16)
-    command(bench, if1, "X100$", seconds=0.5)
-    assert positions(if1) == (0, 0, 0)
-    if1.pins["x_fault"].release()
-    bench.run(0.1)
-    assert (status_word(bench, if1), status_word(bench, if1)) == (16, 0)
+    X runs at 20,000 steps/s, where a stop takes 1.96 s; a Y move is held, and a Z move waits after it.
+    """
+    held = f"X@20000G$; 5 s; Y20$; Z7$; 0.05 s; {pin} low; 0.01 s; {pin} released; K: {status}; K: 9; 5 s; "
+    play(bench, if1, held + "Y at 0; Z at 0; still; E: C; Y-3@400$; 0.5 s; Y at -3")
 
 
 def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
     """An emergency stop does not change a deceleration in progress."""
-    command(bench, if1, "^1 @5000", seconds=1.2)
-    command(bench, if1, "X90000$", seconds=6.0)
-    command(bench, if1, "#", seconds=1.0)
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    assert status_word(bench, if1) == 41
-    if1.pins["estop"].release()
-    bench.run(5.0)
-    x = times(if1.axes["X"])
-    # 12190 steps up, 12190 down at this ramp, and the last at 400
-    assert (x[-1] - x[-2], status_word(bench, if1), status_word(bench, if1)) == (2_500_000, 32, 0)
+    stopped = "^1 @5000; 1.2 s; X90000$; 6 s; #; 1 s; estop low; 0.1 s; K: 41; estop released; 5 s; K: 32; K: 0"
+    play(bench, if1, stopped)
+    assert gaps(times(if1.axes["X"]))[-1] == 2_500_000  # 12190 steps up, 12190 down at this ramp, and the last at 400
 
 
 def test_a_drive_fault_during_a_deceleration_ends_it(bench, if1):
     """Position report-back: "no deceleration occurs on that axis"."""
-    command(bench, if1, "^1 @5000", seconds=1.2)
-    command(bench, if1, "X90000$", seconds=6.0)
-    if1.pins["estop"].drive(False)
-    bench.run(1.0)
+    play(bench, if1, "^1 @5000; 1.2 s; X90000$; 6 s; estop low; 1 s")
     at_ns = bench.now
-    break_drive(if1, "x_fault")
-    bench.run(5.0)
+    play(bench, if1, "x_fault low; 5 s; K: 48")
     assert times(if1.axes["X"])[-1] <= at_ns + 1 * MS
-    assert status_word(bench, if1) == 48
 
 
 @pytest.mark.parametrize("wait_s", [0.0, 0.2, 0.249, 0.2515, 0.2535, 0.26, 0.3])
@@ -225,123 +92,50 @@ def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wa
     write(if1, "B-20", "X80B$")  # 100 steps at 400 take 250 ms, then the pause follows
     bench.run_until(lambda: if1.axes["X"].moving, 1.0)
     bench.run(wait_s)
-    stood = positions(if1)[0]
-    if1.pins["estop"].drive(False)
-    bench.run(1.0)
-    assert abs(positions(if1)[0] - stood) <= 1
-    if1.pins["estop"].release()
-    bench.run(1.0)
-    assert abs(positions(if1)[0] - stood) <= 1
-    assert status_word(bench, if1) == (32)
-    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
+    stood = if1.axes["X"].position
+    stopped = f"X between {stood - 1} {stood + 1}"
+    play(bench, if1, f"estop low; 1 s; {stopped}; estop released; 1 s; {stopped}; K: 32; K: 0; E: C")
 
 
 def test_an_emergency_stop_ends_a_pulse_or_lets_it_end_but_nothing_follows(bench, if1):
     """R22: a sequence is "ended, outputs as they are": a pulse may still end, but no further step follows."""
     out = edges(if1.pins["output1"])
-    command(bench, if1, ":P1,50:X100@400:$")
-    if1.pins["estop"].drive(False)
-    bench.run(2.0)
-    assert positions(if1) == (0, 0, 0)
+    play(bench, if1, ":P1,50:X100@400:$; 0.2 s; estop low; 2 s; at 0 0 0")
     assert len(out) in (1, 2)
-    if1.pins["estop"].release()
-    assert status_word(bench, if1) == 32
-    bench.run(2.0)
-    assert positions(if1) == (0, 0, 0) and status(bench, if1, "E") == "C"
-
-
-def test_a_fault_ends_a_sequence_and_it_can_be_run_again(bench, if1):
-    """R22: a sequence is "ended, outputs as they are, rerun with `:$`"."""
-    command(bench, if1, ":S1:X400@400:R1:Y50:$", seconds=0.5)
-    if1.pins["estop"].drive(False)
-    bench.run(0.5)
-    if1.pins["estop"].release()
-    assert status_word(bench, if1) == 32
-    bench.run(3.0)
-    x, y, _ = positions(if1)
-    assert x < 250 and y == 0 and if1.pins["output1"].level
-    write(if1, ":$")
-    until_idle(bench, if1)
-    assert positions(if1) == (x + 400, 50, 0) and not if1.pins["output1"].level
-
-
-@pytest.mark.parametrize("name", ["estop", "x_fault"])
-def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
-    """R22: a fault also ends a step without motion."""
-    if1.pins["input1"].drive(False)
-    command(bench, if1, ":H1:X100@400:$")
-    if1.pins[name].drive(not if1.pins[name].level)
-    bench.run(0.2)
-    if1.pins[name].release()
-    bench.run(0.2)
-    status_word(bench, if1)
-    if1.pins["input1"].drive(True)
-    bench.run(1.0)
-    assert (positions(if1), status(bench, if1, "E")) == ((0, 0, 0), "C")
-
-
-def test_a_very_short_emergency_stop_is_seen(bench, if1):
-    """Emergency stop: even a very short one is stored until the status has been read."""
-    command(bench, if1, "X4000@400$", seconds=1.0)
-    if1.pins["estop"].drive(False)
-    bench.run(0.002)
-    if1.pins["estop"].release()
-    bench.run(1.0)
-    assert positions(if1)[0] < 450
-    assert status_word(bench, if1) == 32
+    play(bench, if1, "estop released; K: 32; 2 s; at 0 0 0; E: C")
 
 
 # The LED, and output 5 as fault output
 
 
-@pytest.mark.parametrize("name", ["estop", "limit_plus", "limit_minus", "x_fault", "y_fault"])
-def test_the_led_is_on_until_the_request_and_the_removal(bench, if1, name):
-    """Inputs: "It will turn off after Motion Status has been read and the input removed"."""
-    led, pin = if1.pins["led"], if1.pins[name]
-    assert not led.level
-    pin.drive(not pin.level)
-    bench.run(0.1)
-    assert led.level
-    status_word(bench, if1)
-    assert led.level
-    pin.release()
-    bench.run(0.1)
-    if not name.startswith("limit"):
-        assert led.level  # only the next request clears the bit
-        status_word(bench, if1)
-    assert not led.level
+@pytest.mark.parametrize(
+    ("start", "name"),
+    [("", "estop"), ("", "x_fault"), ("", "y_fault"), ("", "limit_plus"), ("", "limit_minus"),
+     ("XG$; 0.5 s; ", "limit_plus"), ("X-G$; 0.5 s; ", "limit_minus")],
+)  # fmt: skip
+def test_the_led_is_on_until_the_request_and_the_removal(bench, if1, start, name):
+    """Limits: "Emergency stop or limit inputs will light the LED (red) on the interface".
+
+    Inputs: "It will turn off after Motion Status has been read and the input removed".
+    """
+    end = "led is low" if name.startswith("limit") else "led is high; K?; led is low"  # only the next K clears the bit
+    lit = f"{name} low; 0.1 s; led is high; led is steady; K?; led is high; {name} released; 0.1 s"
+    play(bench, if1, f"{start}led is low; {lit}; {end}")
 
 
 @pytest.mark.parametrize("name", ["estop", "limit_plus", "x_fault"])
 def test_the_led_stays_on_after_the_removal_until_the_request(bench, if1, name):
     """Clearing: "The LED will go out when the fault bit has been reset"."""
-    pin = if1.pins[name]
-    pin.drive(not pin.level)
-    bench.run(0.1)
-    pin.release()
-    bench.run(5.0)
-    assert if1.pins["led"].level
-    status_word(bench, if1)
-    assert not if1.pins["led"].level
+    play(bench, if1, f"{name} low; 0.1 s; {name} released; 5 s; led is high; K?; led is low")
 
 
-def test_output_5_duplicates_the_led_with_the_link_in_position_b(bench):
-    """Optional fault output: "reconfigured to duplicate the function of the LED"."""
+@pytest.mark.parametrize("pin", ["estop", "x_fault", "limit_plus"])
+def test_output_5_duplicates_the_led_with_the_link_in_position_b(bench, pin):
+    """Optional fault output: "Output 5 may be reconfigured to duplicate the function of the LED"."""
     if1 = bench.add("if1", fault_output=True)
     led, output = edges(if1.pins["led"]), edges(if1.pins["output5"])
-    assert if1.pins["output5"].level is if1.pins["led"].level is True
-    bench.run(1.5)
-    if1.serial.write(b"(")
-    bench.run(1.0)
-    if1.serial.write(b"U61\r")
-    bench.run(1.5)
-    if1.pins["estop"].drive(False)
-    bench.run(0.1)
-    assert if1.pins["output5"].level
-    status_word(bench, if1)
-    if1.pins["estop"].release()
-    status_word(bench, if1)
-    assert not if1.pins["output5"].level
+    play(bench, if1, "output5 is high; 1.5 s; sends (; 1 s; receives U<CR>; U61; 1.5 s; XG$; 1 s; output5 is low")
+    play(bench, if1, f"{pin} low; 0.1 s; output5 is high; K?; {pin} released; K?; output5 is low")
     assert output == led and len(led) >= 5
     flashing = [at_ns for at_ns, _ in led if 1_500 * MS < at_ns < 2_500 * MS]
     assert set(gaps(flashing)) == {S // 4}  # "flashes twice per second"

@@ -2,40 +2,24 @@
 
 import pytest
 
-from .talking import ask, ready, write
-
-
-def opened(pin):
-    return lambda if1: if1.pins[pin].drive(False)
-
-
-def in_odd_parity(if1):
-    if1.serial.host.parity = "O"
-    if1.serial.write(b"X")
-
-
-def half_as_fast(if1):
-    """Send a 0 byte at half the baud rate, which the receiver reads as a character without a stop bit."""
-    if1.serial.host.baudrate //= 2
-    if1.serial.write(b"\0")
-
+from .talking import play, ready
 
 RAISED = {
-    "drive": (opened("x_fault"), b"16\r", b"0\r"),
-    "emergency_stop": (opened("estop"), b"32\r", b"0\r"),
-    "limit": (opened("limit_plus"), b"64\r", b"0\r"),
-    "parity": (in_odd_parity, b"128\r", b"1\r"),
-    "overrun": (lambda if1: write(if1, "  "), b"128\r", b"2\r"),
-    "framing": (half_as_fast, b"128\r", b"4\r"),
-    "data": (lambda if1: write(if1, "W"), b"128\r", b"8\r"),
-    "range": (lambda if1: write(if1, "@99999"), b"128\r", b"16\r"),
+    "drive": ("x_fault low", 16, 0),
+    "emergency_stop": ("estop low", 32, 0),
+    "limit": ("limit_plus low", 64, 0),
+    "parity": ("host 8O2; sends X", 128, 1),
+    "overrun": ("sends <SP><SP>", 128, 2),
+    "framing": ("host 4800; sends <00>", 128, 4),  # at half the baud rate, a character without a stop bit
+    "data": ("W", 128, 8),
+    "range": ("@99999", 128, 16),
 }
 
 
 @pytest.mark.parametrize("name", RAISED)
 def test_a_trigger_waits_for_a_flag(bench, name):
     """Motion status, tables of K and F: exactly this bit is set, and its name was reported when it was set."""
-    act, motion_status, communication_status = RAISED[name]
+    script, motion_status, communication_status = RAISED[name]
     if1 = ready(bench, "U64" if name == "parity" else "U61", strobe_ms=3 if name == "overrun" else 1)
     told = {
         flag: bench.faults.add("stuck", "if1.input1", level=True, when=f"if1 raises {flag}")
@@ -44,11 +28,9 @@ def test_a_trigger_waits_for_a_flag(bench, name):
     }
     bench.run(0.1)
     assert not any(fault.on for fault in told.values())
-    host = if1.serial.host
-    parity, baudrate = host.parity, host.baudrate
-    act(if1)
-    bench.run(0.1)
+    sent_in = if1.serial.host.format
+    play(bench, if1, f"{script}; 0.1 s")
     assert [flag for flag, fault in told.items() if fault.on] == [name]
-    host.parity, host.baudrate = parity, baudrate
+    if1.serial.host.format = sent_in
     if name != "overrun":
-        assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (motion_status, communication_status)
+        play(bench, if1, f"K: {motion_status}; F: {communication_status}")

@@ -29,14 +29,14 @@ from .talking import ask, command, play, pulse_times_of, ready, scripts, since_s
         "Index and run mode examples: the speed may follow the distance (`Y2500 @ 1500 $`) or precede it":
         "X@200$; @250X40$; X$; 2 s; X moves 40 40; X 40 pulses at 250",
         'Command list, CR: "Initialise direct commands": before CR nothing moves':
-        "types X40$; 5 s; X at 0; types <CR>; 1 s; X at 40",
+        "sends X40$; 5 s; X at 0; sends <CR>; 1 s; X at 40",
         'Default values: "Index Length 0 steps": such an index has no pulse and ends at once':
         "X$; XYZ0$; 0.1 s; E: C; N: 0; X moves; Y moves; Z moves",
         'Index mode: "send the cancel code "# <CR>". This will stop any axis in motion"; the rest of the index is lost':
         "X+Y-Z4000$; 1 s; #; 0.01 s; still; X between 1 3999; X like Y; X like Z; N: X; N: Y; N: Z; mark; 20 s; "
         "moved 0 0 0",
         'Index mode: the cancel code is "# <CR>", so `#` alone has no effect':
-        "X400$; 0.2 s; types #; 0.2 s; moving; types <CR>; 0.01 s; still",
+        "X400$; 0.2 s; sends #; 0.2 s; moving; sends <CR>; 0.01 s; still",
         "Cancel: it does not change a deceleration in progress; the index takes 342 ms in all":
         "X300@1000$; 0.3 s; #; 1 s; X between 261 300; N: X",
         "Cancel: the index is cancelled, but the programmed distance is kept":
@@ -188,5 +188,5 @@ def test_what_was_typed_before_the_cancel_character_is_thrown_away(bench, if1, t
 
 def test_cancel_in_v_format_needs_line_feed(bench):
     """Initialisation: in the V format <CR> means <CR><LF>, also for cancel."""
-    script = "types X400$<LF>; 0.2 s; types #<CR>; 0.2 s; moving; types <LF>; 0.01 s; still"
+    script = "sends X400$<LF>; 0.2 s; sends #<CR>; 0.2 s; moving; sends <LF>; 0.01 s; still"
     play(bench, ready(bench, "V61"), script)

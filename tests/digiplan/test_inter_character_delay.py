@@ -6,7 +6,7 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, constant, faults, play, ready, scripts, send, since_start, write
+from .talking import arrivals, command, constant, play, ready, scripts, send, since_start, write
 
 CHARACTER = 11 * S / 9600
 
@@ -42,27 +42,31 @@ def test_no_delay_unless_it_is_asked_for(bench, if1):
 @scripts(
     {
         'Delay: "a number giving the required delay in multiples of 10mS"':
-        "D25; E; 0.2 s; 1 s; receives C<CR>; D0; E: C",
-        "Delay: it is not move data, and takes effect at once": "XG$; D10; 0.1 s; K; 0.09 s; 0.3 s; receives 3<CR>; #",
+        "U61; D25; E; 0.2 s; 1 s; receives C<CR>; D0; E: C",
+        "Delay: it is not move data, and takes effect at once":
+        "U61; XG$; D10; 0.1 s; K; 0.09 s; 0.3 s; receives 3<CR>; #",
+        "Delay: it precedes each transmitted character; a reply of one letter has three characters in the V format":
+        "V61; sends D10<LF>; 0.1 s; sends E<LF>; 0.15 s; receives C; 0.1 s; receives <CR>; 0.15 s; receives <LF>",
+        "Default values: after power-up the delay is 0 mS":
+        "U61; D25; 0.1 s; power off; power on; 1.5 s; sends (; 0.05 s; receives U<CR>",
     }
 )  # fmt: skip
-def test_delay_set_and_removed(bench, if1, script):
-    play(bench, if1, script)
+def test_delay_set_and_removed(bench, script):
+    message, _, acts = script.partition("; ")
+    play(bench, ready(bench, message), acts)
 
 
-@pytest.mark.parametrize("n", ["26", "99", "255", "999999999999"])
-def test_more_than_250_ms_is_out_of_range(bench, if1, n):
-    """Delay: "The maximum programmable delay is 250mS".  R25: out of range; the delay stays as it was."""
-    write(if1, f"D{n}")
-    assert ask(bench, if1, "E", 0.05) == b"F\r"  # without a delay
-    assert faults(bench, if1) == (b"128\r", b"16\r")
+@pytest.mark.parametrize(
+    ("message", "fault"),
+    [*((f"D{n}", 16) for n in ("26", "99", "255", "999999999999")),
+     *((message, 8) for message in ("D", "D-1", "D+5", "D,5", "DD5", "5D", "D5D"))],
+)  # fmt: skip
+def test_more_than_250_ms_is_out_of_range(bench, if1, message, fault):
+    """Delay: "The maximum programmable delay is 250mS".  R25: out of range; the delay stays as it was.
 
-
-@pytest.mark.parametrize("message", ["D", "D-1", "D+5", "D,5", "DD5", "5D", "D5D"])
-def test_without_a_number_it_is_a_data_fault(bench, if1, message):
-    """R7: `D` without a number, or with something else in its place, is a data fault."""
-    write(if1, message)
-    assert (ask(bench, if1, "E", 0.05), faults(bench, if1)) == (b"F\r", (b"128\r", b"8\r"))
+    R7: `D` without a number, or with something else in its place, is a data fault.
+    """
+    play(bench, if1, f"{message}; E; 0.05 s; receives F<CR>; K: 128; F: {fault}")
 
 
 def test_echoes_are_delayed_too(bench):
@@ -76,17 +80,6 @@ def test_echoes_are_delayed_too(bench):
     assert all(gap >= 50 * MS - 1 for gap in gaps([time for time, _, _ in received]))
 
 
-def test_the_terminators_of_v_format_are_delayed_as_well(bench):
-    """Delay: it precedes each transmitted character; a reply of one letter has three characters in the V format."""
-    if1 = ready(bench, "V61")
-    command(bench, if1, "D10", seconds=0.1, end="\n")
-    assert ask(bench, if1, "E", 0.15, end="\n") == b"C"
-    bench.run(0.1)
-    assert if1.serial.read() == b"\r"
-    bench.run(0.15)
-    assert if1.serial.read() == b"\n"
-
-
 def test_a_running_motor_does_not_wait_for_slow_characters(bench, if1):
     """Introduction: the controller "is then free to perform other tasks while the motor is running"."""
     write(if1, "D25", "X400$")
@@ -94,11 +87,3 @@ def test_a_running_motor_does_not_wait_for_slow_characters(bench, if1):
         write(if1, message)
     bench.run(10)
     assert since_start(if1.axes["X"]) == constant(400, 400)
-
-
-def test_power_off_forgets_it(bench, if1):
-    """Default values: after power-up the delay is 0 mS."""
-    command(bench, if1, "D25", seconds=0.1)
-    if1.power_cycle()
-    bench.run(1.5)
-    assert ask(bench, if1, "(", 0.05, end="") == b"U\r"

@@ -32,12 +32,12 @@ from .talking import ask, play, ready, scripts
         # without error checking, a flood of characters is dropped without a fault
         'Battery backup: "No communication error checking is carried out whilst the interface is locked up"':
         "[; 0.1 s; !!?; @99999; X65536/Y1$; :::; )*; K K; host parity E; X1000$; host parity N; host baudrate 300; "
-        "UUUUUU; 1 s; host baudrate 9600; types <CR>; 0.1 s; K: 0; F: 32; ]; 0.1 s; K: 0; F: 0",
+        "UUUUUU; 1 s; host baudrate 9600; sends <CR>; 0.1 s; K: 0; F: 32; ]; 0.1 s; K: 0; F: 0",
         'Battery backup: "power must be temporarily removed in order to reset the system" after an emergency stop':
         ":X100@400:=0,1:$; [; 1 s; estop low; 0.5 s; estop released; K: 32; K: 32; K: 32; X between 300 600; mark; "
         "5 s; moved 0 0 0; led is high",
         "Lockout: `X100[` is a data fault, so the interface is not locked (R7)":
-        "types X100; 0.1 s; [; X60$; 0.5 s; at 60 0 0; F: 8",
+        "sends X100; 0.1 s; [; X60$; 0.5 s; at 60 0 0; F: 8",
     }
 )  # fmt: skip
 def test_locked_and_unlocked(bench, if1, script):
@@ -46,7 +46,7 @@ def test_locked_and_unlocked(bench, if1, script):
 
 def test_a_flood_raises_no_fault_while_locked(bench, if1):
     """Battery backup: without error checking, a flood of characters is dropped without a fault."""
-    play(bench, if1, "[; 0.1 s; types " + "X" * 500 + "; 2 s; types <CR>; K: 0; F: 32")
+    play(bench, if1, "[; 0.1 s; sends " + "X" * 500 + "; 2 s; sends <CR>; K: 0; F: 32")
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_the_unlock_command_must_come_in_the_same_format(bench, if1, baudrate, b
     ones.
     """
     play(bench, if1, f"[; 0.1 s; host baudrate {baudrate}; host bytesize {bytesize}; host parity {parity}; ]; 0.3 s; "
-         "host baudrate 9600; host bytesize 8; host parity N; types <CR>; 0.1 s; E: [; ]; E: C")  # fmt: skip
+         "host baudrate 9600; host bytesize 8; host parity N; sends <CR>; 0.1 s; E: [; ]; E: C")  # fmt: skip
 
 
 def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, if1):
@@ -89,5 +89,5 @@ def test_a_locked_interface_echoes_as_before(bench):
 
 
 def test_lock_and_unlock_in_the_v_format(bench):
-    play(bench, ready(bench, "V61"), "types [<LF>E<LF>; 0.2 s; receives [<CR><LF>; types ]<CR><LF>E<LF>; 0.2 s; "
+    play(bench, ready(bench, "V61"), "sends [<LF>E<LF>; 0.2 s; receives [<CR><LF>; sends ]<CR><LF>E<LF>; 0.2 s; "
          "receives C<CR><LF>")  # fmt: skip

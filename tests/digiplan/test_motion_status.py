@@ -43,7 +43,7 @@ def test_motion_status_on_a_slow_ramp(bench, if1, script):
         "B-200; X100@200B$; 1 s; K: 3; until X at 300; 0.05 s; K: 1; E: E; 0.5 s; K: 0; E: C",
         'R17: the answer has no blank, although the manual prints " 527 <CR>"':
         "X527$; idle; N; 0.2 s; receives 527<CR>; K: 0; F: 0; I: 200; O: 0",
-        'Spaces: in a status request, too, spaces "will simply be ignored"': "types   K <CR>; 0.2 s; receives 0<CR>",
+        'Spaces: in a status request, too, spaces "will simply be ignored"': "sends   K <CR>; 0.2 s; receives 0<CR>",
         'Busy status: "E <CR>" if it is busy and "C <CR>" if it is clear for new data or commands" (R20)':
         "E: C; X400@400$; E: E; 2 s; E: C",
         'Busy status: ""motionless" activities such as waiting for inputs and pulsing outputs"':
@@ -113,7 +113,7 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
 @pytest.mark.parametrize("text", ["KF", "K$", "X10K", "K10", "Q1", "E$", "N0", "k", "K,"])
 def test_a_status_request_stands_alone(bench, if1, text):
     """Report-back: a request with anything else in the message is a data fault (R7)."""
-    play(bench, if1, f"types {text}<CR>; 0.3 s; at 0 0 0; F: 8")
+    play(bench, if1, f"sends {text}<CR>; 0.3 s; at 0 0 0; F: 8")
 
 
 # Input status
@@ -141,7 +141,7 @@ def test_each_communication_fault_has_its_bit(bench):
     """Motion status, table of data faults: 1 parity, 2 overrun, 4 framing, 8 data fault, 16 out-of-range."""
     if1 = ready(bench, "U44")  # even parity, 2 stop bits
     if1.serial.to_device.flip(1)
-    play(bench, if1, "types A; 0.1 s; F: 1; host stopbits 1; host parity N; host baudrate 4800")
+    play(bench, if1, "sends A; 0.1 s; F: 1; host stopbits 1; host parity N; host baudrate 4800")
     if1.serial.write(b"\0\0")
     bench.run(0.1)
     play(bench, if1, "host stopbits 2; host parity E; host baudrate 9600; #; 0.1 s")

@@ -14,7 +14,7 @@ from .talking import OWN_TIME_NS, command, edges, gaps, play, positions, ready, 
         "Y 1000 pulses at 200; at 1000 1000 0; until X at 0; X 1000 pulses at 200; at 0 1000 0; until Y at 0; "
         "Y 1000 pulses at 200; idle; X moves 1000 -1000; Y moves 1000 -1000; at 0 0 0",
         'Programming a sequence: "The sequence starts as soon as the "<CR>" is received"; first pulse after 5 ms':
-        "types :X10@200:Y:$; 5 s; at 0 0 0; types <CR>; 0.009 s; at 1 0 0; 1 s; at 10 10 0",
+        "sends :X10@200:Y:$; 5 s; at 0 0 0; sends <CR>; 0.009 s; at 1 0 0; 1 s; at 10 10 0",
         'Programming a sequence: "repeated by simply sending "::$<CR>""; R14: `:$` does the same':
         ":X100@200:Y30:$; idle; at 100 30 0; ::$; idle; at 200 60 0; :$; idle; at 300 90 0; : : $; idle; "
         "at 400 120 0; : $; idle; at 500 150 0; F: 0",
@@ -124,7 +124,7 @@ def test_ramp_parameters_cannot_be_placed_within_a_sequence(bench, if1, paramete
 def test_a_step_in_the_wrong_order_is_a_data_fault(bench, if1, step):
     """Programming a sequence: "The format used ... is the same as in direct mode"; R7: F 8, all of it ignored."""
     # F is 16 for a number out of its range, 8 for everything else
-    play(bench, if1, f"input1 high; input2 high; types :Y5@200:{step}:Y6:$<CR>; 2 s; at 0 0 0; K: 128; F: 8|16")
+    play(bench, if1, f"input1 high; input2 high; sends :Y5@200:{step}:Y6:$<CR>; 2 s; at 0 0 0; K: 128; F: 8|16")
 
 
 def test_with_the_option_a_move_asked_for_while_a_sequence_runs_is_ignored(bench):

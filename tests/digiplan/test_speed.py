@@ -57,7 +57,7 @@ def test_below_the_start_stop_speed_too(bench, if1, asked, runs):
         'R10: "If a speed is requested which is above the maximum for that range": checked again at `$`':
         "@5000; >4; 1.2 s; F?; X100$; 0.5 s; X at 0; K: 128; F: 16; X100@4000$; 1 s; X at 100",
         'Move instructions: spaces "may be transmitted ... they will simply be ignored": even in a number':
-        " X 1 0  0 @ 2 5 0 $ ; 1 s; X 100 pulses at 250; types  <CR>; K: 0; F: 0",
+        " X 1 0  0 @ 2 5 0 $ ; 1 s; X 100 pulses at 250; sends  <CR>; K: 0; F: 0",
         'Acceleration: "The interface will remember any programmed data unless it is overwritten"':
         "@200; X10$; Y10$; Z10$; 1 s; X 10 pulses at 200; Y 10 pulses at 200; Z 10 pulses at 200; X10@100$; 1 s; "
         "X 10 pulses at 100; Y10$; 1 s; Y 10 pulses at 100",

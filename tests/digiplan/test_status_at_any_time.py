@@ -50,11 +50,11 @@ def test_with_echo_a_request_is_echoed_and_answered(bench):
 
 def test_in_v_format_a_request_ends_in_a_line_feed(bench):
     """Initialisation: "all following instructions must be terminated by <LF>"; the carriage return is optional."""
-    play(bench, ready(bench, "V61"), "types X40$<LF>Y20$<LF>@200<LF>Z8$<LF>; 0.04 s; types K<CR><LF>; 0.02 s; "
-         "receives 3<CR><LF>; types E<LF>; 0.02 s; receives E<CR><LF>; types E; 0.02 s")  # fmt: skip
+    play(bench, ready(bench, "V61"), "sends X40$<LF>Y20$<LF>@200<LF>Z8$<LF>; 0.04 s; sends K<CR><LF>; 0.02 s; "
+         "receives 3<CR><LF>; sends E<LF>; 0.02 s; receives E<CR><LF>; sends E; 0.02 s")  # fmt: skip
 
 
 def test_a_request_makes_room_in_the_buffer(bench, if1):
     """Control of data transfer: an answered request leaves the buffer, so DTR is set again below 20 %."""
-    play(bench, if1, "XG$; Y20$; @200; types " + "K<CR>" * 30 + "; 0.5 s; receives " + "3<CR>" * 30 + "; F: 0")
+    play(bench, if1, "XG$; Y20$; @200; sends " + "K<CR>" * 30 + "; 0.5 s; receives " + "3<CR>" * 30 + "; F: 0")
     assert if1.serial.dtr

@@ -12,7 +12,7 @@ from axistwin.controllers.digiplan.chapters import CABLES, TERMINALS
 from axistwin.errors import UsageError
 from axistwin.programs import KEYBOARDS
 
-from .talking import ask, command, edges, number, ready, send, times, until_idle, write
+from .talking import command, edges, play, ready, send, times, until_idle, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
 
@@ -25,12 +25,9 @@ def directions(if1):
 
 def test_all_directions_are_high_at_first(bench, if1):
     """Default values: "All Direction O/P - High (open collector)"; so they are high without power, too."""
-    assert directions(if1) == [True, True, True]
-    write(if1, "X-10$")
-    until_idle(bench, if1)
-    assert directions(if1) == [False, True, True]
-    if1.power(False)
-    assert directions(if1) == [True, True, True]
+    for script, levels in (("0 s", [True] * 3), ("X-10$; idle", [False, True, True]), ("power off", [True] * 3)):
+        play(bench, if1, script)
+        assert directions(if1) == levels, script
 
 
 def test_plus_is_high_and_minus_is_low(bench, if1):
@@ -40,10 +37,8 @@ def test_plus_is_high_and_minus_is_low(bench, if1):
         ("X$", [True, True, False]),
         ("Z/Y-5$", [True, False, True]),
     ):
-        write(if1, text)
-        until_idle(bench, if1)
+        play(bench, if1, f"{text}; idle")
         assert directions(if1) == levels, text
-        number(bench, if1, "F")
 
 
 def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_correction(bench, if1):
@@ -94,25 +89,15 @@ def test_a_clock_output_can_be_forced_and_is_low_without_power(bench, if1):
 
 def test_without_the_24_v_supply_no_output_is_on(bench, if1):
     """Power requirements: the links are "necessary in order to power the opto-isolators on the interface outputs"."""
-    write(if1, "S135$")
-    until_idle(bench, if1)
-    if1.pins["supply"].drive(False)
-    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
-    write(if1, "S2R3$")
-    until_idle(bench, if1)
-    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
-    if1.pins["supply"].release()
-    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [True, True, False, False, True]
+    play(
+        bench, if1, "S135$; idle; supply low; outputs 00000; S2R3$; idle; outputs 00000; supply released; outputs 11001"
+    )
 
 
 def test_the_fault_output_needs_the_supply_too(bench):
     """Optional fault output: it duplicates the LED; the LED itself does not need the 24 V."""
     if1 = ready(bench, fault_output=True)
-    if1.pins["supply"].drive(False)
-    if1.pins["estop"].drive(False)
-    assert if1.pins["led"].level and not if1.pins["output5"].level
-    if1.pins["supply"].release()
-    assert if1.pins["output5"].level
+    play(bench, if1, "supply low; estop low; led is high; output5 is low; supply released; output5 is high")
 
 
 def test_a_pulse_inverts_what_is_programmed_not_what_is_forced(bench, if1):
@@ -142,26 +127,6 @@ def test_unlinked_it_receives_and_transmits_nothing(bench):
     bench.run(1.5)
     assert send(bench, if1, "(", seconds=1.0, end="") == b""
     assert not if1.terminals["dsr"].level and not if1.terminals["cts"].level and if1.terminals["rts"].level
-
-
-@pytest.mark.parametrize("wiring", ["NEC PC-8201A", "Epson HX20 3-wire", "IBM PC 3-wire"])
-def test_the_3_wire_cables_answer_whatever_the_host_does_with_its_lines(bench, wiring):
-    """Appendix 3: "3-wire with or without echo-back"."""
-    if1 = ready(bench, wiring=wiring)
-    if1.serial.host.dtr = if1.serial.host.rts = False
-    assert ask(bench, if1, "E") == b"C\r"
-
-
-@pytest.mark.parametrize("wiring", ["Epson HX20 5-wire", "IBM PC 5-wire"])
-@pytest.mark.parametrize("line", ["dtr", "rts"])
-def test_the_5_wire_cables_need_both_lines_of_the_host(bench, wiring, line):
-    """Appendix 3: "5-wire with buffer control"."""
-    if1 = ready(bench, wiring=wiring)
-    setattr(if1.serial.host, line, False)
-    assert ask(bench, if1, "E") == b""
-    setattr(if1.serial.host, line, True)
-    bench.run(0.1)
-    assert if1.serial.read() == b"C\r"
 
 
 # Where it is
@@ -226,40 +191,26 @@ def test_the_page_has_every_terminal_link_and_cable():
 # Hints
 
 
-def hints(bench, if1):
-    told = []
-    if1.subscribe_hint(told.append)
-    return told
-
-
 def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
     """Initialisation: commands sent before `(` are dropped, and one hint about it is given."""
-    if1 = bench.add("if1")
-    told = hints(bench, if1)
-    bench.run(1.5)
-    command(bench, if1, "X1000$")
+    if1, told = bench.add("if1"), []
+    if1.subscribe_hint(told.append)
+    play(bench, if1, "1.5 s; X1000$; 0.2 s")
     assert told == ["characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"]
     assert if1.hint == told[0]
-    if1.serial.write(b"(")
-    bench.run(0.1)
+    play(bench, if1, "( -> U<CR>")
     assert if1.hint == "" and len(told) == 1
 
 
 def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
     """Initialisation: a command before the format is dropped with a hint; a `U` sent back (sample 4) gives none."""
-    if1 = bench.add("if1")
-    told = hints(bench, if1)
-    bench.run(1.5)
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    write(if1, "U")
-    bench.run(0.1)
+    if1, told = bench.add("if1"), []
+    if1.subscribe_hint(told.append)
+    play(bench, if1, "1.5 s; ( -> U<CR>; U; 0.1 s")
     assert told == []
-    write(if1, "X1000$", "E")
-    bench.run(0.1)
+    play(bench, if1, "X1000$; E; 0.1 s")
     assert told == ["characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"]
-    write(if1, "U61")
-    bench.run(1.2)
+    play(bench, if1, "U61; 1.2 s")
     assert if1.hint == "" and len(told) == 1
 
 
