@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from axistwin.cli import main
 from axistwin.errors import UsageError
 from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 
+from . import command
 from .digiplan.talking import ready, write
 
 ENV = {**os.environ, "PYTHONPATH": str(Path(axistwin.__file__).parents[1])}
@@ -38,16 +40,31 @@ input()
 """
 
 
-@pytest.fixture
-def other(tmp_path):
-    """Start another process that has a controller with the directory `tmp_path / "state"`."""
-    program = tmp_path / "machine.py"
+@contextmanager
+def holding(directory):
+    """Start another process that has a controller with the directory `directory / "state"`."""
+    program = directory / "machine.py"
     program.write_text(MACHINE)
     command = [sys.executable, program, "state", "--token", "secret"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=ENV, cwd=tmp_path) as process:
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=ENV, cwd=directory) as process:
         assert process.stdout is not None and process.stdout.readline() == b"up\n"
         yield process
         process.kill()
+
+
+@pytest.fixture(scope="module")
+def other_process(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("other")
+    with holding(directory) as process:
+        yield process.pid, directory / "state"
+
+
+@pytest.fixture
+def other(other_process):
+    """Return the number of another process and its state directory; its note is restored after the test."""
+    note = (other_process[1] / HOLDER).read_bytes()
+    yield other_process
+    (other_process[1] / HOLDER).write_bytes(note)
 
 
 def refused(monkeypatch: pytest.MonkeyPatch, directory: Path, error: OSError) -> None:
@@ -82,29 +99,22 @@ def lock(bench: Bench, if2: Controller, sequence: str) -> None:
 # One process
 
 
-def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
+def test_a_second_process_is_told_of_the_first_in_one_line(other):
     """The message names the first process and its program, without its options, which may be secret."""
-    with pytest.raises(UsageError) as told:
-        Bench().add("smartmotor", state=tmp_path / "state")
-    assert str(told.value) == (
-        f"state directory {tmp_path / 'state'} is in use by process {other.pid} (machine.py state): "
+    number, state = other
+    message = (
+        f"state directory {state} is in use by process {number} (machine.py state): "
         "end that process, or choose another directory"
     )
+    with pytest.raises(UsageError) as told:
+        Bench().add("smartmotor", state=state)
+    assert str(told.value) == message
+    assert command.refused("serve", "if2", "--tcp", ":0", "--state", state) == (2, f"axistwin: {message}\n")
 
 
-CLI = "from axistwin.cli import main; main()"
-
-
-def test_the_command_line_says_so_too_and_ends(tmp_path, other):
-    command = [sys.executable, "-c", CLI, "serve", "if2", "--tcp", ":0", "--state", tmp_path / "state"]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False, env=ENV)
-    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
-    assert f"in use by process {other.pid} (machine.py" in ended.stderr
-
-
-def test_a_process_that_is_killed_lets_go(tmp_path, other):
-    other.send_signal(signal.SIGKILL)
-    other.wait()
+def test_a_process_that_is_killed_lets_go(tmp_path):
+    with holding(tmp_path) as process:
+        process.send_signal(signal.SIGKILL)
     Bench().add("if2", state=tmp_path / "state")
     assert (tmp_path / "state" / HOLDER).read_text().startswith(f"{os.getpid()} ")
 
@@ -140,15 +150,15 @@ def test_the_directory_is_free_when_the_last_of_its_controllers_has_gone(tmp_pat
 
 
 @pytest.mark.parametrize("note", [b"", b"\xff\xfe", b"1", b"1 \n", b"1 " + b"x\x1b\n" * 5000, None])
-def test_whatever_stands_in_the_note_of_who_holds_it_it_is_one_short_line(tmp_path, other, note):
+def test_whatever_stands_in_the_note_of_who_holds_it_it_is_one_short_line(other, note):
     """The note in the file is for the user; the lock itself is the operating system's."""
-    file = tmp_path / "state" / HOLDER
-    file.unlink()
+    _, state = other
+    (state / HOLDER).unlink()
     if note is not None:
-        file.write_bytes(note)
+        (state / HOLDER).write_bytes(note)
     with pytest.raises(UsageError) as told:
-        Bench().add("if2", state=tmp_path / "state")
-    assert str(told.value).isprintable() and len(str(told.value)) < len(str(tmp_path)) + 200
+        Bench().add("if2", state=state)
+    assert str(told.value).isprintable() and len(str(told.value)) < len(str(state)) + 200
     assert "in use by " in str(told.value)
 
 
@@ -451,10 +461,10 @@ def test_a_short_campaign_of_kills():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs to know of dead processes")
-def test_a_process_that_was_killed_is_not_named(tmp_path, other):
+def test_a_process_that_was_killed_is_not_named(other):
     """The note of a process that was killed may remain; a message must not name this process."""
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    (tmp_path / "state" / HOLDER).write_text(f"{dead.pid} gone\n")
+    (other[1] / HOLDER).write_text(f"{dead.pid} gone\n")
     with pytest.raises(UsageError, match="is in use by another process: end that process"):
-        Bench().add("if2", state=tmp_path / "state")
+        Bench().add("if2", state=other[1])

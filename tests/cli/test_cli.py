@@ -111,10 +111,11 @@ def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
 
 def test_a_server_answers_without_displays_checkers_and_files():
     code = (
-        "import sys, axistwin.cli.serving.serve; from axistwin import Bench; "
+        "import sys, axistwin.cli.program, axistwin.cli.serving.serve, axistwin.links.tcp; from axistwin import Bench; "
         "bench = Bench(); motor = bench.add('smartmotor'); bench.add('if1'); bench.run(1.5); "
         "motor.serial.write(b'RP '); bench.run(0.1); print(motor.serial.read()); "
-        "names = 'numpy numba pydantic json hashlib shutil difflib shlex importlib.metadata simpy.rt'.split(); "
+        "names = 'numpy numba matplotlib pydantic rich serial tomllib json hashlib shutil difflib shlex'.split(); "
+        "names += ['importlib.metadata', 'simpy.rt']; "
         "names += ['axistwin.' + name for name in ('bench.acts', 'bench.codec', 'controllers.front', "
         "'controllers.digiplan.checker', 'controllers.smartmotor.language.image')]; "
         "print([name for name in names if name in sys.modules])"

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="shows other sys
 
 ELSEWHERE = """
 import asyncio, io, logging, select, signal, subprocess, sys, threading
-import click, filelock, pydantic.main, rich.console, serial
+import click, serial
 EXTRA
 
 def refuse(*_):
@@ -120,8 +120,8 @@ def answer(device):
         connection.recv(1)
 
 
-@pytest.mark.usefixtures("elsewhere")
-def test_a_terminal():
+@pytest.mark.parametrize("elsewhere", ["import filelock, pydantic.main"], indirect=True)
+def test_a_terminal(elsewhere):
     with running("term", "if1", "--speed", "max", stdin=subprocess.PIPE) as program:
         out, message = program.communicate("X1000$\n:axes\n", timeout=PATIENCE_S)
     assert (program.returncode, message) == (0, "")

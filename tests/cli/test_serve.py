@@ -4,8 +4,6 @@ import asyncio
 import re
 import signal
 import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -19,6 +17,12 @@ from axistwin.sim import UartFormat
 from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving
 
 
+def positions(trace):
+    """Return the positions of the axis X in a trace."""
+    rows = [row.split(",") for row in trace.read_text().splitlines()]
+    return [int(value) for _, signal, value in (row for row in rows if len(row) == 3) if signal == "if1.X.pulses"]
+
+
 def talk(url, *texts):
     """Send texts over TCP and return what the client receives."""
     answers = []
@@ -27,13 +31,6 @@ def talk(url, *texts):
             connection.sendall(text)
             answers.append(connection.recv(16))
     return answers
-
-
-def test_a_model_on_a_free_port_until_it_is_asked_to_end():
-    with serving("if1", *AT_ONCE) as (program, [(name, url)]):
-        assert (name, url.host) == ("if1", "127.0.0.1")
-        assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
-        assert ended(program) == (0, "")
 
 
 @pytest.mark.parametrize("wait", [True, False])
@@ -70,30 +67,35 @@ def test_a_host_that_sends_commands_before_the_data_format_is_told_why_nothing_c
     assert words.count("axistwin: if1: characters from the host are dropped, no data format yet") == 1
 
 
-def test_interrupted_it_ends_with_130_and_takes_its_link_away(tmp_path):
-    arguments = ("if1", *AT_ONCE, "--pty", tmp_path / "if1", "--tcp", ":0", "--rfc2217", "localhost:0")
-    with serving(*arguments, ports=3) as (program, ports):
+def test_interrupted_it_ends_with_130_takes_its_link_away_and_completes_its_trace(tmp_path):
+    ports = ("--pty", tmp_path / "if1", "--tcp", ":0", "--rfc2217", "localhost:0")
+    with serving("if1", *AT_ONCE, *ports, "--trace", "a.csv", ports=3, cwd=tmp_path) as (program, ports):
         assert [(name, url.scheme) for name, url in ports] == [("if1", "tcp"), ("if1", "pty"), ("if1", "rfc2217")]
         assert (tmp_path / "if1").is_symlink()
         with serial.Serial(str(tmp_path / "if1"), 9600, stopbits=2, timeout=PATIENCE_S) as host:
             host.write(b"(")
             assert host.read(2) == b"U\r"
+            host.write(b"U61\rX50@400$\rX$\rN\r")
+            assert host.read_until(b"\r").endswith(b"\r")
         assert ended(program, signal.SIGINT)[0] == 130
-        assert not (tmp_path / "if1").is_symlink()
+    assert [file.name for file in tmp_path.iterdir()] == ["a.csv"]
+    assert positions(tmp_path / "a.csv")[:51] == list(range(51))
 
 
 def test_what_is_locked_is_there_again_after_the_end(tmp_path):
     for first in (True, False):
-        with serving("if2", *AT_ONCE, "--state", tmp_path) as (program, [(_, url)]):
+        with serving("if2", *AT_ONCE, "--state", tmp_path) as (program, [(name, url)]):
+            assert (name, url.host) == ("if2", "127.0.0.1")
             expected = [b"U\r", b"C\r", b"[\r"] if first else [b"U\r", b"[\r", b"[\r"]
             assert talk(url, b"(", b"U61\rE\r", b"[\rE\r") == expected
             assert ended(program) == (0, "")
 
 
-def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
+def test_a_session_is_traced_and_recorded_and_can_be_played_again(tmp_path):
     talk_file = tmp_path / "session.talk"
     arguments = ("if1", *AT_ONCE, "--option", "recalculation_s=0.5", "--option", "X={limits=[-10,100]}")
-    with serving(*arguments, "--record", talk_file) as (program, [(_, url)]):
+    files = ("--record", talk_file, "--trace", tmp_path / "a.csv")
+    with serving(*arguments, *files) as (program, [(_, url)]):
         # at 400 steps/s without a ramp, the switch opens on pulse 101 and stops the motor at this pulse
         said = talk(url, b"(", b"U61\rE\r", b"X200$\rE\r", b"N\r")
         assert said == [b"U\r", b"C\r", b"E\r", b"101\r"]
@@ -101,6 +103,7 @@ def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
     played = run("run", "if1", talk_file)
     assert (played.code, played.err) == (0, "")
     assert "X        0  101     101 " in played.out
+    assert positions(tmp_path / "a.csv") == list(range(102))
 
 
 def test_a_recording_is_written_while_it_goes_on(tmp_path):
@@ -173,18 +176,6 @@ def test_wrong_usage_is_one_line(arguments, words):
     assert message.startswith("axistwin: ")
     assert words in message
     assert message.count("\n") == 1
-
-
-def test_it_starts_without_what_only_others_need():
-    """`axistwin serve` imports nothing that only other commands need, so that it starts fast."""
-    check = """if True:
-        import sys
-        import axistwin.cli.program, axistwin.cli.serving.serve, axistwin.links.tcp
-        from axistwin import Bench
-        Bench().add("if1")
-        print(*sorted({"numpy", "matplotlib", "pydantic", "rich", "serial", "tomllib"} & set(sys.modules)))
-    """
-    assert subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True).stdout == "\n"
 
 
 # --show-hosts

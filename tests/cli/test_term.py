@@ -16,6 +16,7 @@ from functools import partial
 
 import pytest
 
+from axistwin.cli import execute
 from axistwin.programs import to_codes, to_glyphs
 from axistwin.terminal import Screen
 
@@ -183,7 +184,8 @@ def test_a_controller_at_a_port(urls):
         assert term(url, typed="N\n").out.splitlines() == ["> N", "< 100<CR>"], url
 
 
-def test_a_port_that_goes_away_is_told():
+@pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")  # of pyserial
+def test_a_port_that_goes_away_is_told(monkeypatch, capsys):
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def hang_up() -> None:
@@ -193,11 +195,13 @@ def test_a_port_that_goes_away_is_told():
 
         threading.Thread(target=hang_up, daemon=True).start()
         address = "{}:{}".format(*server.getsockname())
-        with running("term", f"tcp://{address}", stdin=subprocess.PIPE) as program:
-            program.stdin.write("E\n")
-            program.stdin.flush()
-            assert program.stderr.readline().startswith(f"axistwin: tcp://{address} was disconnected: ")
-            assert program.wait(timeout=PATIENCE_S) == 2
+        keys, typist = os.pipe()
+        os.write(typist, b"E\n")
+        with open(keys) as keyboard:
+            monkeypatch.setattr("sys.stdin", keyboard)
+            assert execute(["term", f"tcp://{address}"]) == 2
+            os.close(typist)
+        assert capsys.readouterr().err.startswith(f"axistwin: tcp://{address} was disconnected: ")
 
 
 EDITING = "\x1b[?2004h"
@@ -207,9 +211,9 @@ EDITING = "\x1b[?2004h"
 class Person:
     """A user at a terminal, simulated by a pty."""
 
-    def __init__(self, *arguments: str, columns: int = 120, **more: str) -> None:
+    def __init__(self, *arguments: str, **more: str) -> None:
         self.master, slave = pty.openpty()
-        termios.tcsetwinsize(slave, (40, columns))
+        termios.tcsetwinsize(slave, (40, 120))
         words = [*PROGRAM, *arguments]
         self.program = subprocess.Popen(
             words,
@@ -245,8 +249,8 @@ class Person:
 def person():
     people: list[Person] = []
 
-    def sit_down(*arguments: str, columns: int = 120, TERM: str = "dumb", **more: str) -> Person:  # noqa: N803
-        people.append(Person(*arguments, columns=columns, TERM=TERM, **more))
+    def sit_down(*arguments: str, TERM: str = "dumb", **more: str) -> Person:  # noqa: N803
+        people.append(Person(*arguments, TERM=TERM, **more))
         return people[-1]
 
     yield sit_down
@@ -255,7 +259,7 @@ def person():
         one.program.wait()
 
 
-def test_a_person_at_a_terminal(person: Callable[..., Person]):
+def test_a_person_at_a_terminal_who_interrupts(person: Callable[..., Person]):
     me = person("term", "if1", "--speed", "max", "--no-tutor")
     me.see("axistwin: Digiplan IF1 stepper motor interface.  :help lists the commands, :quit leaves.")
     me.see("< U\x1b[2m<CR>\x1b[0m")
@@ -264,34 +268,8 @@ def test_a_person_at_a_terminal(person: Callable[..., Person]):
     me.see("< C\x1b[2m<CR>\x1b[0m\r\n> ")
     me.type("X250$\n:wait 2\n:axes\n")
     me.see("X  250  at rest")
-    me.type("\x04")
-    assert me.leave() == 0
-
-
-def test_a_person_interrupts(person: Callable[..., Person]):
-    me = person("term", "if1", "--speed", "max")
-    me.see("< U")
-    me.type("E\n")
-    me.see("< C")
     me.type("\x03")
     assert me.leave() == 130
-
-
-def test_a_person_looks_at_the_commands_and_at_a_check(person: Callable[..., Person], tmp_path):
-    me = person("commands", "if1")
-    me.see("Digiplan IF1 stepper motor interface")
-    me.see("All are implemented.")
-    assert me.leave() == 0
-
-    me = person("commands", "if1", columns=60)  # no room for a table
-    assert "Digiplan" not in me.see("acceleration rate data")
-    assert me.leave() == 0
-
-    (tmp_path / "a.if1").write_text("X1000$\n\tx$\n")
-    me = person("check", "if1", f"{tmp_path}/a.if1")
-    me.see("commands are upper case")
-    me.see("     x$\r\n     ^")
-    assert me.leave() == 1
 
 
 def shown(*heard: bytes, person: bool = False) -> str:

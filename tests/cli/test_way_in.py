@@ -77,16 +77,39 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.fixture
+def on_a_terminal(monkeypatch):
+    """Return a function that runs the program on a terminal of a given width; it returns exit code and output."""
+
+    def show(width, *words):
+        monkeypatch.setenv("COLUMNS", str(width))
+        monkeypatch.setattr(sys, "stdout", Terminal())
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        return end.value.code, re.sub(r"\x1b\[[\d;]*m", "", sys.stdout.getvalue())
+
+    return show
+
+
 @pytest.mark.parametrize("width", [60, 80, 100, 160])
 @pytest.mark.parametrize("words", [["commands", "1811"], ["commands", "smartmotor"], ["faults"], ["docs", "--list"]])
-def test_no_table_is_wider_than_the_terminal(monkeypatch, width, words):
-    monkeypatch.setenv("COLUMNS", str(width))
-    monkeypatch.setattr(sys, "stdout", Terminal())
-    with pytest.raises(SystemExit, match="0"):
-        main(words)
-    lines = re.sub(r"\x1b\[[\d;]*m", "", sys.stdout.getvalue()).splitlines()
+def test_no_table_is_wider_than_the_terminal(on_a_terminal, width, words):
+    code, shown = on_a_terminal(width, *words)
+    lines = shown.splitlines()
+    assert code == 0
     assert len(lines) > 20
     assert max(map(len, lines)) <= width
+
+
+def test_the_title_of_a_table_and_the_place_of_an_error_are_shown_on_a_terminal(on_a_terminal, tmp_path):
+    code, shown = on_a_terminal(120, "commands", "if1")
+    assert code == 0
+    assert "All are implemented." in shown.partition("Digiplan IF1 stepper motor interface")[2]
+    assert "Digiplan" not in on_a_terminal(60, "commands", "if1")[1].partition("acceleration rate data")[0]
+    (tmp_path / "a.if1").write_text("X1000$\n\tx$\n")
+    code, shown = on_a_terminal(120, "check", "if1", f"{tmp_path}/a.if1")
+    assert code == 1
+    assert "     x$\n     ^" in shown.partition("commands are upper case")[2]
 
 
 @pytest.mark.parametrize("words", [["commands", "1811"], ["faults"], ["examples"]])

@@ -1,7 +1,7 @@
 """Hover, completion and symbols for every kind of text."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import codec_of, product
@@ -89,6 +89,7 @@ COMMAND = st.sampled_from(
 )  # fmt: skip
 
 
+@settings(max_examples=50)
 @given(st.lists(COMMAND, max_size=12))
 def test_modal_commands_decide_which_commands_the_board_accepts(lines):
     """The reference reads all commands."""
@@ -312,6 +313,7 @@ def test_the_tables_of_a_scene_are_its_symbols():
 
 
 @pytest.mark.parametrize("kind", ALL)
+@settings(max_examples=50)
 @given(
     text=st.text(st.sampled_from("XYG$:;>!=+<[]\"'. \\nr{}()?@#0123456789abcCIFé\n\t"), max_size=40),
     where=st.integers(0, 40),

@@ -7,11 +7,9 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-from pygls.workspace import TextDocument
 
 from axistwin.cli import axistwin
 from axistwin.cli.authoring import lsp
-from axistwin.editor import Text, checks, make
 from axistwin.errors import MissingExtraError
 
 from .lsp_client import ROOT, Client
@@ -83,6 +81,10 @@ def test_a_text_that_is_too_long_is_not_checked(client):
 
 def test_the_process_of_the_server_checks_nothing(monkeypatch):
     """A check in this process would delay completion: one thread of Python runs at a time."""
+    from pygls.workspace import TextDocument  # lazy imports: pygls is needed by no other test in this process
+
+    from axistwin.editor import Text, checks, make
+
     written = []
     server = make()
     server.protocol.set_writer(SimpleNamespace(write=written.append))

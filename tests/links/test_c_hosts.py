@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import socket
 import subprocess
 from pathlib import Path
 
@@ -155,8 +156,13 @@ def test_appendix_d_needs_a_declaration_and_a_macro(tmp_path, name, complaint, f
     assert f"\n{appendix_d.FORWARD}" in DOCS
 
 
-def test_the_whole_header(bus, tmp_path):
-    done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), bus.address)
+@pytest.fixture(scope="module")
+def host(tmp_path_factory):
+    return compiled(tmp_path_factory.mktemp("host"), STRICT, host=WHOLE_HEADER)
+
+
+def test_the_whole_header(bus, host):
+    done = run(host, bus.address)
     assert (done.returncode, done.stdout, done.stderr) == (0, "01 2a", "")
 
 
@@ -164,19 +170,17 @@ def test_the_whole_header(bus, tmp_path):
     ("where", "words"),
     [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "no answer")],
 )
-def test_a_bus_that_is_not_there_ends_the_program(tmp_path, where, words):
-    done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), where)
+def test_a_bus_that_is_not_there_ends_the_program(host, where, words):
+    done = run(host, where)
     assert done.returncode == 3
     assert words in done.stderr
 
 
-def test_a_bus_that_another_host_has(served, bus, tmp_path):
-    import socket
-
+def test_a_bus_that_another_host_has(bus, host):
     with socket.create_connection((bus.host, bus.port), timeout=5) as first:
         first.sendall(b"i\n")
         assert first.recv(10) == b"0\n"
-        done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), bus.address)
+        done = run(host, bus.address)
     assert done.returncode == 3
     assert "another host has the bus" in done.stderr
 

@@ -21,6 +21,8 @@ from axistwin.units import S
 
 pq = pytest.importorskip("pyarrow.parquet")
 KINDS = ("csv", "vcd", "parquet")
+FEW = ("if1.*", "1811.*", "*volts", "*says")
+"""Patterns of the signals with few changes, 300 together."""
 WINDER = Path(__file__).parents[2] / "examples" / "winder" / "scene.toml"
 
 
@@ -199,14 +201,14 @@ def test_parquet_has_plain_columns_in_compact_encodings(traces):
     assert pq.read_schema(path).metadata[b"axistwin"]
 
 
-@pytest.mark.parametrize("rows", [1, 7, 100])
-def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows):
+@pytest.mark.parametrize(("rows", "patterns"), [(1, FEW), (7, FEW), (100, ("*",))])
+def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows, patterns):
     from axistwin.traces import parquet as trace_parquet
 
     monkeypatch.setattr(trace_parquet, "GROUP", rows)
     monkeypatch.setattr(tracer, "CHUNK", 50)
-    again = traced(tmp_path / "a.parquet")
-    assert again.tracks == traces["parquet"].tracks
+    again = traced(tmp_path / "a.parquet", patterns).tracks
+    assert again == {name: traces["parquet"].tracks[name] for name in again}
     assert pq.ParquetFile(tmp_path / "a.parquet").num_row_groups > 10
 
 
@@ -390,38 +392,42 @@ def test_a_full_disk_from_the_beginning(tmp_path, monkeypatch):
 
 KILLED = """
 import os, signal, sys
+from contextlib import ExitStack
 from pathlib import Path
 from axistwin import Bench
 from axistwin.traces import tracing
 bench = Bench()
 if1 = bench.add("if1")
-with tracing(bench, Path(sys.argv[1])) as trace:
+with ExitStack() as stack:
+    traces = [stack.enter_context(tracing(bench, Path(file))) for file in sys.argv[1:]]
     bench.run(1.5)
     for message in (b"(", b"U61\\r", b"X100@1000$\\r"):
         if1.serial.write(message)
         bench.run(1.5)
-    trace.catch_up()
+    for trace in traces:
+        trace.catch_up()
     if1.serial.write(b"X$\\r")
     bench.run(1.5)
     os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_file_is_readable_after_its_program_was_killed(tmp_path, kind):
-    path = tmp_path / f"a.{kind}"
-    done = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=50, check=False)
+def test_files_are_readable_after_their_program_was_killed(tmp_path):
+    files = [tmp_path / f"a.{kind}" for kind in KINDS]
+    done = subprocess.run([sys.executable, "-c", KILLED, *files], timeout=50, check=False)
     assert done.returncode == -signal.SIGKILL
-    assert read(path).tracks["if1.X.pulses"].values[-1] == 100
+    for file in files:
+        assert read(file).tracks["if1.X.pulses"].values[-1] == 100, file
 
 
 # Reading
 
 
 @pytest.mark.parametrize("kind", ["csv", "vcd"])
-def test_an_incomplete_last_line_is_left_out(tmp_path, traces, kind):
-    whole = traces[kind].path.read_bytes()
+def test_an_incomplete_last_line_is_left_out(tmp_path, kind):
     path = tmp_path / f"a.{kind}"
+    traced(path, FEW)
+    whole = path.read_bytes()
     for length in range(len(whole) // 2, len(whole) // 2 + 60):
         path.write_bytes(whole[:length])
         assert read(path).tracks["if1.X.pulses"].values[0] == 0
