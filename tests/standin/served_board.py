@@ -30,12 +30,16 @@ class ServedBoard:
         self._bench.clock.call_later(PERIOD_NS, self._turn)
 
     def moves(self, pins):
-        """Return the moves in order, with their net pulses; `pins`: step pin of each axis."""
+        """Return the moves in order, with their pulses; `pins`: step pin of each axis.
+
+        A move ends at a pause, or where an axis reverses: a fast host leaves no pause between two moves.
+        """
         pulses = self.metal.small.pulses
         every = sorted((tick, axis, way) for axis, pin in pins.items() for tick, way in pulses[pin])
         found, last = [], 0
         for tick, axis, way in every:
-            if tick - last > 320_000:  # 20 ms: longer than between two pulses of a move
+            pause = tick - last > 320_000  # 20 ms: longer than between two pulses of a move
+            if pause or found[-1].get(axis, 0) * way < 0:
                 found.append({})
             found[-1][axis] = found[-1].get(axis, 0) + way
             last = tick
