@@ -18,7 +18,7 @@ PROGRAM = [sys.executable, "-c", "from axistwin.cli import main; main()", "serve
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
-    "--js-flags=--no-opt --no-maglev",
+    "--in-process-gpu", "--js-flags=--no-opt --no-maglev",
 ]  # fmt: skip
 """Flags of chromium.  No page is open for so long that it would pay to optimise its scripts."""
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
