@@ -145,7 +145,7 @@ def visiting(browser):
 @pytest.fixture(scope="package", params=SCENES)
 def machine(request, shown):
     """Serve an example with a panel, and yield its name and its address."""
-    with shown(f"examples/{request.param}/scene.toml", "--speed", "5") as address:
+    with shown(f"examples/{request.param}/scene.toml", "--speed", "0.1") as address:
         yield request.param, address
 
 

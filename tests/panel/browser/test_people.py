@@ -2,6 +2,7 @@
 
 from playwright.sync_api import expect
 
+from .conftest import PHONE
 from .using import Panel, click, on, strike
 
 NAME = "<img src=x onerror=window.wrong=1>"
@@ -21,7 +22,7 @@ def test_one_drives_and_another_sees_who_and_takes_over_and_names_are_words(mach
     panel.say(name, NAME)
     panel.page.get_by_text(f"{SHOWN} — drives").wait_for()
     strike(panel.page, "Escape")
-    with visiting(machine[1]) as visit:
+    with visiting(machine[1], PHONE) as visit:
         second = Panel(machine[0], visit)
         second.button(f"{SHOWN} drives").wait_for()
         click(second.button("Run"))
@@ -33,6 +34,7 @@ def test_one_drives_and_another_sees_who_and_takes_over_and_names_are_words(mach
         second.button("you drive").wait_for()
         panel.message("drives now")
         panel.button("you drive").wait_for(state="hidden")
+        click(second.button("more controls"))
         click(second.button("event"))
         expect(panel.clock).not_to_have_text("0.000000 s")
         expect(second.clock).to_have_text(panel.clock.inner_text())

@@ -215,6 +215,13 @@ class Panel:
         if at["speed"] != "max":
             self.speed("max")
 
+    def step(self, kind):
+        """Step to the next event of this kind."""
+        before = self.clock.inner_text()
+        click(self.button(kind))
+        expect(self.clock).not_to_have_text(before)
+        self.paused()
+
     def speed(self, text):
         self.say(self.field("times real time"), text)
 
