@@ -153,7 +153,9 @@ def test_a_page_and_its_tabs_are_built_apart_from_the_frames_and_pause_every_few
                 visit.context.unbuilt.clear()
                 assert client.next_element_id == before
                 _, made = counted(client, build, monkeypatch)
-                assert max(made) <= MOST_ELEMENTS, tab
+            assert max(made) <= MOST_ELEMENTS, tab
+            visit.run(0.5)
+        assert visit.found("clock").text == "1.500000 s"
 
     show(bench_of(model), build, play)
 
