@@ -45,13 +45,15 @@ def get(address, **headers):
 
 
 @contextmanager
-def browser(address, cookie):
-    """Fetch the page with this cookie, and keep the connection open."""
-    place = urlsplit(address)
-    with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as connection:
-        connection.sendall(f"GET / HTTP/1.1\r\nHost: {place.netloc}\r\nCookie: {cookie}\r\n\r\n".encode())
-        assert connection.recv(12) == b"HTTP/1.1 200"
-        yield
+def page_socket(address, **headers):
+    """Fetch the page, and open its connection: a WebSocket with the Socket.IO protocol."""
+    client = re.search(r"client_id\W+([\w-]+)", get(address, **headers)[2])[1]
+    query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
+    url = f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}"
+    with connect(url, additional_headers=headers) as page:
+        page.recv(PATIENCE_S)
+        page.send("40")
+        yield page
 
 
 def test_a_port_that_is_taken():
@@ -112,7 +114,9 @@ def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_als
         cookie = headers["set-cookie"].partition(";")[0]
         status, _, text = get(here, Cookie=cookie)
         assert (status, "<title>VIRTUAL: Two rows</title>" in text) == (200, True)
-        with browser(here, cookie):
+        with page_socket(here, Cookie=cookie) as page:
+            while '"update"' not in str(page.recv(PATIENCE_S)):
+                pass  # until the page is built
             assert ended(program, signal.SIGINT) == (130, "")
 
 
@@ -133,17 +137,6 @@ def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_
                 assert get(here, Cookie=get(address)[1]["set-cookie"].partition(";")[0])[0] == 200
             assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
             assert ended(program)[0] == 0
-
-
-@contextmanager
-def page_socket(address):
-    """Open the connection of a page: a WebSocket with the Socket.IO protocol."""
-    client = re.search(r"client_id\W+([\w-]+)", get(address)[2])[1]
-    query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
-    with connect(f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}") as page:
-        page.recv(PATIENCE_S)
-        page.send("40")
-        yield page
 
 
 MESSAGES = (

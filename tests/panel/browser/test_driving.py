@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 
 from axistwin.cli import axistwin
 
+from .conftest import TRACE_ENDS
 from .using import click, on, press, strike, thumb
 
 
@@ -159,3 +160,14 @@ def test_the_header_does_not_move_and_planned_actions_are_gone_to(panel):
     click(panel.page.get_by_role("button", name="Undo"))
     panel.near(2, within=0)
     expect(panel.button("Live from here")).to_be_visible()
+
+
+@on("drill")
+def test_the_trace_and_the_recording_end_when_somebody_goes_back(machine, panel):
+    panel.moving()
+    panel.begin()
+    after = (machine[2] / "first.csv").read_bytes()
+    panel.step("event")
+    assert (machine[2] / "stderr").read_text().count(TRACE_ENDS) == 1
+    assert (machine[2] / "first.csv").read_bytes() == after
+    assert (machine[2] / "first.talk").read_text().startswith("; model: if2")
