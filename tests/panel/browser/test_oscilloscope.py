@@ -122,6 +122,3 @@ def test_a_trigger(panel, scope):
     panel.run()
     expect(scope.get_by_role("status")).to_contain_text("view paused")
     panel.pause()
-    click(panel.button(f"release {name}"))
-    panel.choose("Trigger", "off", scope)
-    click(panel.button("Live", scope))

@@ -26,8 +26,8 @@ AT = """() => {
   const visible = (each) => each?.getClientRects().length > 0;
   return {
     folded: visible(document.querySelector('button.more')) && !visible(document.querySelector('.speed-box')),
-    parts: [...document.querySelectorAll('.fold-title')].filter(
-      (each) => visible(each) && each.ariaExpanded === 'false').map((each) => each.dataset.test),
+    parts: [...document.querySelectorAll('.fold-title')].some(
+      (each) => visible(each) && each.ariaExpanded === 'false'),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
     drives: [...document.querySelectorAll('button')].some(
       (each) => visible(each) && each.innerText.includes('you drive')),
@@ -37,6 +37,10 @@ AT = """() => {
   };
 }"""
 """Returns where a page is; one message to the browser instead of one for each question."""
+
+UNFOLD = """() => {
+  for (const each of document.querySelectorAll('.fold-title[aria-expanded=false]')) each.click();
+}"""
 
 expect.set_options(timeout=PATIENCE_MS)
 
@@ -187,7 +191,7 @@ class Panel:
         """Run from time 0 until the machine is in the middle of a motion, unless it is paused there now."""
         ready(self.page)
         at = self.page.evaluate(AT)
-        usual = {"folded": False, "parts": [], "open": False, "drives": True, "speed": "max"}
+        usual = {"folded": False, "parts": False, "open": False, "drives": True, "speed": "max"}
         if at != {**at, **usual, "state": f"paused: {self.facts.moving}"}:
             self.begin()
             self.run_until(self.facts.moving)
@@ -200,8 +204,9 @@ class Panel:
             strike(self.page, "Escape")
         if at["folded"]:
             click(self.button("more controls"))
-        for part in at["parts"]:
-            click(self.page.get_by_test_id(part))
+        if at["parts"]:
+            self.page.evaluate(UNFOLD)
+            quiet(self.page)
         if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))
