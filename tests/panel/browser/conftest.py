@@ -30,9 +30,6 @@ STILL = """addEventListener("DOMContentLoaded", () => {
 """Disables transitions on the page."""
 PANEL = re.compile(r"panel on (http://\S+)")
 SCENES = ("drill", "winder", "cut-to-length")
-TRACE_ENDS = "axistwin: trace and recording end here: the session has gone back in time"
-EXPECTED = re.compile("axistwin: (fell behind the wall clock|Payload size)")
-"""Messages that a loaded computer and a text of 1.2 MB cause."""
 DESK, PHONE = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
 """Sizes of a page."""
 
@@ -86,8 +83,8 @@ def _shown(scene, messages, *options):
             program.send_signal(signal.SIGTERM)
             program.communicate(timeout=30)
     assert program.returncode == 0
-    told = [line for line in messages.read_text().splitlines() if not EXPECTED.match(line)]
-    assert told in ([], [TRACE_ENDS])
+    said = messages.read_text()
+    assert "Traceback" not in said, said
 
 
 class Visit:

@@ -118,7 +118,6 @@ def test_a_trigger(panel, scope):
     panel.tab(panel.facts.who, "Pins")
     name = f"{panel.facts.who}.{panel.facts.pin}"
     click(panel.button(f"high {name}"))
-    panel.speed("5")
     panel.run()
     expect(scope.get_by_role("status")).to_contain_text("view paused")
     panel.pause()

@@ -62,9 +62,8 @@ def test_a_program_is_loaded_and_stopped_and_a_break_at_a_line_is_set_by_mouse_a
         expect(number).to_have_attribute("aria-pressed", "false")
     panel.button("Breaks").wait_for()
     click(panel.button("END", program))
-    panel.run()
+    panel.step("event")
     expect(running).to_have_count(0)
-    panel.pause()
 
 
 @on("drill")
