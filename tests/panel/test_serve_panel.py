@@ -50,7 +50,7 @@ def page_socket(address, **headers):
     client = re.search(r"client_id\W+([\w-]+)", get(address, **headers)[2])[1]
     query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
     url = f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}"
-    with connect(url, additional_headers=headers) as page:
+    with connect(url, additional_headers=headers, max_queue=None) as page:
         page.recv(PATIENCE_S)
         page.send("40")
         yield page
@@ -95,9 +95,7 @@ def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     assert (code, "letters and digits only" in words) == (2, True)
 
 
-def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_also_with_a_browser(
-    tmp_path,
-):
+def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_also_with_a_page(tmp_path):
     """At full speed: in real time, a loaded computer would cause a message about delays."""
     scene = tmp_path / "scene.toml"
     scene.write_text('title = "Two rows"\n[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
@@ -120,7 +118,12 @@ def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_als
             assert ended(program, signal.SIGINT) == (130, "")
 
 
-def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_own_on_loopback(tmp_path):
+MESSAGES = (
+    '42["connect","x"]', '42["event"]', '42["handshake",{}]', '42["ack",[]]', '42["event",' + "[" * 3000, "45", b"\0",
+)  # fmt: skip
+
+
+def test_state_speed_and_ports_are_as_without_a_panel_also_after_bad_messages_and_with_a_token_of_ones_own(tmp_path):
     options = ("--speed", "max", "--line", "instant", "--state", tmp_path, "--panel-token", "letmein")
     for first in (True, False):
         with started("if2", "--panel", 0, *options) as (program, address):
@@ -134,20 +137,10 @@ def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_
             if first:
                 here = address.partition("?")[0]
                 assert get(here)[0] == 403
-                assert get(here, Cookie=get(address)[1]["set-cookie"].partition(";")[0])[0] == 200
+                cookie = get(address)[1]["set-cookie"].partition(";")[0]
+                for message in MESSAGES:
+                    with page_socket(here, Cookie=cookie) as page, suppress(ConnectionClosed):
+                        page.send(message)
+                    assert get(here, Cookie=cookie)[0] == 200, message
             assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
             assert ended(program)[0] == 0
-
-
-MESSAGES = (
-    '42["connect","x"]', '42["event"]', '42["handshake",{}]', '42["ack",[]]', '42["event",' + "[" * 3000, "45", b"\0",
-)  # fmt: skip
-
-
-def test_bad_messages_to_the_panel_end_nothing():
-    with started("if1", "--panel", 0) as (program, address):
-        for message in MESSAGES:
-            with page_socket(address) as page, suppress(ConnectionClosed):
-                page.send(message)
-            assert get(address)[0] == 200, message
-            assert program.poll() is None, message
