@@ -30,12 +30,15 @@ class ServedBoard:
         self._bench.clock.call_later(PERIOD_NS, self._turn)
 
     def moves(self, pins):
-        """Return the moves in order, with their net pulses; `pins`: step pin of each axis."""
+        """Return the moves in order, with their pulses; `pins`: step pin of each axis.
+
+        A move ends if no pulse comes for 20 ms, which is longer than between two of its pulses, or if an axis reverses.
+        """
         pulses = self.metal.small.pulses
         every = sorted((tick, axis, way) for axis, pin in pins.items() for tick, way in pulses[pin])
         found, last = [], 0
         for tick, axis, way in every:
-            if tick - last > 320_000:  # 20 ms: longer than between two pulses of a move
+            if tick - last > 320_000 or found[-1].get(axis, way) * way < 0:
                 found.append({})
             found[-1][axis] = found[-1].get(axis, 0) + way
             last = tick
