@@ -148,12 +148,14 @@ def turn(item: pytest.Item) -> tuple[int, int]:
 
 @cache
 def unit(nodeid: str) -> str:
-    """Return the unit of a test: its file, or all tests that need the browser with the same machine."""
+    """Return the unit of a test: its file, or all tests in a browser with the drill, or all with other machines.
+
+    Each of these two units starts a browser of its own.
+    """
     file, _, rest = nodeid.partition("::")
     if not file.startswith(BROWSER):
         return file
-    machine = next((name for name in ("cut-to-length", "drill", "winder") if name in rest.partition("[")[2]), "")
-    return f"{BROWSER} {machine}"
+    return f"{BROWSER} {'drill' if 'drill' in rest.partition('[')[2] else 'others'}"
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -28,11 +28,18 @@ PLACES = {
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
-def test_a_fault_of_every_kind_is_put_in_and_mended(kind):
+def test_a_fault_of_every_kind_has_a_form_with_usual_values_and_is_put_in_and_mended(kind):
     place = "if1.X" if kind.name == "drive_fault" else PLACES[kind.on]
 
     def play(visit):
         visit.choose("fault-kind", kind.name)
+        for parameter in kind.parameters:
+            field = visit.found(f"fault-{parameter.name}")
+            if parameter.sort in (Sort.WORD, Sort.LEVEL):
+                assert list(field.options) == (list(parameter.words) or ["high", "low"])
+            else:
+                assert field.value == ("" if parameter.default is None else f"{parameter.default:g}")
+                assert field.props["placeholder"] == parameter.wanted
         visit.choose("fault-on", place)
         for parameter in kind.parameters:
             if parameter.default is None and not parameter.optional and parameter.name in MUST:
@@ -48,21 +55,6 @@ def test_a_fault_of_every_kind_is_put_in_and_mended(kind):
         visit.press(f"mend-{kind.name}")
         assert not fault.on
         assert visit.found(f"fault-{kind.name}-state").text == "over"
-
-    show(build, faults, play)
-
-
-@pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
-def test_the_form_has_every_parameter_with_its_usual_value(kind):
-    def play(visit):
-        visit.choose("fault-kind", kind.name)
-        for parameter in kind.parameters:
-            field = visit.found(f"fault-{parameter.name}")
-            if parameter.sort in (Sort.WORD, Sort.LEVEL):
-                assert list(field.options) == (list(parameter.words) or ["high", "low"])
-            else:
-                assert field.value == ("" if parameter.default is None else f"{parameter.default:g}")
-                assert field.props["placeholder"] == parameter.wanted
 
     show(build, faults, play)
 

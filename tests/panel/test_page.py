@@ -5,7 +5,7 @@ import re
 import pytest
 from nicegui import ui
 
-from axistwin.bench import FAMILIES, Bench, LineBreak, Sent
+from axistwin.bench import Bench, LineBreak, Sent
 from axistwin.panel import Talk, build_views, together
 from axistwin.panel.views import people, tabs, terminal
 
@@ -26,17 +26,6 @@ def type_into(visit, mark, text):
     """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
-
-
-@pytest.mark.parametrize("model", FAMILIES)
-def test_a_page_for_every_model_with_every_tab(model):
-    def play(visit):
-        for tab in ("Program", "Terminal", "Pins"):
-            visit.user.find(tab).click()
-            visit.run(0.5)
-        assert visit.found("clock").text == "1.500000 s"
-
-    show(bench_of(model), whole, play)
 
 
 def test_the_clock_is_written_without_an_update_of_the_page():

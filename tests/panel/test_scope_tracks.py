@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.panel.scope import MOST_BYTES, Track, Words, marks, tracks, window
@@ -129,9 +129,10 @@ def test_the_line_has_two_points_for_a_pixel_at_most_and_shows_all_extremes(step
         assert seen.values.max() == max(high for _, high in expected)
 
 
-long_ = st.lists(st.tuples(st.integers(1, 200), st.integers(-9, 9)), min_size=30, max_size=400)
+long_ = st.lists(st.tuples(st.integers(1, 200), st.integers(-9, 9)), min_size=30, max_size=200)
 
 
+@settings(max_examples=50)
 @given(steps=long_, cut=st.integers(1, 20), pixels=st.integers(1, 40))
 def test_what_is_old_keeps_its_extremes(steps, cut, pixels):
     with pytest.MonkeyPatch.context() as patch:

@@ -45,29 +45,15 @@ def get(address, **headers):
 
 
 @contextmanager
-def browser(address):
-    """Fetch the page, and keep the connection open."""
-    place = urlsplit(address)
-    with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as connection:
-        connection.sendall(f"GET / HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
-        assert connection.recv(12) == b"HTTP/1.1 200"
-        yield
-
-
-def test_interrupted_it_ends_at_once_and_without_a_word_also_with_a_browser():
-    """At full speed: in real time, a loaded computer would cause a message about delays."""
-    with started("if1", "--panel", 0, "--speed", "max") as (program, address), browser(address):
-        assert ended(program, signal.SIGINT) == (130, "")
-
-
-def test_a_scene_without_ports_may_be_looked_at_but_not_served_otherwise(tmp_path):
-    scene = tmp_path / "scene.toml"
-    scene.write_text('[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
-    (tmp_path / "a.if1").write_text("X10$\n")
-    code, words = refused("serve", scene)
-    assert (code, "add ports to a controller" in words) == (2, True)
-    with started(scene, "--panel", 0, "--speed", "max") as (program, address), browser(address):
-        assert ended(program, signal.SIGTERM) == (0, "")
+def page_socket(address, **headers):
+    """Fetch the page, and open its connection: a WebSocket with the Socket.IO protocol."""
+    client = re.search(r"client_id\W+([\w-]+)", get(address, **headers)[2])[1]
+    query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
+    url = f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}"
+    with connect(url, additional_headers=headers, max_queue=None) as page:
+        page.recv(PATIENCE_S)
+        page.send("40")
+        yield page
 
 
 def test_a_port_that_is_taken():
@@ -109,21 +95,35 @@ def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     assert (code, "letters and digits only" in words) == (2, True)
 
 
-def test_beyond_this_machine_a_token_is_made_up_and_wanted_and_the_page_of_a_scene_is_called_virtual():
-    with started("examples/winder/scene.toml", "--panel", "0.0.0.0:0") as (program, address):
+def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_also_with_a_page(tmp_path):
+    """At full speed: in real time, a loaded computer would cause a message about delays."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text('title = "Two rows"\n[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
+    (tmp_path / "a.if1").write_text("X10$\n")
+    code, words = refused("serve", scene)
+    assert (code, "add ports to a controller" in words) == (2, True)
+    with started(scene, "--panel", "0.0.0.0:0", "--speed", "max") as (program, address):
         place = urlsplit(address)
         here = f"http://127.0.0.1:{place.port}/"
         assert len(place.query.removeprefix("token=")) > 20
         assert get(here)[0] == 403
         status, headers, _ = get(f"{here}?{place.query}")
         assert (status, headers["location"]) == (303, "/")
-        status, _, text = get(here, Cookie=headers["set-cookie"].partition(";")[0])
-        assert status == 200
-        assert "<title>VIRTUAL: Winder</title>" in text
-        assert program.poll() is None
+        cookie = headers["set-cookie"].partition(";")[0]
+        status, _, text = get(here, Cookie=cookie)
+        assert (status, "<title>VIRTUAL: Two rows</title>" in text) == (200, True)
+        with page_socket(here, Cookie=cookie) as page:
+            while '"update"' not in str(page.recv(PATIENCE_S)):
+                pass  # until the page is built
+            assert ended(program, signal.SIGINT) == (130, "")
 
 
-def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_own_on_loopback(tmp_path):
+MESSAGES = (
+    '42["connect","x"]', '42["event"]', '42["handshake",{}]', '42["ack",[]]', '42["event",' + "[" * 3000, "45", b"\0",
+)  # fmt: skip
+
+
+def test_state_speed_and_ports_are_as_without_a_panel_also_after_bad_messages_and_with_a_token_of_ones_own(tmp_path):
     options = ("--speed", "max", "--line", "instant", "--state", tmp_path, "--panel-token", "letmein")
     for first in (True, False):
         with started("if2", "--panel", 0, *options) as (program, address):
@@ -137,36 +137,10 @@ def test_state_speed_and_ports_are_as_without_a_panel_also_with_a_token_of_ones_
             if first:
                 here = address.partition("?")[0]
                 assert get(here)[0] == 403
-                assert get(here, Cookie=get(address)[1]["set-cookie"].partition(";")[0])[0] == 200
+                cookie = get(address)[1]["set-cookie"].partition(";")[0]
+                for message in MESSAGES:
+                    with page_socket(here, Cookie=cookie) as page, suppress(ConnectionClosed):
+                        page.send(message)
+                    assert get(here, Cookie=cookie)[0] == 200, message
             assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
             assert ended(program)[0] == 0
-
-
-@contextmanager
-def page_socket(address):
-    """Open the connection of a page: a WebSocket with the Socket.IO protocol."""
-    client = re.search(r"client_id\W+([\w-]+)", get(address)[2])[1]
-    query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
-    with connect(f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}") as page:
-        page.recv(PATIENCE_S)
-        page.send("40")
-        yield page
-
-
-@pytest.mark.parametrize(
-    "message",
-    ['42["connect","x"]', '42["event"]', '42["handshake",{}]', '42["ack",[]]', '42["event",' + "[" * 3000, "45", b"\0"],
-    ids=lambda message: repr(message[:20]),
-)
-def test_a_bad_message_to_the_panel_ends_nothing(serving, message):
-    program, address = serving
-    with page_socket(address) as page, suppress(ConnectionClosed):
-        page.send(message)
-    assert get(address)[0] == 200
-    assert program.poll() is None
-
-
-@pytest.fixture(scope="module")
-def serving():
-    with started("if1", "--panel", 0) as served:
-        yield served

@@ -23,16 +23,16 @@ PINS = {"X": 2, "Y": 5}
 
 @pytest.mark.skipif(not MANUAL.exists(), reason="the manual is not here")
 def test_a_basic_program_of_the_manual_moves_the_motors(tmp_path):
-    """Sample program 4: X forth, and ten times back and forth."""
+    """Sample program 7: X forth, Y forth, X back and Y back."""
     boards = []
     session = perform(
-        4, "U61", tmp_path, link="pty", line="2400 8N2", name="table",
+        7, "U61", tmp_path, link="pty", line="2400 8N2", name="table",
         prepare=lambda bench: boards.append(ServedBoard(bench, (X, Y_UPRIGHT))),
     )  # fmt: skip
     session.bench.run(2.5)
     [board] = boards
     assert board.lines == []
-    assert board.moves(PINS) == [{"X": 1000}, *[{"X": -1000}, {"X": 1000}] * 10]
+    assert board.moves(PINS) == [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
     assert board.moves(PINS) == session.moves()
     assert not [word for word in ("rror", "imeout") if word in session.screen]
 

@@ -49,9 +49,7 @@ def test_one_row_a_run(tmp_path):
 
 
 def test_workers_and_this_process_agree_even_if_a_worker_is_killed(tmp_path):
-    expected = digest(study(tmp_path, "0.1..0.6:4").run(workers=0))
-    made = study(tmp_path, "0.1..0.6:4")
-    runner, points = made.check()
+    runner, points = study(tmp_path, "0.1..0.6:4").check()
     told = []
     with Workers(runner, 2, tell=told.append) as workers:
         rows = []
@@ -67,7 +65,6 @@ def test_workers_and_this_process_agree_even_if_a_worker_is_killed(tmp_path):
         assert {k: v for k, v in row.items() if k not in apart} == {
             k: v for k, v in alone[row["run"]].items() if k not in apart
         }
-    assert expected == digest(made.run(workers=0))
 
 
 SWEEP_HOST = """
@@ -110,7 +107,7 @@ def test_drawn_values_are_checked_as_drawn(tmp_path):
 
     made("normal(0.15, 0.02)").check(Design("lhs", 5))
     with pytest.raises(AxistwinError, match=r"cannot set table\.X\.load\.torque to -0\."):
-        made("normal(0.02, 0.02)").check(Design("lhs", 50))
+        made("normal(0.02, 0.02)").check(Design("lhs", 20))
 
 
 class StoppedError(Exception):

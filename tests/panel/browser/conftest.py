@@ -18,7 +18,9 @@ PROGRAM = [sys.executable, "-c", "from axistwin.cli import main; main()", "serve
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
+    "--in-process-gpu", "--js-flags=--no-opt --no-maglev",
 ]  # fmt: skip
+"""Flags of chromium.  No page is open for so long that it would pay to optimise its scripts."""
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 STILL = """addEventListener("DOMContentLoaded", () => {
   const style = document.createElement("style");
@@ -66,21 +68,23 @@ def browser():
 
 
 @contextmanager
-def _shown(scene, *options, told=None):
-    """Serve a scene (a path or a model's name), and yield the panel's address.  `told`: receives stderr."""
+def _shown(scene, messages, *options):
+    """Serve a scene with a panel, and yield the panel's address.  `messages`: the file that receives stderr."""
     words = [*PROGRAM, str(scene), "--panel", "0", *options]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as program:
+    with (
+        messages.open("w") as stderr,
+        subprocess.Popen(words, stdout=subprocess.PIPE, stderr=stderr, text=True, cwd=ROOT) as program,
+    ):
         try:
             line = program.stdout.readline()
-            assert PANEL.match(line), line + program.stderr.read()
+            assert PANEL.match(line), line + messages.read_text()
             yield PANEL.match(line)[1]
         finally:
             program.send_signal(signal.SIGTERM)
-            _, said = program.communicate(timeout=30)
+            program.communicate(timeout=30)
     assert program.returncode == 0
+    said = messages.read_text()
     assert "Traceback" not in said, said
-    if told is not None:
-        told.append(said)
 
 
 class Visit:
@@ -141,10 +145,12 @@ def visiting(browser):
 
 
 @pytest.fixture(scope="package", params=SCENES)
-def machine(request, shown):
-    """Serve an example with a panel, and yield its name and its address."""
-    with shown(f"examples/{request.param}/scene.toml", "--speed", "5") as address:
-        yield request.param, address
+def machine(request, shown, tmp_path_factory):
+    """Serve an example with a panel; yield its name, its address, and the directory of what it writes."""
+    name, written = request.param, tmp_path_factory.mktemp("written")
+    traced = ("--trace", str(written / "first.csv"), "--record", str(written / "first.talk")) if name == "drill" else ()
+    with shown(f"examples/{name}/scene.toml", written / "stderr", "--speed", "0.1", *traced) as address:
+        yield name, address, written
 
 
 @pytest.fixture(scope="package")

@@ -1,5 +1,6 @@
 """Take the screenshots in the README: `python tests/panel/browser/pictures.py`."""
 
+import os
 import sys
 from io import BytesIO
 from pathlib import Path
@@ -23,7 +24,7 @@ def main():
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         for take in (drill, cut_to_length):
             name = take.__name__.replace("_", "-")
-            with _shown(f"examples/{name}/scene.toml") as address:
+            with _shown(f"examples/{name}/scene.toml", Path(os.devnull)) as address:
                 visit = Visit(browser, address, {"width": 1280, "height": 1000})
                 visit.page.get_by_text("you drive").wait_for()
                 take(Panel(name, visit))

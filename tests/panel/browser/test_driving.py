@@ -1,7 +1,6 @@
 """Control of virtual time in a browser: run, pause, steps, speed, breakpoints, timeline, keys and saving."""
 
 import io
-import re
 import zipfile
 
 from click.testing import CliRunner
@@ -13,37 +12,36 @@ from .using import click, on, press, strike, thumb
 
 
 @on("drill")
-def test_it_is_marked_virtual_runs_and_stands(panel):
+def test_a_session_is_saved_and_repeated_by_run(panel, tmp_path):
+    panel.moving()
+    with panel.page.expect_download() as download:
+        click(panel.button("Save", panel.time))
+    with zipfile.ZipFile(io.BytesIO(download.value.path().read_bytes())) as archive:
+        archive.extractall(tmp_path)
+    result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "scene.toml")])
+    assert result.exit_code == 0, result.output
+    assert "pulses/s" in result.output
+
+
+@on("drill")
+def test_it_is_marked_virtual_and_runs_and_steps(panel):
     panel.page.get_by_text("VIRTUAL", exact=True).wait_for()
     assert panel.page.title().startswith("VIRTUAL")
     panel.begin()
+    panel.step("event")
+    panel.field("run until").fill(panel.facts.moving)
+    click(panel.button("Until"))
+    panel.paused(f": {panel.facts.moving}")
+    panel.step("move")
+    panel.step("statement")
     panel.speed("5")
     stood = panel.clock.inner_text()
-    click(panel.button("Run"))
-    expect(panel.state).to_have_text("running")
+    panel.run()
     expect(panel.clock).not_to_have_text(stood)
     click(panel.button("Pause", panel.driving))
     panel.paused()
-
-
-@on("drill", "winder")
-def test_steps(panel):
-    panel.begin()
-    click(panel.button("event"))
-    expect(panel.clock).not_to_have_text("0.000000 s")
-    panel.paused()
-    panel.run_until(panel.facts.moving)
-    stood = panel.clock.inner_text()
-    click(panel.button("move"))
-    expect(panel.clock).not_to_have_text(stood)
-    panel.paused()
-    stood = panel.clock.inner_text()
-    click(panel.button("statement"))
-    if panel.machine == "winder":  # the host of the winder sends moves; no program is stored
-        panel.message("no such event within 60 virtual seconds")
-    else:
-        expect(panel.clock).not_to_have_text(stood)
-        panel.paused()
+    panel.say(panel.field("run until"), "nobody passes 1")
+    panel.message("nobody")
 
 
 @on("drill")
@@ -101,16 +99,6 @@ def test_keys_that_a_control_wants_itself_do_not_drive(panel):
 
 
 @on("drill")
-def test_run_until(panel):
-    panel.begin()
-    panel.field("run until").fill(panel.facts.moving)
-    click(panel.button("Until"))
-    panel.paused(f": {panel.facts.moving}")
-    panel.say(panel.field("run until"), "nobody passes 1")
-    panel.message("nobody")
-
-
-@on("drill")
 def test_breaks(panel):
     panel.begin()
     click(panel.button("Breaks"))
@@ -152,18 +140,6 @@ def test_back_in_time_and_on_from_there(panel):
     panel.field("go to this moment").fill("")
 
 
-def test_a_session_is_saved_and_repeated_by_run(panel, tmp_path):
-    panel.begin()
-    panel.run_until(panel.facts.moving)
-    with panel.page.expect_download() as download:
-        click(panel.button("Save", panel.time))
-    with zipfile.ZipFile(io.BytesIO(download.value.path().read_bytes())) as archive:
-        archive.extractall(tmp_path)
-    result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "scene.toml")])
-    assert result.exit_code == 0, result.output
-    assert re.search(r"pulses/s|counts/s", result.output)
-
-
 @on("drill")
 def test_the_header_does_not_move_and_planned_actions_are_gone_to(panel):
     panel.begin()
@@ -183,3 +159,15 @@ def test_the_header_does_not_move_and_planned_actions_are_gone_to(panel):
     click(panel.page.get_by_role("button", name="Undo"))
     panel.near(2, within=0)
     expect(panel.button("Live from here")).to_be_visible()
+
+
+@on("drill")
+def test_the_trace_and_the_recording_end_when_somebody_goes_back(machine, panel):
+    panel.moving()
+    panel.begin()
+    after = (machine[2] / "first.csv").read_bytes()
+    panel.step("event")
+    told = "axistwin: trace and recording end here: the session has gone back in time\n"
+    assert (machine[2] / "stderr").read_text().count(told) == 1
+    assert (machine[2] / "first.csv").read_bytes() == after
+    assert (machine[2] / "first.talk").read_text().startswith("; model: if2")

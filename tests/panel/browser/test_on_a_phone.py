@@ -1,10 +1,36 @@
-"""The page on a phone: a touch screen that is 360 pixels wide."""
+"""The page on a phone, a touch screen that is 360 pixels wide: what is folded, seen, reached and kept."""
+
+import re
 
 from playwright.sync_api import expect
 
-from .conftest import PHONE
-from .using import click, on, quiet
+from .conftest import DESK, PHONE
+from .using import click, on
 
+PALE = r"""() => {
+  const numbers = (text) => { const found = text.match(/[\d.]+/g).map(Number); return found.length < 4 ? [...found, 1] : found; };
+  const over = (top, below) => [0, 1, 2].map((n) => top[n] * top[3] + below[n] * (1 - top[3]));
+  const bright = (colour) => {
+    const [r, g, b] = colour.map((n) => (n / 255 <= 0.03928 ? n / 255 / 12.92 : ((n / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (element) => {
+    const layers = [];
+    for (let each = element; each; each = each.parentElement) layers.push(numbers(getComputedStyle(each).backgroundColor));
+    return layers.reverse().reduce((below, layer) => over(layer, below), [255, 255, 255]);
+  };
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = [];
+  while (texts.nextNode()) {
+    const text = texts.currentNode.textContent.trim(), element = texts.currentNode.parentElement;
+    if (!text || !element.getClientRects().length || element.closest("script, style, [disabled], .disabled, .q-field--disabled, [aria-hidden=true], .skip, .xterm-accessibility, .live-region")) continue;
+    const style = getComputedStyle(element), ink = numbers(element.namespaceURI.endsWith("svg") ? style.fill : style.color);
+    for (let each = element; each; each = each.parentElement) ink[3] *= getComputedStyle(each).opacity;
+    const below = behind(element), both = [bright(over(ink, below)), bright(below)].sort((one, other) => other - one);
+    if ((both[0] + 0.05) / (both[1] + 0.05) < 4.5) found.push([text.slice(0, 30), element.className.baseVal ?? element.className]);
+  }
+  return found;
+}"""  # noqa: E501
+DARK = f"() => ({PALE})().length === 0"  # at last, after all fade-in and fade-out effects
 WIDE = "document.scrollingElement.scrollWidth"
 RECORD = """() => {
   document.body.tabIndex = -1;  // from the beginning of the page
@@ -25,63 +51,55 @@ UNREACHED = """() => {
 }"""
 
 
-def test_nothing_is_wider_than_the_screen_and_everything_is_reached_by_tab(phone):
-    phone.begin()
-    phone.run_until(phone.facts.moving)
-    is_reached_by_tab(phone)
-    is_narrow(phone)
-
-
-FOLDED = ("Switches and lamps", "Host, program and pins", "Front panel", "Oscilloscope", "Faults")
 LAMPS = "front of table"
+FOLDED = ("Switches and lamps", "Host, program and pins", "Front panel", "Oscilloscope", "Faults")
 
 
 @on("drill")
-def test_the_rest_is_folded_until_the_user_unfolds_it(machine, visiting):
-    with visiting(machine[1], {**PHONE, "width": 390}) as visit:
-        page = visit.page
-        page.get_by_text("virtual", exact=False).first.wait_for()
-        for shown in (
-            page.get_by_test_id("clock"),
-            page.get_by_role("button", name="Restart"),
-            page.locator(".axis").first,
-        ):
-            expect(shown).to_be_visible()
-        assert page.locator(".run").inner_text().split()[-1] in ("Run", "Pause")
-        parts = [page.get_by_role("button", name=name, exact=True) for name in FOLDED]
-        for part in parts:
-            expect(part).to_have_attribute("aria-expanded", "false")
-        hidden = ".switchboard, .terminal, .scope-plot, .speed, .form"
-        assert page.locator(hidden).filter(visible=True).count() == 0
-        columns = page.locator(".readouts").first.evaluate("(each) => getComputedStyle(each).gridTemplateColumns")
-        assert min(float(width.removesuffix("px")) for width in columns.split()) >= 172, "for −17 813 pulses/s"
-        lamps = page.get_by_label(LAMPS)
-        expect(lamps).to_be_hidden()
-        click(parts[2])
-        expect(lamps).to_be_visible()
-        page.reload()
-        quiet(page)
-        expect(page.get_by_label(LAMPS)).to_be_visible()
-        page.set_viewport_size({"width": 1280, "height": 900})
-        expect(parts[0]).to_be_hidden()
-        expect(page.locator(".scope-plot")).to_be_visible()
+def test_the_rest_is_folded_until_the_user_unfolds_it(phone):
+    """This test is the first one of the machine, because `begin` unfolds everything."""
+    page = phone.page
+    page.set_viewport_size({**PHONE, "width": 390})
+    for shown in (phone.clock, phone.button("Restart"), page.locator(".axis").first):
+        expect(shown).to_be_visible()
+    assert page.locator(".run").inner_text().split()[-1] in ("Run", "Pause")
+    parts = [phone.button(name) for name in FOLDED]
+    for part in parts:
+        expect(part).to_have_attribute("aria-expanded", "false")
+    hidden = ".switchboard, .terminal, .scope-plot, .speed, .form"
+    assert page.locator(hidden).filter(visible=True).count() == 0
+    columns = page.locator(".readouts").first.evaluate("(each) => getComputedStyle(each).gridTemplateColumns")
+    assert min(float(width.removesuffix("px")) for width in columns.split()) >= 172, "for −17 813 pulses/s"
+    expect(page.get_by_label(LAMPS)).to_be_hidden()
+    click(parts[2])
+    expect(page.get_by_label(LAMPS)).to_be_visible()
+    page.set_viewport_size(DESK)
+    expect(parts[0]).to_be_hidden()
+    expect(page.locator(".scope-plot")).to_be_visible()
 
 
-def is_narrow(phone):
-    card = phone.region(phone.facts.who)
+def test_nothing_is_wider_than_the_screen_and_words_are_dark_enough_and_everything_is_reached_by_tab(phone):
+    phone.moving()
+    page = phone.page
+    assert page.evaluate(UNREACHED) == []
+    if phone.machine == "drill":
+        leads_around_the_page(page)
     for tab in ("Pins", "Program", "Terminal"):
         phone.tab(phone.facts.who, tab)
-        expect(card.get_by_role("tab", name=tab)).to_have_attribute("aria-selected", "true")
-        assert phone.page.evaluate(WIDE) <= 360, tab
+        selected = phone.region(phone.facts.who).get_by_role("tab", name=tab)
+        expect(selected).to_have_attribute("aria-selected", "true")
+        assert page.evaluate(WIDE) <= PHONE["width"], tab
+        page.wait_for_function(DARK)
     title = phone.region("faults").get_by_role("button", name="Inject a fault")
     click(title)
-    assert phone.page.evaluate(WIDE) <= 360
+    assert page.evaluate(WIDE) <= PHONE["width"]
     click(title)
+    phone.visit.resize(DESK)
+    page.wait_for_function(DARK)
 
 
-def is_reached_by_tab(phone):
-    assert phone.page.evaluate(UNREACHED) == []
-    page = phone.page
+def leads_around_the_page(page):
+    """Press Tab until the focus is again where it was first."""
     page.evaluate(RECORD)
     page.keyboard.press("Tab")
     expect(page.get_by_role("link", name="to the machines")).to_be_focused()
@@ -89,6 +107,32 @@ def is_reached_by_tab(phone):
         for _ in range(20):
             page.keyboard.press("Tab")
         first, *others = page.evaluate(FOCUSED)
-        if first in others:  # all around the page
+        if first in others:
             break
     assert len({first, *others}) > 40
+
+
+@on("drill")
+def test_a_reload_loses_nothing(phone):
+    phone.moving()  # everything is unfolded
+    phone.visit.resize(DESK)
+    said = phone.tab("table", "Terminal").get_by_test_id("terminal table").get_by_role("list")
+    expect(said).to_contain_text("4.055104 > [<CR>")
+    scope = phone.region("oscilloscope")
+    phone.say(scope.get_by_test_id("scope-signals"), "table.input3")
+    expect(scope.get_by_role("row")).to_have_count(2)
+    before = phone.clock.inner_text(), said.inner_text()
+    phone.page.reload()
+    phone.button("you drive").wait_for()
+    expect(phone.clock).to_have_text(before[0])
+    expect(scope.get_by_role("row")).to_have_count(2)
+    said.wait_for()
+    expect(said).to_have_text(anyhow_wrapped(before[1]), use_inner_text=True)
+    phone.say(scope.get_by_test_id("scope-signals"), "table.*")
+    phone.visit.resize(PHONE)
+    expect(phone.page.get_by_label(LAMPS)).to_be_visible()
+
+
+def anyhow_wrapped(text):
+    """Return a pattern that matches a text even if the terminal has wrapped its lines."""
+    return re.compile(r"\s*".join(["^", *(re.escape(character) for character in "".join(text.split())), "$"]))

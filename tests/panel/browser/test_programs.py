@@ -4,71 +4,52 @@ from playwright.sync_api import expect
 
 from .using import click, on, press
 
-
-def loaded(panel):
-    """Load a program, and return the contents of the Program tab."""
-    panel.begin()
-    if panel.machine == "winder":  # until the host of the winder has sent all its moves
-        panel.run()
-        panel.later_than(19.0)
-        panel.pause()
-    else:
-        click(panel.button("event"))
-        expect(panel.clock).not_to_have_text("0.000000 s")
-        panel.paused()
-    program = panel.tab(panel.facts.who, "Program")
-    click(panel.button("Load…", program))
-    dialog = panel.page.get_by_role("dialog")
-    name, text = panel.facts.program
-    file = {"name": name, "mimeType": "text/plain", "buffer": text.encode()}
-    dialog.locator("input[type=file]").set_input_files(file)
-    expect(panel.field("called", dialog)).to_have_value(name)
-    expect(panel.field("or its text", dialog)).to_have_value(text)
-    click(panel.button("Load", dialog))
-    dialog.wait_for(state="hidden")
-    return program
+TURN = "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"
+LETTER_BY_LETTER = "(field, text) => { field.value = text; field.dispatchEvent(new Event('input', {bubbles: true})) }"
 
 
-def lines(panel):
-    return panel.page.get_by_test_id(f"listing {panel.facts.who}").get_by_role("listitem")
+def lines(panel, who):
+    return panel.page.get_by_test_id(f"listing {who}").get_by_role("listitem")
 
 
-def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(panel):
-    if panel.machine == "drill":  # the host of the drill has stored a program, and locked it
-        panel.begin()
-        program = panel.tab("table", "Program")
-    else:
-        program = loaded(panel)
-    sentence = f"{panel.facts.who} runs {panel.facts.line}"
-    if panel.machine == "winder":
-        panel.run()
-        expect(lines(panel)).to_have_count(2)
-        panel.say(panel.field("run until"), sentence)
-        click(panel.button(panel.facts.start, program))
-        panel.paused(f": {sentence}")
-    else:  # the program starts automatically
-        panel.run_until(sentence)
-    running = panel.page.get_by_test_id(f"listing {panel.facts.who}").locator("li.running")
+def running_line(panel, who, number):
+    """Return the line that the program executes, which must have this number."""
+    running = panel.page.get_by_test_id(f"listing {who}").locator("li.running")
     expect(running).to_have_attribute("aria-current", "step")
-    expect(running.get_by_role("button")).to_have_text(panel.facts.line.rpartition(":")[2])
-    click(panel.button(panel.facts.stop, program))
-    if panel.machine == "drill":
-        click(panel.button(panel.facts.start, program))
-        panel.run()
-        expect(panel.tab("table", "Terminal").get_by_test_id("terminal table")).to_contain_text("#<CR>")
-    else:
-        panel.run()
-        expect(running).to_have_count(0)
+    expect(running.get_by_role("button")).to_have_text(number)
+    return running
+
+
+@on("drill")
+def test_a_program_is_started_and_stopped_and_the_running_line_is_marked(panel):
+    """The host of the drill has stored the program, and locked it."""
+    panel.begin()
+    program = panel.tab("table", "Program")
+    panel.run_until("table runs 2")
+    running_line(panel, "table", "2")
+    click(panel.button("cancel #", program))
+    click(panel.button("start :$", program))
+    panel.run()
+    expect(panel.tab("table", "Terminal").get_by_test_id("terminal table")).to_contain_text("#<CR>")
     panel.pause()
 
 
 @on("cut-to-length")
-def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
-    loaded(panel)
-    panel.run()
-    first, second = (lines(panel).nth(n).get_by_role("button") for n in (0, 1))
-    second.wait_for()
-    panel.pause()
+def test_a_program_is_loaded_and_stopped_and_a_break_at_a_line_is_set_by_mouse_and_by_keyboard(panel):
+    panel.begin()
+    panel.step("event")  # what is done at time 0 is kept
+    program = panel.tab("knife", "Program")
+    click(panel.button("Load…", program))
+    dialog = panel.page.get_by_role("dialog")
+    file = {"name": "turn.sms", "mimeType": "text/plain", "buffer": TURN.encode()}
+    dialog.locator("input[type=file]").set_input_files(file)
+    expect(panel.field("called", dialog)).to_have_value("turn.sms")
+    expect(panel.field("or its text", dialog)).to_have_value(TURN)
+    click(panel.button("Load", dialog))
+    dialog.wait_for(state="hidden")
+    panel.run_until("knife runs 4")  # the program starts automatically
+    running = running_line(panel, "knife", "4")
+    first, second = (lines(panel, "knife").nth(n).get_by_role("button") for n in (0, 1))
     click(first)
     expect(first).to_have_attribute("aria-pressed", "true")
     panel.button("Breaks (1)").wait_for()
@@ -80,32 +61,45 @@ def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
         click(number)
         expect(number).to_have_attribute("aria-pressed", "false")
     panel.button("Breaks").wait_for()
+    click(panel.button("END", program))
+    panel.step("event")
+    expect(running).to_have_count(0)
 
 
 @on("drill")
-def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded(panel):
-    panel.begin()
-    program = panel.tab(panel.facts.who, "Program")
-    click(panel.button("Load…", program))
+def test_what_is_wrong_in_a_program_is_told_with_its_place_and_a_text_that_is_too_long_is_not_taken(panel):
+    panel.moving()
+    click(panel.button("Load…", panel.tab("table", "Program")))
     dialog = panel.page.get_by_role("dialog")
     panel.field("or its text", dialog).fill("§\n")
     click(panel.button("Load", dialog))
     panel.message(":1:1")
+    panel.field("or its text", dialog).evaluate(LETTER_BY_LETTER, ("x" * 1000 + "\n") * 1200)
+    click(panel.button("Load", dialog))
+    panel.message("the text is too long: expected at most 262,144 characters")
+    panel.visit.wrong.clear()  # NiceGUI has logged to the console that the text was too long to send
     click(panel.button("Cancel", dialog))
     dialog.wait_for(state="hidden")
 
 
 @on("drill")
 def test_off_and_on(panel):
-    panel.begin()
-    panel.run_until(panel.facts.moving)
-    program = panel.tab(panel.facts.who, "Program")
+    panel.moving()
+    program = panel.tab("table", "Program")
     follow = program.get_by_role("checkbox", name="follow")
     click(follow)
     expect(follow).not_to_be_checked()
     click(follow)
     click(panel.button("Off and on", program))
-    expect(panel.button(f"power of {panel.facts.who}")).to_have_text("power: on")
+    key = panel.button("power of table")
+    expect(key).to_have_text("power: on")
+    expect(key).to_have_attribute("aria-pressed", "true")
+    click(key)
+    expect(key).to_have_attribute("aria-pressed", "false")
+    expect(key).to_have_text("power: off")
+    press(key, "Enter")
+    expect(key).to_have_attribute("aria-pressed", "true")
+    panel.step("event")  # the next test of the motion begins again
 
 
 @on("cut-to-length")

@@ -26,8 +26,8 @@ AT = """() => {
   const visible = (each) => each?.getClientRects().length > 0;
   return {
     folded: visible(document.querySelector('button.more')) && !visible(document.querySelector('.speed-box')),
-    parts: [...document.querySelectorAll('.fold-title')].filter(
-      (each) => visible(each) && each.ariaExpanded === 'false').map((each) => each.dataset.test),
+    parts: [...document.querySelectorAll('.fold-title')].some(
+      (each) => visible(each) && each.ariaExpanded === 'false'),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
     drives: [...document.querySelectorAll('button')].some(
       (each) => visible(each) && each.innerText.includes('you drive')),
@@ -37,6 +37,10 @@ AT = """() => {
   };
 }"""
 """Returns where a page is; one message to the browser instead of one for each question."""
+
+UNFOLD = """() => {
+  for (const each of document.querySelectorAll('.fold-title[aria-expanded=false]')) each.click();
+}"""
 
 expect.set_options(timeout=PATIENCE_MS)
 
@@ -91,53 +95,18 @@ class Facts:
     says: str
     """Command that is typed at a terminal; `answer`: the controller's answer."""
     answer: str
-    program: tuple[str, str]
-    """Name and text of a program file; `line`: number of a line that the program executes."""
-    line: str
-    start: str
-    stop: str
-    faults: tuple[tuple[str, str, dict[str, str]], ...]
-    """One fault for each kind of thing that faults act on: kind of fault, name of the thing, parameters."""
-    last_message: str = ""
-    """Last message in the terminal when `moving` comes true."""
-    talker: str = ""
-    """Name of the controller whose terminal is used, if it is not `who`."""
-
-    @property
-    def terminal(self):
-        return self.talker or self.who
 
 
-STUCK = ("stuck", "pin", {})
 FACTS = {
     "drill": Facts(
         who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0<CR>",
-        program=("holes.if1", ":X400:P0,20:R1:$\n"), line="2", start="start :$", stop="cancel #",
-        faults=(
-            ("lose", "serial line", {"count, characters": "3"}), STUCK, ("jam", "axis", {}),
-            ("open_limit", "controller", {}),
-        ),
-        last_message="4.055104 > [<CR>",
     ),
     "winder": Facts(
         who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
         says="position_from_absolute_zero", answer="",
-        program=(
-            "there.181x",
-            "begin_sequence_definition 1\ngo_relative 2000\nwait_milliseconds 100\nend_sequence_definition\n",
-        ),
-        line="1:2", start="perform", stop="kill",
-        faults=(STUCK, ("jam", "axis", {}), ("power_cut", "controller", {})),
-        last_message="2.240000 > 42",
     ),
     "cut-to-length": Facts(
         who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="<CR>",
-        program=("turn.sms", "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"),
-        line="4", start="RUN", stop="END",
-        faults=(
-            ("lose", "serial line", {"count, characters": "3"}), STUCK, ("load", "axis", {"torque, N·m": "0.1"}),
-            ("power_cut", "controller", {}),
-        ),
     ),
 }  # fmt: skip
 
@@ -218,6 +187,15 @@ class Panel:
         later = "([clock, at]) => parseFloat(clock.innerText) >= at"
         self.page.wait_for_function(later, arg=[self.clock.element_handle(), seconds])
 
+    def moving(self):
+        """Run from time 0 until the machine is in the middle of a motion, unless it is paused there now."""
+        ready(self.page)
+        at = self.page.evaluate(AT)
+        usual = {"folded": False, "parts": False, "open": False, "drives": True, "speed": "max"}
+        if at != {**at, **usual, "state": f"paused: {self.facts.moving}"}:
+            self.begin()
+            self.run_until(self.facts.moving)
+
     def begin(self):
         """Go to time 0, delete the recording, and set the maximum speed; the bench is paused."""
         ready(self.page)
@@ -226,8 +204,9 @@ class Panel:
             strike(self.page, "Escape")
         if at["folded"]:
             click(self.button("more controls"))
-        for part in at["parts"]:
-            click(self.page.get_by_test_id(part))
+        if at["parts"]:
+            self.page.evaluate(UNFOLD)
+            quiet(self.page)
         if not at["drives"]:  # a failed test may have left another driver
             click(self.page.get_by_role("button", name="drives").first)
             click(self.button("Drive"))
@@ -240,6 +219,13 @@ class Panel:
             expect(self.state).to_have_text("paused")
         if at["speed"] != "max":
             self.speed("max")
+
+    def step(self, kind):
+        """Step to the next event of this kind."""
+        before = self.clock.inner_text()
+        click(self.button(kind))
+        expect(self.clock).not_to_have_text(before)
+        self.paused()
 
     def speed(self, text):
         self.say(self.field("times real time"), text)
