@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Instruction to set the inputs for which the stored sequence waits in its first step.
+        """Text about inputs on which a stored program waits at its start, e.g. ", and waits: press START".
 
         "" if the first step does not wait.
         """
