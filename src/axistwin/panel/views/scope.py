@@ -141,7 +141,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # stop the scrolling of the plot, because the user zooms at the mouse pointer
+                    screen.pause()  # without a pause, the zoom would keep the right end of the plot fixed
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
