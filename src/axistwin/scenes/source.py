@@ -145,7 +145,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Context manager that adds a line and a column of the scene file to each error.
+        """Context manager that adds the place of a key in the scene file to an error, e.g. line 3, column 5.
 
         The place is that of the key that the error message names.  Converts a UsageError to a SceneError.
 
