@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Text about inputs on which a stored program waits at its start, e.g. ", and waits: press START".
+        """Text about the inputs that start a waiting program, e.g. ", and waits: press START".
 
         "" if the first step does not wait.
         """
