@@ -211,7 +211,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # do not compare answer times: a test that moves a motor runs only once, and one measurement is too inaccurate
+        # do not compare answer times: tests with motion or stored data run only once, which is too inaccurate
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
