@@ -139,7 +139,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
                 f"invalid stop input {given.to}: expected an input of a controller with an axis on this board, "
-                f"e.g. of {' or '.join(names)}"
+                f"e.g. of the controller {' or '.join(names)}"
             )
 
 
