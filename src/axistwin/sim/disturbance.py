@@ -28,7 +28,7 @@ Effect = Callable[[Passage], None]
 
 
 def always() -> bool:
-    """Return True always, for a disturbance that affects every character on a serial line."""
+    """Always return True: the disturbance affects every character on the serial line."""
     return True
 
 
