@@ -42,7 +42,7 @@ class MemoryStore:
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing.  Only a `FileStore` has writes to complete at the end."""
+        """Do nothing, because memory in RAM needs no last write to a file."""
 
 
 class FileStore:
@@ -60,7 +60,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # contents of the last `save` that failed; None if `save` has succeeded
+        self._unwritten: bytes | None = None  # contents of a failed write; None if the last write has succeeded
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -108,7 +108,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Return a text about the state of the memory file after failed writes, e.g. "there is no file"."""
+        """State of the memory file as a text for the log, e.g. "there is no file"."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file has the contents of the last complete write"

@@ -238,7 +238,7 @@ def test_a_program_for_a_motor_in_a_chain(tmp_path):
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
     assert (
-        "p.sms: left shares its serial line with other controllers: use a .talk file, or connect the motor"
+        "p.sms: cannot load an .sms file into left on a shared serial line: use a .talk file, or connect the motor"
         in run("run", scene, program)[2]
     )
 

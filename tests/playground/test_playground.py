@@ -122,7 +122,7 @@ def test_a_damaged_link_is_refused(fragment, message):
 
 
 def test_a_link_never_grows_beyond_its_limit():
-    with pytest.raises(UsageError, match="download the files"):
+    with pytest.raises(UsageError, match="download the scene files"):
         encode(Shared({"a.talk": "".join(chr(33 + n * n % 90) * (n % 7) for n in range(1_500_000))}, 0))
 
 

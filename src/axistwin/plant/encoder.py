@@ -87,7 +87,7 @@ class Encoder:
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return the two edges of the index mark that are nearest to the motor position.
+        """Return two edges of the encoder's index mark: the nearest above the motor position, and the nearest below.
 
         Edge n lies between the positions n-1 and n.
         """

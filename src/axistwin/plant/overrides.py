@@ -13,9 +13,9 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """A machine setting that active defects can override.
+    """Setting of a machine, e.g. the motor torque.  A simulated defect can change the setting temporarily.
 
-    `values` holds the setting, followed by the values of the active defects, the latest at the end.
+    `values` holds the normal value, followed by the values of the active defects, the latest at the end.
 
     `before_change` is called before each change of a value, `on_change` after each change.
     """
@@ -28,19 +28,22 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """List of values: the first is the setting itself, each of the others belongs to an active defect."""
+        """The normal value of a machine setting, followed by the values of the active defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the setting itself.  The values of active defects stay the same."""
+        """Change the normal value of a machine setting, e.g. of the motor torque.
+
+        The values of active defects stay the same.
+        """
         self._before_change()
         self._values[0].value = value
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Simulate a defect that overrides the setting, e.g. the torque 1.0, with `value`, e.g. 0.5.
+        """Start a simulated defect, e.g. one that reduces the motor torque from 1.0 to 0.5.
 
-        Return a function that ends the defect.
+        `value`: the value of the setting with this defect, e.g. 0.5.  Return a function that ends the defect.
         """
         added = _Value(value)
         self._before_change()

@@ -247,9 +247,7 @@ class ServoAxis:
         self._source: Source = AtRest(self)
 
     def _make_overrides(self) -> None:
-        """Create the machine settings that faults can override: load, blocking, torque, supply voltage, ambient
-        temperature.
-        """
+        """Create the quantities that simulated faults can change, e.g. the motor torque and the supply voltage."""
         self._outside = Override(0.0, self._replan, self._catch_up)
         self._jams = Override(False, self._replan, self._catch_up)
         self._torque = Override(1.0, self._replan, self._catch_up)
@@ -328,7 +326,7 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """Always False, because a person can turn the shaft of a servo axis at any time.
+        """False: a servo axis can move at any time, because a person can turn the shaft.
 
         True would mean: the axis is at rest, and emits the event `on_motion` before it moves.
         """
@@ -341,7 +339,7 @@ class ServoAxis:
 
     @property
     def follows(self) -> Followed | None:
-        """The axis that turns the motor's external encoder; None if no axis turns the encoder."""
+        """Axis to which the motor's external encoder is coupled; None if the encoder is coupled to no axis."""
         return self.master.followed
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
@@ -430,7 +428,7 @@ class ServoAxis:
 
     @property
     def strength(self) -> float:
-        """Remaining fraction of the motor's torque, 0 to 1."""
+        """Fraction of the full motor torque, e.g. 0.5 if a simulated defect has halved the torque."""
         return min(self._torque.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
@@ -520,7 +518,7 @@ class ServoAxis:
 
     @property
     def forgotten(self) -> bool:
-        """True if the axis has deleted old samples of the position to limit its memory."""
+        """True if old encoder counts of the axis have been deleted to save memory."""
         return self._counts.forgotten_ns is not None
 
     # Switches

@@ -84,9 +84,9 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count has changed since the motor was at the position `since`.
+        """True if the encoder count differs from the count at an earlier motor position.
 
-        `since`: a position that the motor has passed in the present move.
+        `since`: the earlier position, which the motor has passed in the present move.
         """
         return self.count != self._encoder.count_at(since)
 
@@ -153,7 +153,7 @@ class StepperAxis:
         self._slips: list[Slip] = []
         # number of steps lost in finished moves; a step in the negative direction counts as -1
         self._lost = 0
-        # number of suppressed pulses up to the end of the last hold (method `hold`, ended by the method `let_go`)
+        # number of pulses that the method `hold` had suppressed up to the last call of `let_go`
         self._unmade = 0
         # pulse count at which the method `hold` has stopped the step output; None if the output is not stopped
         self._made: int | None = None

@@ -25,7 +25,9 @@ _DATED = (2020, 1, 1, 0, 0, 0)
 
 
 def build(target: Path, engine: Path) -> Path:
-    """Write the playground into the folder `target`, and return the path of the playground's page.
+    """Write the playground (a web page that runs axistwin) into the folder `target`.
+
+    Return the path of the web page.
 
     `engine`: a folder with the files of the npm package `pyodide` and the wheel of pydantic-core for Pyodide.  If the
     folder has a wheel of axistwin, this wheel is used.  Raises UsageError if a file is missing.

@@ -36,7 +36,7 @@ def encode(shared: Shared) -> str:
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
     if len(data) > LONGEST_CONTENTS or len(fragment) > LONGEST_LINK:
         raise UsageError(
-            f"the scene is too large for a link of {LONGEST_LINK} characters: download the files of the scene"
+            f"the scene is too large for a web link (at most {LONGEST_LINK} characters): download the scene files"
         )
     return fragment
 

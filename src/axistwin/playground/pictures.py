@@ -42,7 +42,10 @@ class Pictures:
         return {name: changes for name, changes in taken.items() if changes}
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action that belongs to a clicked part of a drawing."""
+        """Perform the action for a mouse click on a drawing of a controller, e.g. open a limit switch.
+
+        `part`: the part of the drawing that was clicked.
+        """
         for machine in self._of.values():
             for _, each in machine.drawings():
                 if each.name == drawing:

@@ -18,7 +18,7 @@ SUFFIXES = (".svg", ".png")
 # colour-blind readers can distinguish these colours
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # the keys are strings, but Matplotlib's type hints do not accept `dict[str, Any]`
+STYLE: dict[Any, Any] = {  # `Any`, because Matplotlib's type hints do not accept a dict with keys of the type `str`
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
@@ -112,7 +112,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                # `set_position` excludes the diagram from the layout: include the diagram again
+                # `set_position` has excluded this diagram from Matplotlib's automatic layout: include the diagram again
                 axes.set_in_layout(True)
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)

@@ -11,9 +11,9 @@ from axistwin.probing.ends import End
 
 @dataclass(frozen=True)
 class Case:
-    """A test case of a probe: requests for a controller and its twin.
+    """Requests that test whether a real controller and a simulated controller answer alike.
 
-    The probe compares the answers of the controller with the answers of the twin.
+    The requests are one test case of `axistwin probe`.  The simulated controller is called the twin.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Case:
 
 @dataclass
 class Condition:
-    """State of the controller before a probe.
+    """State of a real controller before `axistwin probe` compares the controller with a simulated controller.
 
     The texts `no_writes`, `no_motion`, `no_memory` and `machine` give the reason why some test cases are impossible.
     """
@@ -111,7 +111,7 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the `Dialect` of a controller model: the functions and data that the probe uses for this model."""
+    """Return the functions and test data with which `axistwin probe` tests a controller model."""
     found: Dialect = import_module(f"axistwin.probing.{FAMILIES[product.model]}").DIALECT
     return found
 

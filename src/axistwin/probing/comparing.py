@@ -21,7 +21,7 @@ REAL_TIME = 0.05
 
 
 class Motion(StrEnum):
-    """Amount of motion that a probe may cause: no motion, or small moves."""
+    """Motion that is permitted while a real controller is tested: none, or small moves."""
 
     NONE = "none"
     SMALL = "small"
@@ -211,7 +211,7 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # do not compare answer times: one measurement is too inaccurate, and such a test case is executed only once
+        # do not compare answer times: tests with motion or stored data run only once, which is too inaccurate
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
@@ -260,9 +260,9 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if only the real controller or only its twin has answered a request about moves or sequences.
+    """True if the real controller has answered a request but the simulated controller has not, or the reverse.
 
-    The twin is a virtual controller.  All received answers report moves or sequences.
+    False if any answer reports something else than moves or sequences.
     """
     if not family.definitions:
         return False
@@ -298,7 +298,7 @@ def _fits(
                 left += verdict is Verdict.DIFFERS
                 if left > best:
                     break
-        except AxistwinError:  # skip an option value with which the twin does not answer
+        except AxistwinError:  # ignore this option value, because the simulated controller does not answer
             continue
         if left > best:
             continue

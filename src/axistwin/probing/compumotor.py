@@ -305,7 +305,7 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _bare(commands: dict[int, Opcode]) -> list[Case]:
-    """Return the test cases for a board that is not connected to a machine, e.g. a search for HOME."""
+    """Return the test cases that are safe only if no machine is connected to the board, e.g. a search for HOME."""
 
     def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
         command = commands[code]

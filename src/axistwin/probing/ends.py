@@ -131,7 +131,7 @@ class VirtualEnd(End):
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
-        """Change the baud rate and frame of the virtual host."""
+        """Set the serial format of the virtual host, e.g. 9600 baud, 8 data bits, no parity, 1 stop bit."""
         self.controller.serial.host.format = line
 
     @property
@@ -170,9 +170,10 @@ class VirtualEnd(End):
         return data
 
     def drain(self) -> None:
-        """Discard earlier answers, and advance virtual time to the next multiple of 10 ms.
+        """Discard the answers to earlier requests.
 
-        Two controllers on two benches thus receive each request in the same phase of their 10 ms cycle.
+        Virtual time advances to the next multiple of 10 ms.  Two controllers on two benches thus receive each request
+        in the same phase of their 10 ms cycle.
         """
         self._messages.clear()
         self.bench.clock.run_to(-(-self.bench.now // self._PHASE_NS) * self._PHASE_NS)

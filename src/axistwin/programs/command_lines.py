@@ -61,7 +61,7 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the keyboard that a program names, e.g. `germany` for the comment `; keyboard: germany`.
+    """Return the keyboard layout that a program names in a comment, e.g. `; keyboard: germany`.
 
     The default is `us`.
     """

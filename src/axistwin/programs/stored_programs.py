@@ -137,7 +137,7 @@ def only_motor(bench: Bench, file: str) -> Controller:
     motor = motors[0]
     if motor.name not in motor.ports:
         raise ProgramError(
-            f"{motor.name} shares its serial line with other controllers: "
+            f"cannot load an .sms file into {motor.name} on a shared serial line: "
             "use a .talk file, or connect the motor to a separate line",
             file=file,
         )

@@ -28,7 +28,7 @@ class Refusal:
 
     @property
     def words(self) -> str:
-        """Text for the report of a run: code, message and place of the error in a refused line."""
+        """Text about a refused command, e.g. `! DP101 unknown character 'x'  (a.if1:2:1)`."""
         return f"! {self.error.code} {self.error.message}  ({self.file}:{self.error.line}:{self.error.column})"
 
 

@@ -99,7 +99,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Join the last `WINDOW` positions of earlier servo samples and the positions of new samples.
+        """Return the new positions of a servo axis, preceded by the last `WINDOW` earlier positions.
 
         If the earlier samples are unknown, the axis is assumed to have been at rest.
         """
@@ -206,7 +206,10 @@ class ServoMoves:
         self.moves[-1].units = self.axis.units
 
     def _close(self) -> None:
-        """End the latest move; delete the move if the shaft has only jittered."""
+        """Record that the latest move of the servo axis has ended.
+
+        The move is deleted from the record if the shaft has only jittered.
+        """
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:

@@ -38,9 +38,9 @@ T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if `name` refers to itself, directly or through other names.
+    """True if a chain of references returns to its beginning, e.g. from A to B and from B to A.
 
-    `leads_to`: for each name, the name to which it refers.
+    `name`: the beginning of the chain.  `leads_to`: the reference of each name, e.g. {"A": "B", "B": "A"}.
     """
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
@@ -372,10 +372,10 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield the key path, the endpoint and the program file of each simulated host.
+        """Yield three values for each simulated host of a scene file: key path, endpoint and program file.
 
-        A key path leads to a key in the scene file, e.g. `("controller", 0, "host", 0)`.  The endpoint is the name of a
-        controller or of a shared line.
+        A key path is a place in the scene file, e.g. `("controller", 0, "host", 0)`.  The endpoint is the name of the
+        controller or of the shared line to which the host sends commands.
         """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):

@@ -59,7 +59,7 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a simulated host and its program to the copy of a scene.
+        """Add a simulated host, which sends the commands of a program, to the new scene file.
 
         `name`: the endpoint to which the host is connected.  `file`, `text`: name and text of the host's program.
         """
@@ -68,9 +68,9 @@ class Copy:
     # Methods that copy a scene file
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Return the text of the scene file for the copy of a scene.
+        """Return the text of a new scene file: the original text and the recorded actions.
 
-        The copy also contains the recorded hosts and the recorded script.
+        The recorded actions are stored as hosts and as a script.
 
         `note`: the comment line before the recorded part.
         """
@@ -82,9 +82,9 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return all contents of the copied scene as a dict.
+        """Return the contents of the new scene file as a dict: the original contents with all changes.
 
-        Used if the text of the scene file cannot be edited.
+        Used if the text of the original scene file cannot be edited.
         """
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
@@ -93,7 +93,10 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield pairs: a TOML table of the scene, e.g. ("controller", 0), and the values of its copy that differ."""
+        """Yield the changes from the original scene file to the new scene file, e.g. new program names.
+
+        Each change consists of the place of a TOML table, e.g. ("controller", 0), and a dict with the new values.
+        """
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -117,7 +120,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program to the folder of the copied scene, and return the new file name."""
+        """Copy a program file to the folder of the new scene file.  Return the new file name of the program."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -125,12 +128,12 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # remove the text with the old file names, which no host uses
+                del self.files.texts[name]  # delete the unchanged copy, which would load files by their old names
             text = moved
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Return a scripted action with valid file names for the copy, e.g. `load a.if1` for `load ../a.if1`.
+        """Adapt the file name in an action to the folder of the new scene file: `load ../a.if1` becomes `load a.if1`.
 
         Only the action `load` has a file name.  A file whose name must change is copied.
         """
@@ -138,9 +141,9 @@ class Copy:
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the name of a program file in the copied scene.
+        """Return the new name of a program file, e.g. `a.if1` for `../a.if1`.
 
-        `file`: the name of the file in an action `load`.  The file is copied if its name must change.
+        `file`: the name of the file in an action `load`.  The file is copied if the new name differs.
         """
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
@@ -172,7 +175,7 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return the path of a file in the folder of the copied scene, e.g. `a.if1` for the original file `../a.if1`."""
+    """Return the path of a file after it has been copied to a new folder, e.g. `a.if1` for the file `../a.if1`."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 

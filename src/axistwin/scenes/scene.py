@@ -117,7 +117,7 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds a line and a column of the scene file to each error.
+        """Context manager that adds a place in the scene file to an error, e.g. line 3, column 5.
 
         `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError to a
         SceneError.

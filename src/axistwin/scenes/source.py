@@ -131,7 +131,7 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Context manager that adds a line and a column of the scene file to each error.
+        """Context manager that adds a place in the scene file to an error, e.g. line 3, column 5.
 
         `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError or a
         ProgramError to a SceneError.
@@ -145,7 +145,7 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Context manager that adds a line and a column of the scene file to each error.
+        """Context manager that adds the place of a key in the scene file to an error, e.g. line 3, column 5.
 
         The place is that of the key that the error message names.  Converts a UsageError to a SceneError.
 
@@ -215,7 +215,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each key whose name occurs in an error message.
+    """Find the keys that an error message names, and yield the path of each key.
 
     `table`: the TOML table that contains the keys.  The message must also name all tables around the key.
     """

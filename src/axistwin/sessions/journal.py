@@ -115,7 +115,7 @@ class Journal:
             yield moment
 
     def truncate(self, cursor: Cursor) -> Tail:
-        """Delete all actions after the position `cursor`, and return the deleted actions.
+        """Delete all recorded actions after the place `cursor` in the journal.  Return the deleted actions.
 
         `restore` can restore the deleted actions.
         """
@@ -150,9 +150,9 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Append a number to the journal in groups of seven bits, low bits first.
+        """Append a whole number to the journal; small numbers need only one byte.
 
-        The highest bit is clear in the last byte.
+        Each byte contains seven bits, the low bits first.  The highest bit is clear in the last byte.
         """
         while number > 0x7F:
             self._data.append(number & 0x7F | 0x80)
@@ -172,10 +172,7 @@ def _size(act: Act) -> int:
 
 
 def check(act: Act) -> None:
-    """Check that the value of an action has one line and no semicolon.
-
-    Raises UsageError.
-    """
+    """Raise UsageError if the text of an operator's action contains a line end or a semicolon."""
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
         value, action = act.value, act.target
         raise UsageError(f"invalid value {value!r} of the action {action}: expected one line without a semicolon")

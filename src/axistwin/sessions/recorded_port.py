@@ -29,7 +29,7 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """A control line whose changes are not reported during a replay.
+    """Serial control line, e.g. DTR, whose changes can be hidden from the host during a replay.
 
     While the line is muted, its changes are not reported.
     """
@@ -146,7 +146,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the replay has ended before the recorded time of the setting
+                if set_ns > now_ns:  # the replay has ended before this setting, e.g. of the baud rate
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)

@@ -38,13 +38,12 @@ def files(
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # if several hosts act at one time, the host with the lowest rank acts first: give new hosts the highest rank
+    # give the new hosts the highest rank: at equal times, they act after all earlier hosts
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # at equal times, the recorded actions must follow the saved conversations of the scene, but a script acts first
-        # therefore write a script only if the scene has no saved conversations
+        # no script if the scene has saved conversations: at equal times, the script would act before the conversations
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -68,7 +67,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if these actions can be saved as a script.
+    """True if the script of a scene file can perform the recorded actions.
 
     A script can perform only manual actions on one controller.  `moment`: recorded actions that have the same virtual
     time.
@@ -117,7 +116,7 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the endpoint, e.g. a controller, to whose conversation file the actions are written."""
+        """Return the name of the controller or bus whose conversation file shall contain the given actions."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))

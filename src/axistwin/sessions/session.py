@@ -231,7 +231,10 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        """True during `step` and `go_to`, when no actions are possible."""
+        """True while virtual time advances to an event (method `step`) or to a time (method `go_to`).
+
+        The session then accepts no actions.
+        """
         return self._state in (State.MOVING, State.MOVE_HALTED, State.MOVE_ABORTED)
 
     @property
@@ -256,7 +259,7 @@ class Session:
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start virtual time if the session is waiting for the first host or browser."""
+        """Start virtual time when the first host or browser connects, if the method `wait` has delayed the start."""
         if self.waiting and not self.busy:
             self.run()
 
@@ -459,7 +462,7 @@ class Session:
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
-        """Restore the part of the recording that was deleted last.
+        """Undo the latest deletion of recorded actions.
 
         The session pauses at the virtual time of the deletion.  Raises UsageError.
         """

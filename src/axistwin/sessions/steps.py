@@ -20,7 +20,7 @@ MAX_S = 60
 
 
 class StepObserver:
-    """Context manager that detects the event that ends a step."""
+    """Context manager that detects the end of a simulation step, e.g. the next event or the next character."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
@@ -52,14 +52,14 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the step (to the next event) if a message has begun, although the message has no terminator.
+        """End a simulation step after a message that has no terminator (CR or LF).
 
         Called when no more characters of the message will come.
         """
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step (to the next event) when an event occurs, e.g. when a fault begins.
+        """End a simulation step at the next event, e.g. at the beginning of a fault.
 
         A serial message is one event, which occurs at the last character of the message.
         """

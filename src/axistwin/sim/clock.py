@@ -75,7 +75,7 @@ class Clock(Environment):
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # if `step` has raised an exception, remove the event `end` from the queue of events
+            self._withdraw(end)  # after an exception, the event `end` is still in SimPy's queue
 
     @property
     def free_ns(self) -> int:
@@ -129,7 +129,7 @@ class Clock(Environment):
         The event happens after all other events up to this time.
         """
         event = Event(self)
-        event._ok, event._value = True, None  # SimPy expects these values in a scheduled event
+        event._ok, event._value = True, None  # a scheduled event in SimPy needs `_ok` and `_value`
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 

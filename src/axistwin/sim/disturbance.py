@@ -28,7 +28,7 @@ Effect = Callable[[Passage], None]
 
 
 def always() -> bool:
-    """Return True for every character; this function is the default of `Disturbance.strikes`."""
+    """Always return True: the disturbance affects every character on the serial line."""
     return True
 
 
@@ -49,7 +49,7 @@ class Disturbance:
 
     @property
     def over(self) -> bool:
-        """True if the disturbance affects no more characters."""
+        """True if the disturbance of the serial line has ended."""
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:

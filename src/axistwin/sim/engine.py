@@ -13,7 +13,7 @@ NAME = "simpy"
 
 
 def _postpone_init() -> None:
-    """Make the package SimPy available, but execute SimPy's `__init__` only when the package is first used.
+    """Delay the import of SimPy until the program first uses SimPy.
 
     No effect if SimPy has been imported before.
     """

@@ -89,8 +89,8 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)
             if first >= count:
                 break
-            # `last` is the index of the first sample after the space, but at most `count`
-            # this limit keeps the number `1 << last` small even if a break signal lasts for hours
+            # `last` is the index of the first sample after the space (time at low level)
+            # `last` is limited to `count`, because `1 << last` would be very large for a break signal of one hour
             last = min(count, (space.end * per - since + width - 1) // width)
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
@@ -104,7 +104,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard each stored space (time at low level) that has ended at the given time.
+        """Discard each low-level interval of a wire that has ended by a given time.
 
         The time is `at/per` ns.
         """
@@ -117,9 +117,9 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield each space (time at low level) that may begin with a start bit.
+        """Yield each low-level interval of a wire that may begin with the start bit of a character.
 
-        Only spaces that begin at `since/per` ns or later are yielded, and each space at most once.
+        Only intervals that begin at `since/per` ns or later are yielded, and each interval at most once.
         """
         for space in self._spaces:
             if space.unread:
@@ -128,7 +128,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove the stored spaces that end after the beginning of the space `first`.  Return the removed spaces."""
+        """Remove and return all low-level intervals that overlap the interval `first` or begin later."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

@@ -174,7 +174,7 @@ class Line:
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """Deliver a character as often as `passage.copies` requires, e.g. 0 times for a lost character.
+        """Deliver a character to the receiver `passage.copies` times: 0 times if the character is lost.
 
         Later characters do not overtake delayed characters.
         """
@@ -251,7 +251,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # `take` may change the baud rate and data bits of the receiver
+        self.receiver.take(whole.byte, SOUND)  # `take` may change the baud rate for the next character
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -268,7 +268,7 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Discard the next start bit that the receiver has found in advance, if the start bit has not begun yet.
+        """Cancel the reception of a character whose start bit lies in the future.
 
         A new signal on the wire may contain an earlier start bit.
         """
@@ -326,7 +326,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # `take` may change the baud rate and data bits of the receiver
+        self.receiver.take(byte, errors)  # `take` may change the baud rate for the next character
         self._reading = None
         self._find_start_bit()
 

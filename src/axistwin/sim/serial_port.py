@@ -235,7 +235,7 @@ class SerialPort:
 
     @property
     def instant(self) -> bool:
-        """True if characters take no time on this connection."""
+        """True if the connection transmits each character without delay."""
         return self.to_device.instant
 
     @instant.setter

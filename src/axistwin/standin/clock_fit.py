@@ -44,7 +44,7 @@ class ClockFit:
 
     @property
     def good(self) -> bool:
-        """True if times can be converted with a small error."""
+        """True if host times can be converted to board times with an error of at most `WORST_S`."""
         return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:

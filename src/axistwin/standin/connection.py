@@ -134,7 +134,7 @@ class Connection:
     # Clock
 
     def forget_clock(self) -> None:
-        """Discard all samples of the board's clock."""
+        """Discard all readings of the board's clock, and begin a new measurement of the clock."""
         self.clock = ClockFit(self.dictionary.clock_hz)
         self._clock_from_s = self.now_s
 

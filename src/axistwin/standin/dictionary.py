@@ -119,9 +119,9 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Expand a numbered range, e.g. {"PC0": [16, 8]} to eight names from PC0 = 16 to PC7 = 23.
+    """Expand numbered pin names, e.g. {"PC0": [16, 3]} to {"PC0": 16, "PC1": 17, "PC2": 18}.
 
-    In [16, 8], 16 is the first number, and 8 is the count of names.
+    In [16, 3], 16 is the first number, and 3 is the count of names.
     """
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():

@@ -161,10 +161,10 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Unblock the emulated shafts of a stopped controller, after the user has resumed the controller.
+        """Let the simulated shafts of a stopped controller move again.
 
-        The emulated shafts have been blocked since the real motors were stopped.  They are released when the
-        interrupted motion has ended.
+        The simulated shafts have been blocked since the real motors were stopped.  They are released when the user has
+        resumed the controller and the interrupted motion has ended.
         """
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
@@ -215,7 +215,10 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop a controller's axes on the other boards, after `board` has stopped axes of the same controller."""
+        """Stop the remaining axes of a controller, because one board has already stopped some of the axes.
+
+        The remaining axes are connected to other boards than `board`.
+        """
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):

@@ -28,7 +28,7 @@ class Journal:
         self._file.flush()
 
     def begin(self, title: str) -> None:
-        """Append the line that records a start of the stand-in, with the time and a title."""
+        """Write the start time and a title into the journal file."""
         self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
 
     def end(self, positions: Mapping[str, int]) -> None:

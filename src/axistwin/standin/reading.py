@@ -72,7 +72,10 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 
 
 class _Reader:
-    """Reads the connections between motion boards and axes from the table [stand-in] of a scene file."""
+    """Reads from a scene file how axes are wired to motion boards, e.g. which pin makes step pulses.
+
+    The wiring is described in the table [stand-in].
+    """
 
     def __init__(self, scene: Scene, bench: Bench, table: StandInTable, boards: Mapping[str, BoardTable]) -> None:
         self._scene, self._bench, self._table, self._boards = scene, bench, table, boards
@@ -206,9 +209,9 @@ def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
 
 
 def lines(plan: Plan) -> list[str]:
-    """Describe the settings of a stand-in as lines of text for the user.
+    """Describe the settings of the motion boards for the user, e.g. one line of text for each pin.
 
-    The lines contain each pin and each axis.
+    Each axis has a line, too.
     """
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:

@@ -33,7 +33,7 @@ class Timetable:
 
     @property
     def slot(self) -> int:
-        """Length of the time slot for one periodic event of the board, in clock ticks."""
+        """Time that is reserved for one periodic event of the board, e.g. the reading of an input, in clock ticks."""
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
 

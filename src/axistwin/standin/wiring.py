@@ -138,8 +138,8 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"invalid stop input {given.to}: expected an input of {' or '.join(names)}, "
-                "whose axes this board drives"
+                f"invalid stop input {given.to}: expected an input of a controller with an axis on this board, "
+                f"e.g. of the controller {' or '.join(names)}"
             )
 
 

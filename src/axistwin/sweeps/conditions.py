@@ -42,9 +42,10 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions for a comparison, e.g. "> 100": a test of the comparison, and its margin.
+    """Return two functions that evaluate a comparison, e.g. "> 100", for the values of a signal.
 
-    The test returns 1 (true) or 0.  The margin is negative if the comparison is false.
+    The first function returns 1 (true) or 0 (false).  The second function returns the margin, e.g. 20 for the value
+    120.  The margin is negative if the comparison is false.
     """
     limit = real(number)
     holds, margin = _SIGNS[sign]
@@ -52,10 +53,10 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions for the condition that a signal is high (or low): a test and a margin.
+    """Return two functions that check whether the values of a signal are high (or low).
 
-    `high`: True selects the condition "high".  The test returns 1 (true) or 0.  The margin is infinite, and negative if
-    the condition is false.
+    `high`: True selects the condition "high".  The first function returns 1 (true) or 0 (false).  The second function
+    returns the margin: infinity if the condition is true, and minus infinity if the condition is false.
     """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 

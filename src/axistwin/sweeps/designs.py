@@ -83,7 +83,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Complete each combination of listed values with random values.
+    """Add random values to each combination of settings that have fixed values.
 
     Each setting with a distribution gets a random value.  The path of each setting has its own random sequence.
     """
@@ -120,7 +120,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert fractions from 0 to 1 to values of the settings that a sweep varies.
+    """Convert each fraction from 0 to 1 to the value of a setting.
 
     The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
 

@@ -261,6 +261,6 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"cannot set {place.path}: expected an assignment to {place.variable} in the program {program}, "
+        f"cannot set {place.path}: expected a line with {place.variable}=NUMBER in the program {program}, "
         f"e.g. {place.variable}=100"
     )

@@ -51,10 +51,10 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin by which the claims (conditions) hold in a run.
+    """Return the smallest margin of the required conditions (claims) in a simulation run.
 
-    The margin (robustness) is negative if the claim fails.  A smaller number means a worse run, so the search minimises
-    the number.  The number is limited to ±`FAR`; it is `FAR` if no claim has a robustness.
+    The margin (robustness) is negative if the condition is violated.  A smaller number means a worse run, so the search
+    minimises the number.  The number is limited to ±`FAR`; it is `FAR` if no condition has a margin.
     """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]

@@ -53,7 +53,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """Syntax of one kind of measure or claim, e.g. `count EVENT`, with its parser."""
+    """Pattern of a sentence that a user writes to measure or check a run, e.g. `count EVENT`."""
 
     form: str
     pattern: str
@@ -370,7 +370,7 @@ def _until_value(first: Series, second: Series, end_ns: int) -> float:
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    # `before[i]` is the smallest value of the first signal before index i
+    # `before[i]`: minimum of `first` at the indices below i
     before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
     return float(np.max(np.minimum(values[:, 1], before)))
 

@@ -37,7 +37,7 @@ class Trial:
 
     @property
     def feasible(self) -> bool:
-        """True if the trial satisfies all claims (required conditions) in all its runs."""
+        """True if all required conditions hold in every simulation run with these setting values."""
         return all(violation <= 0 for violation in self.violations.values())
 
 
@@ -62,7 +62,7 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """The reference trial, which has the values of the original scene; None before this trial has run."""
+        """Results with the original setting values, for comparison; None before the first run."""
         told = self._stored.user_attrs.get(DELIVERED)
         return None if told is None else Trial(**told)
 
@@ -72,18 +72,22 @@ class Study:
 
     @property
     def best(self) -> Trial | None:
-        """The trial with the best score among the trials in which all claims hold."""
+        """Best trial (tested combination of setting values) up to now.
+
+        Trials in which a claim (a required condition) fails are excluded.
+        """
         return best(self.trials, str(self.plan["goal"]))
 
     def add(self, trial: Trial) -> None:
-        """Store a trial in the file of the study."""
+        """Store the results of a trial (a tested combination of setting values) in the file."""
         self._stored.add_trial(self._frozen(trial))
         self.trials.append(trial)
 
     def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
-        """Yield the values for new trials in batches, until the file contains `count` trials.
+        """Propose new combinations of setting values until `count` combinations have been tested.
 
-        A batch is a dict from the number of a trial to the values of the trial by path.
+        The combinations are yielded in batches.  A batch is a dict from the number of a trial (tested combination) to
+        the values of the trial by path.
         """
         while len(self.trials) < count:
             first = len(self.trials) // BATCH * BATCH

@@ -70,19 +70,19 @@ class Tuning:
         """
         given = Sweep(self._scatter.scene).vary(path, values).varied[path]
         if path in {**self.changed, **self._scatter.varied}:
-            raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
+            raise UsageError(f"the setting {path} is given twice: expected only one --change or --vary per setting")
         if given.interval is None and not given.listed:
             raise UsageError(f"cannot tune {path}={given.text}: expected a range or a list of values, e.g. 10..400")
         self.changed[path] = given
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Run each trial of the tuning with several values of a setting, e.g. `.vary("seed", "0..9")`.
+        """Test each combination of tuned values with several values of another setting, e.g. `.vary("seed", "0..9")`.
 
-        The worst run determines the score of the trial.
+        The worst run determines the score of the combination.
         """
         if path in self.changed:
-            raise UsageError(f"the path {path} is given twice: expected one --change or one --vary for each path")
+            raise UsageError(f"the setting {path} is given twice: expected only one --change or --vary per setting")
         self._scatter.vary(path, values)
         return self
 
@@ -108,11 +108,11 @@ class Tuning:
         scheduler: str | None = None,
         tell: Callable[[str], None] = lambda words: None,
     ) -> Study:
-        """Perform trials until the study has as many trials as requested, and return the study.
+        """Test `trials` combinations of setting values, and return the results as a `Study`.
 
-        The study is stored in the SQLite file `out`; a study in `out` is continued.  `design`: the combinations of
-        varied values.  `scheduler`: address of a Dask cluster, which performs the runs instead of this computer.
-        Raises UsageError.
+        The results are stored in the SQLite file `out`; earlier combinations in `out` are not tested again.
+        `design`: the combinations of varied values.
+        `scheduler`: address of a Dask cluster, which performs the runs instead of this computer.  Raises UsageError.
         """
         delivered, runner, scatter = self.check(design or Design(), seconds)
         check_scheduler(runner, scheduler)

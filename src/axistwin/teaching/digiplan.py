@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Instruction to set the inputs for which the stored sequence waits in its first step.
+        """Text about the inputs that start a waiting program, e.g. ", and waits: press START".
 
         "" if the first step does not wait.
         """

@@ -93,7 +93,7 @@ def runs_moves(it: Evidence) -> bool:
 
 
 def level(pin: str, high: bool) -> Check:
-    """Return a condition that is true if the terminal has this level."""
+    """Return a function that checks the level of a terminal, e.g. whether an input is high."""
     return lambda it: it.controller.pins[pin].level is high
 
 

@@ -29,7 +29,7 @@ class Remedies:
         return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
 
     def power(self, *words: str) -> str:
-        """Return the instruction to switch the power off or on.
+        """Return a text that asks the user to switch the power of the controller off or on.
 
         `words`: "off", "on", or both; the user switches the power in this sequence.
         """

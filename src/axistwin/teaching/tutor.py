@@ -141,7 +141,7 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """True if the tutor has not explained this diagnostic code yet.
+        """True if the error code, e.g. DP101, has not been explained to the user before.
 
         Each code is explained only once.
         """

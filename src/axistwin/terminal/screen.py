@@ -79,7 +79,7 @@ class Screen:
         self.prompt()
 
     def aside(self, *lines: str) -> None:
-        """Show comments of the tutor, in grey."""
+        """Show explanations, e.g. of a command, as grey text in the terminal window."""
         if lines:
             self.show(*(f"{DIM}  {line}{NORMAL}" if self.colours else f"  {line}" for line in lines))
 

@@ -149,7 +149,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            # if a move starts exactly at `since_ns`, the move before can have its last pulse at this time: continue
+            # if a move starts exactly at `since_ns`, the last pulse of the previous move can be at the same time
             if move.start_ns < since_ns:
                 break
         for move in reversed(moves):

@@ -99,7 +99,10 @@ class ChangeQueue:
 
 
 class Rows:
-    """Changes that have not been written yet, as columns of integers; the first column contains the times."""
+    """Signal changes that wait to be written to a trace file, as columns of integers.
+
+    The first column contains the times of the changes.
+    """
 
     def __init__(self, columns: int) -> None:
         self._blocks: list[tuple[NDArray[np.int64], ...]] = []

@@ -186,7 +186,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Convert the stored integers of a batch of signal changes to the values of the signals: numbers or texts.
+    """Decode signal values that are stored as integers, e.g. floating-point numbers and texts.
 
     The function `show` formats floating-point numbers and texts.
     """

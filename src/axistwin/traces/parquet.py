@@ -68,7 +68,7 @@ class ParquetSink:
         self._new = False
         self._contents: Any = None
         # `_place`: position in the Parquet file at which the present row group (block of rows) begins
-        # `_rewritable`: number of bytes at the end of the file that the next call of `flush` replaces
+        # `_rewritable`: number of bytes, at the end of the file, that `flush` replaces by new contents
         self._place, self._rewritable = (len(MAGIC), 0)
         output.append(MAGIC)
         waiting = ChangeQueue(signals)

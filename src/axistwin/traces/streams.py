@@ -70,9 +70,9 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Set this text signal to "" when the other end of the serial line or bus sends data.
+        """Clear the signal with the host's last message when the controller sends data, or the reverse.
 
-        `answered`: True if the stored message is deleted, too.
+        The value of the signal becomes "".  `answered`: True if the stored message is deleted, too.
         """
         if answered:
             self._message = b""

@@ -149,7 +149,7 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # axes whose samples must be requested before changes are written
+        self._computing_ahead: list[ServoAxis] = []  # servo axes: call `catch_up` before each write
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
         self._rows: list[Rows] = []  # these objects receive the changes that axes and controllers report

@@ -95,7 +95,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # index of the first pixel that begins with a known signal value
+    known = begins.searchsorted(0, "right")  # first pixel to the right of the signal's first value
     held[known:] = rows.last[begins[known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1
@@ -108,9 +108,10 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Update the minimum and the maximum of each pixel column of the plot from merged intervals.
+    """Plot old changes of a signal, of which only the minimum and the maximum are stored.
 
-    A merged interval stores several changes of the signal together, e.g. as their minimum and maximum.
+    Several old changes are stored together as a merged interval.  In each pixel column that the interval covers, the
+    plot extends at least from the minimum to the maximum.
     """
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
@@ -136,7 +137,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # if the signal value before the pixel is nearer to the pixel's minimum, draw the minimum before the maximum
+    # draw each vertical line from the end that is nearer to the previous value of the signal
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
@@ -152,9 +153,9 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return the first message of a text signal in each of `most` equal parts of a time span.
+    """Divide a time span into equal parts, and return the first message of a text signal in each part.
 
-    Each message is returned with its start time.
+    `most`: the number of parts.  Each message is returned with its start time.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

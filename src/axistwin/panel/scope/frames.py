@@ -107,7 +107,7 @@ def _decoded(meaning: Meaning, text: str) -> str:
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
-    """Encode the points of a line in base 64, as pairs of 16-bit numbers.
+    """Encode the plotted points of a signal as base 64 text; each point becomes two 16-bit numbers.
 
     Times are scaled to 0 to `FULL`, values to 0 to `TOP`.
     """
@@ -140,9 +140,10 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the step to which the limits of a scale are rounded, e.g. 5 for a scale of size 60.
+    """Return a round step, e.g. 5; the ends of a plot axis are multiples of the step.
 
     The step is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
+    `size`: the difference between the largest and the smallest value, e.g. 60 for the step 5.
     """
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

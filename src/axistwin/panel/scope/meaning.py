@@ -11,7 +11,10 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """The unit of a signal's numbers, or the codec that converts a signal's messages to words."""
+    """Formats a signal's values as text, e.g. adds the unit mm to a number or decodes a bus message.
+
+    A signal with numbers has a unit; a signal with messages has a codec.
+    """
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -38,7 +41,7 @@ PLAIN = Meaning()
 
 
 def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return the unit or the codec of each signal.
+    """Return the object that formats the values of each signal, e.g. with the unit mm.
 
     Signals that have no unit and no codec are left out.
     """

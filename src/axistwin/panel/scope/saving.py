@@ -82,9 +82,9 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time from which the record contains every change of the signals `names`.
+    """Return the time in ns at which the detailed recording of all given signals begins.
 
-    Earlier changes are merged into intervals.
+    Every change after this time is recorded.  Earlier changes are merged into intervals.
     """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 

@@ -120,9 +120,9 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Earliest time from which on each change of the signal is stored separately.
+        """Beginning of the detailed history of a signal, in ns.
 
-        Earlier changes are merged into intervals.
+        Each change after this time is stored.  Earlier changes are merged into intervals.
         """
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
@@ -208,14 +208,17 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # copy the remaining rows: a slice would keep the memory of the whole array occupied
+            # copy the remaining rows, because a slice (a NumPy view) would keep the whole old array in memory
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Merge intervals until at most `ROWS` / 2 intervals are left."""
+        """Merge neighbouring intervals of a signal's history to save memory.
+
+        At most `ROWS` / 2 intervals are left.
+        """
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -254,7 +257,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Earliest time from which on all texts of a text signal are stored, e.g. messages.
+        """Beginning of the complete history of a text signal, e.g. of a signal with messages, in ns.
 
         Earlier texts may have been deleted.
         """

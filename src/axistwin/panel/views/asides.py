@@ -63,7 +63,10 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the controls of the tutor: an on/off switch, and buttons for questions, e.g. "Why?"."""
+        """Build the switch and the buttons of the tutor, which explains a controller to the user.
+
+        The buttons ask questions, e.g. "Why?" (why nothing moves).
+        """
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -129,15 +132,15 @@ class Asides:
         await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Return the result of `ask()` at the present virtual time.
+        """Read the state of a controller at the present virtual time.
 
-        `ask` reads the state of the controller.
+        `ask`: the function that reads the state.  Return the result of `ask`.
         """
         return self._context.session.inspect(ask)
 
     @property
     def _tutor(self) -> Tutor:
-        """The object that explains the controller of this text terminal to the user."""
+        """The tutor, which explains the commands and answers of a controller to the user."""
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
             self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
@@ -173,7 +176,7 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return the instruction to switch the power off or on.
+        """Return a text that asks the user to switch the power of the controller off or on.
 
         `words`: "off", "on", or both; the user switches the power in this sequence.
         """

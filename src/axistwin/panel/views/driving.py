@@ -175,7 +175,7 @@ def _speed(context: Context) -> Refresh:
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
-        show()  # without this call, the old speed would be visible until the next frame
+        show()  # show the new simulation speed immediately
 
     slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))

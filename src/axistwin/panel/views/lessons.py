@@ -105,5 +105,8 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Replace each command `:drive` in the text of a task by an instruction to click a switch of the panel."""
+    """Adapt the text of a lesson to the web page, where the user clicks switches.
+
+    E.g. replace `type  :drive input1 high` by `click the switch input1`.
+    """
     return _TYPED.sub(r"click the switch \2", task)

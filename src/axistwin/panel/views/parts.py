@@ -19,7 +19,7 @@ WRITE = "axistwinState.write(Vue.toRaw(mounted_app.elements), {id}, {text})"
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Set the name with which tests find an element.
+    """Name an element of the web page, so that tests can find the element.
 
     Other tasks run while a page is being built.
     """

@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # too many signals for all users together, so show no signals on this screen
+        except AxistwinError:  # all users together show too many signals: leave this screen empty
             screen.show(())
         return screen
 
@@ -141,7 +141,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # pause the screen, so that the time under the mouse pointer stays the same
+                    screen.pause()  # without a pause, the zoom would keep the right end of the plot fixed
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))

@@ -42,7 +42,7 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
 
 
 def _tool(context: Context, controller: Controller) -> Callable[[], str]:
-    """Build a list of outputs; the output that the user selects lowers the tool.
+    """Build a drop-down list, in which the user selects the output that lowers the tool.
 
     Returns a function that returns the selected output.
     """

@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """The parts of a scene file that restore a controller's saved data in a virtual controller."""
+    """Entries of a scene file (a simulation setup) that load saved data into a simulated controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""

@@ -63,7 +63,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # `E` and `N` have opposite parity bits, so a wrong parity setting corrupts one of these two requests
+        # the parity bits of `E` and `N` differ, so a wrong parity setting corrupts either `E` or `N`
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None

@@ -35,7 +35,7 @@ class Rescue:
     """Value of the controller and of the twin, by name."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result of the rescue as data for a JSON file."""
+        """Return a summary of a controller's backup as data for a JSON file, e.g. the model and the saved values."""
         return {
             "model": self.found.model, "line": None if self.found.line is None else str(self.found.line),
             "values": self.contents.values, "depends on the machine": sorted(self.contents.depends),

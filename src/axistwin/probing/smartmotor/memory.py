@@ -246,7 +246,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
-        # the motor may have received another motor's address by mistake
+        # `ADDRESS_ALL` selects all motors again: garbled test data may have selected another motor
         lines = ("Zb Zc Zf Zs", f"GOSUB{label}", *sent, ADDRESS_ALL, *then)
         return case(name, commands[code].chapter, *lines, stores=True, waits=((1 + len(sent), CHANNEL_S),))
 

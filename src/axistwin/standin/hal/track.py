@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time up to which the function `knots` has returned positions of the axis, in seconds."""
+        """End time of the axis positions that the method `knots` has already returned, in seconds."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
@@ -46,9 +46,9 @@ class Track:
         self.position, self.last_s = int(positions[-1]), float(times[-1])
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
-        """Return the points of the axis's path since the last call; [] if the axis does not move.
+        """Return the positions of the axis since the previous call of `knots`, each with its time.
 
-        Each point is a time and a position.  All pulses before `until_s` must have been added.
+        The list is empty if the axis has not moved.  All pulses before `until_s` must have been added.
         """
         import numpy as np
 
