@@ -52,7 +52,10 @@ def installed(library: str) -> bool:
 
 
 def require(library: str, extra: str) -> None:
-    """Raise MissingExtraError if a library that an optional extra needs is not installed."""
+    """Raise MissingExtraError if a Python library is not installed.
+
+    `extra`: name of the optional extra of axistwin that contains the library.
+    """
     if not installed(library):
         raise MissingExtraError(library=library, extra=extra)
 

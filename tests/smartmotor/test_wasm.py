@@ -197,7 +197,7 @@ def text(out: Ints, n: int) -> int:
             not_sampled,
             "cannot compile the call of quotient in not_sampled: expected a function with the decorator @sampled",
         ),
-        (both, "variable value of both has values of different types: expected one type, e.g. int"),
+        (both, "the variable value in the function both gets values of several types: expected one type, e.g. int"),
         (text, "cannot compile the call of len in text: expected a function with the decorator @sampled"),
     ],
 )

@@ -30,7 +30,7 @@ def no_programs(controller: str, file: str) -> Callable[[], object]:
 
 
 class ActionRunner:
-    """Performs the actions of a conversation on one bench.
+    """Performs the actions of a conversation file, e.g. `! input1 high`, in one simulation (bench).
 
     `load`: function that prepares to load a program.  `own`: True for actions of a scene's script, which are not
     reported as manual actions.

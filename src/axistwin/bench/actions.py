@@ -59,7 +59,11 @@ def level_name(level: bool) -> str:
 
 
 def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs the action `! target value`.  Raises ProgramError for an invalid action."""
+    """Prepare an action of a conversation file, e.g. `! input1 high`.
+
+    In this example, `target` is "input1" and `value` is "high".  Return a function that performs the action.  Raises
+    ProgramError for an invalid action.
+    """
     if target in controller.pins:
         return _pin_action(controller.pins[target], value)
     if target in FAULT_ACTS:
@@ -77,10 +81,11 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
 
 
 def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs one action at an endpoint, e.g. the action `! input1 high`.
+    """Prepare an action at a controller or at a serial line, e.g. `! input1 high`.
 
-    In this example, `target` is "input1" and `value` is "high".  An endpoint is a controller, a second channel, or a
-    shared line; `who` is its name.  Faults may have any name.
+    In this example, `target` is "input1" and `value` is "high".  Return a function that performs the action.
+
+    `who`: the name of a controller, of a second serial channel, or of a shared serial line.  Faults may have any name.
 
     Raises ProgramError or UsageError for an invalid action.
     """
@@ -309,7 +314,10 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
             return partial(setattr, port, "instant", _level(value))
         case "drop":
             if value != "pending":
-                raise ProgramError(f"invalid value {value!r} of the action `drop`: expected the word `pending`")
+                raise ProgramError(
+                    f"invalid value {value!r} of the action `drop`: "
+                    "expected `! drop pending`, to discard unsent characters"
+                )
             return port.drop_pending
     return partial(setattr, port.host, "format", _line(value, port))
 
@@ -355,7 +363,7 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the values that a conversation can check, e.g. `input1` or `X.position`.
+    """Return the names of all signals and quantities that a conversation file can check, e.g. `X.position`.
 
     PIN stands for the name of a pin.
     """

@@ -229,7 +229,10 @@ class Bench:
                 raise UsageError(f"motor {motor.name} belongs to another Bench: expected motors of one Bench")
             if channel in motor._lines:
                 line = motor._lines[channel]
-                raise UsageError(f"motor {motor.name} is connected to {line!r} already: expected one line per motor")
+                raise UsageError(
+                    f"motor {motor.name} is connected to the serial line {line!r} already: "
+                    "expected one serial line per channel"
+                )
             if motors.count(motor) > 1:
                 raise UsageError(f"motor {motor.name} is given twice to {method}(): expected each motor once")
         name = name or self._free_name(method)

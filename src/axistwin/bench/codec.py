@@ -34,7 +34,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of the text of each byte.
+        r"""Yield, for each byte, the index and the length of the characters that represent the byte.
 
         In `X\x0d`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\x0d`: (1, 4).
         """
@@ -81,7 +81,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of the text of each byte.
+        r"""Yield, for each byte, the index and the length of the characters that represent the byte.
 
         In `X\r`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\r`: (1, 2).
         """
@@ -114,7 +114,7 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the position and the length of the text of each byte.
+        """Yield, for each byte, the index and the length of the characters that represent the byte.
 
         In `20 A5`, the text of the first byte is `20`: (0, 2).  The text of the second byte is `A5`: (3, 2).
 

@@ -194,5 +194,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # stop after the OUT instruction, because the board may now have an event before the planned stop
+        # stop the emulated processor after its OUT instruction, because the board may now have an earlier event
         self._stop_ns = 0

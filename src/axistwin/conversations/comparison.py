@@ -70,9 +70,9 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Pairs of a delay in ns and the delayed action of the emulated controller, in ascending order of the delays.
+        """Actions of the emulated controller, sorted by their delays in ns.
 
-        A delay is relative to the real controller.
+        Each item is a pair of delay and action.  A delay is relative to the same action of the real controller.
         """
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
@@ -132,7 +132,10 @@ def _clock(act: Act) -> int | None:
 
 
 class _Comparer(Player):
-    """A `Player` that records all differences from the recorded conversation, and continues after a difference."""
+    """Replays a recorded conversation with a virtual controller, and collects all differences.
+
+    The conversation continues after a difference.  The function `play`, in contrast, stops at the first difference.
+    """
 
     def __init__(self, conversation: Conversation, bench: Bench, patience_ns: int) -> None:
         super().__init__(conversation, bench)
@@ -212,11 +215,11 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length of a wrong reply in bytes.  All later bytes belong to the next reply.
+        """Return the number of received bytes that belong to a wrong reply.
 
         The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the
-        reply.
+        reply.  Later bytes belong to the next reply.
         """
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
@@ -282,7 +285,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the replies that no line of the conversation file expects."""
+        """Record the virtual controller's last replies that the conversation file does not contain."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

@@ -154,7 +154,7 @@ class Recorder:
         controller sends characters.
         """
         silent_ns = event.time_ns - self._last_ns
-        ended = event.controller not in self._formats  # on a bus, each event is a complete message
+        ended = event.controller not in self._formats  # a board on a bus sends complete messages
         ended = ended or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
         if event.controller != self._speaker or ended or silent_ns > PAUSE_NS:
             self._flush_reply()

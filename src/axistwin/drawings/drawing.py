@@ -37,7 +37,7 @@ class Drawing:
             self._changes.append((part, _MOVE if smooth else "jump", transform))
 
     def write(self, part: str, text: str) -> None:
-        """Set the text in a part of the drawing."""
+        """Show a text in a part of this drawing."""
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
@@ -51,7 +51,7 @@ class Drawing:
             self._changes.append((part, attribute, value))
 
     def take(self) -> list[Change]:
-        """Return the stored changes of the drawing, and clear the list of stored changes."""
+        """Return the changes of this drawing since the previous call of `take` or `everything`."""
         changes, self._changes = self._changes, []
         return changes
 

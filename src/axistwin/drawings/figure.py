@@ -16,7 +16,7 @@ STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 
 class Figure(Protocol):
-    """A drawing of the machine that an axis moves."""
+    """The drawing of one axis: a linear slide or a rotating shaft."""
 
     drawing: Drawing
 

@@ -156,14 +156,17 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """The trails of all X-Y tables of a session.  All browser pages show these trails."""
+    """The drawn paths (trails) of all machines with an X-Y table.
+
+    All browser pages of a session show the same paths.
+    """
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Create an empty trail for each X-Y table."""
+        """Create an empty path (trail) for each machine with an X-Y table."""
         tables = ((controller, table_axes(controller)) for controller in bench.controllers.values())
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 

@@ -222,8 +222,8 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Return a procedure that sends no command.
+    """Return a procedure without commands, to synchronise the driver with the controller.
 
-    `run(nothing())` only synchronises the driver with the controller, if the driver is not synchronised yet.
+    `run(nothing())` has no effect if the driver is synchronised already.
     """
     yield from ()

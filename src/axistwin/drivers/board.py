@@ -29,7 +29,7 @@ FAIL = Fault("board failure", "call reset; the position is then lost")
 
 
 class FailedError(RefusedError):
-    """The exception that reports a set failure bit in the board's status byte."""
+    """Exception: the failure bit in the board's status byte is 1."""
 
 
 def signed(value: bytes) -> int:
@@ -283,7 +283,7 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the stream has ended early if the buffer is empty (velocities came too late) or no longer empties
+            # the motion has ended too early: the buffer is empty, or is full and does not become emptier
             if begun and (free == size or (not count and free == before)):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
@@ -441,7 +441,10 @@ class Motor(AxisCore):
         return signed(found[1:5]) * (RANGES[code] if code < 4 else 1 / 60 if code == 4 else 1.0)
 
     def _pending(self, moving: bool, position: int) -> Procedure[bool]:
-        """Return True while a commanded motion is in progress or has not begun yet."""
+        """Return True while a commanded motion is in progress.
+
+        The motion is in progress from the command, even if the motor has not begun to move yet.
+        """
         if moving:
             self._has_moved = True
             # a search for HOME consists of several motions: after each motion, wait until the next motion begins

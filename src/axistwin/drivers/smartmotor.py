@@ -299,8 +299,8 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # After a power cut, A is 0: the message A=A+{units - before} would restore the old A, and hide the cut.
-            # With one more unit, A differs from the old A, so that the power cut is noticed.
+            # The new acceleration is twice the old one, e.g. 100 after 50.  After a power cut, A is 0: the message
+            # `A=A+50` would set A to the old value, and hide the power cut.  Therefore send `A=A+51`.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
@@ -309,7 +309,10 @@ class Shaft(AxisCore):
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
             cause = self._lost
-            raise RefusedError(f"{self.name} does not move, because {cause}: home the axis, or call set_position")
+            raise RefusedError(
+                f"the motion of {self.name} was not started, because {cause} and the position is lost: "
+                "home the axis, or call set_position"
+            )
         self._set_acceleration = units
 
     def move_to(self, target: int) -> Procedure[None]:

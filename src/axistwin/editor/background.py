@@ -23,7 +23,7 @@ COMMAND = [sys.executable, "-P", "-c", "from axistwin.editor.background import w
 
 
 class Background:
-    """Executes functions in a separate process, one at a time."""
+    """Executes functions in a separate background process, one at a time."""
 
     def __init__(self) -> None:
         self._one = asyncio.Lock()
@@ -31,7 +31,7 @@ class Background:
         self._closed = False
 
     async def run(self, function: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result:
-        """Execute a function in the separate process, and return the result of the function.
+        """Execute a function in the background process of the language server, and return the result.
 
         A cancelled caller gets no result, but the function is executed to its end before the next one.
         Raises RuntimeError with the traceback if the function raises an exception, or if it ends the process twice.
@@ -46,12 +46,12 @@ class Background:
         return await asyncio.wrap_future(done)
 
     def close(self) -> None:
-        """End the separate process; the result of a running function is lost."""
+        """End the background process of the language server; an unfinished function returns no result."""
         self._closed = True
         self._end()
 
     def _settle(self, task: bytes, done: "Future[Any]") -> None:
-        """Execute a task in the separate process, and pass the result to the future `done`.
+        """Execute a task in the background process, and pass the result to the future `done`.
 
         This function runs in a thread.
         """
@@ -65,7 +65,10 @@ class Background:
             done.set_exception(RuntimeError(result))
 
     def _execute(self, task: bytes) -> tuple[bool, Any] | None:
-        """Send a task to the separate process, and return the answer; None if the process has ended."""
+        """Send a task to the background process of the language server, and return the answer.
+
+        Return None if the process has ended.
+        """
         if self._closed:
             return None
         if self._process is None:
@@ -77,7 +80,7 @@ class Background:
             stdin.write(task)
             stdin.flush()
             answer: tuple[bool, Any] = pickle.load(stdout)  # noqa: S301  # our own process
-        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # the separate process has ended
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # the background process has ended
             self._end()
             return None
         return answer

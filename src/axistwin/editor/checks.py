@@ -34,7 +34,7 @@ class Snapshot(NamedTuple):
 
     @property
     def text(self) -> Text:
-        """The document of this snapshot, as an object of the class `Text`."""
+        """The copied document, as an object of the class `Text`."""
         return Text(TextDocument(self.uri, self.source, position_codec=PositionCodec(self.encoding)))
 
 

@@ -34,7 +34,7 @@ class Text:
         self.suffix = self.path.suffix.lower()
         try:
             self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # the document is closed, and its file cannot be read
+        except (OSError, UnicodeDecodeError):  # the text of a closed document is empty if the file cannot be read
             self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
@@ -42,7 +42,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """Language support for the file type of the document.
+        """Object that gives editing help, e.g. completions, for the document's file type.
 
         None for an unknown file type, or for a text that is too long.
         """

@@ -227,10 +227,10 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Find a value in the same TOML table as line number `line` of a scene file.
+    """Return the text of one value in a TOML table of a scene file.
 
-    `pattern`: regular expression for a line with the value.  Return the text of the expression's first group, or "" if
-    no line matches.
+    `line`: number of any line in the table.  `pattern`: regular expression for the line with the value.  Return the
+    text of the expression's first group, or "" if no line of the table matches.
     """
     begin = next((n for n in range(line, 0, -1) if lines[n - 1].lstrip().startswith("[")), 0)
     for each in lines[begin:]:

@@ -79,7 +79,7 @@ def _product(lines: list[str]) -> Product | None:
 
 
 def _masked(text: str) -> str:
-    """Replace each escape sequence by blanks, and keep the length of the text."""
+    r"""Replace each escape sequence in a text, e.g. `\x0d`, by the same number of blanks."""
     return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
 
 

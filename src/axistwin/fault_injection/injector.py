@@ -285,7 +285,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # background event: a bench with only background events counts as idle
+            clock.background += 1  # a bench that only waits for a fault counts as idle
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

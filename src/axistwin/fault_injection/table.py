@@ -141,7 +141,10 @@ def ended() -> None:
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:
-    """Combine several functions, each of which ends one effect of a fault, into one function."""
+    """Return a function that ends all effects of a fault.
+
+    `ends`: functions that end one effect each.
+    """
 
     def mend() -> None:
         for end in ends:

@@ -214,7 +214,7 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError if no fault can begin at a program line, e.g. at a label.
+    """Raise UsageError if a program line cannot trigger a fault, e.g. because the line takes no time.
 
     A line that is not yet stored is valid.
     """

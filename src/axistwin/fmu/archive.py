@@ -64,7 +64,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="")
         (root / SETTINGS).write_text(json.dumps(settings, indent=2, ensure_ascii=False), encoding="utf-8")
-        # unique module name, because a Python process imports only the first of two modules with the same name
+        # The module name is unique, because Python imports only the first of two modules with the same name.
         script = root / f"fmu_{name}_{settings['token'].replace('-', '')}.py"
         script.write_text(SCRIPT.format(version=VERSION, name=name), encoding="utf-8")
         made = FmuBuilder.build_FMU(

@@ -52,7 +52,8 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # `time.sleep` raises the same error
+            # the original `time.sleep` raises an error with the same text
+            raise ValueError("sleep length must be non-negative")
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()
@@ -61,7 +62,7 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """End the host's `time.sleep`, and block the caller until the host's thread runs again."""
+        """Let the host program return from `time.sleep`, and wait until the host program runs again."""
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()

@@ -20,7 +20,7 @@ several turns.
 
 
 class ManualPacer(Pacer):
-    """Pacer that advances virtual time only when a test requests an advance."""
+    """Lets virtual time pass only when a test calls the method `advance`."""
 
     def __init__(self, bench: Bench) -> None:
         super().__init__(bench.clock, None)
@@ -42,7 +42,10 @@ class ManualPacer(Pacer):
         self.flush()
 
     async def receive_all(self) -> int:
-        """Receive all data that hosts have already sent, and return the value of the counter `arrivals`."""
+        """Receive all data that host programs have already sent.
+
+        Return the value of the counter `arrivals`, i.e. the number of inputs from host programs up to now.
+        """
         idle = 0
         while idle < IDLE_TURNS:
             before = self.arrivals

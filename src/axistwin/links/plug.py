@@ -217,9 +217,10 @@ class Plug(SingleClient[SerialClient]):
     # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
-        """Let the pacer call `flush` soon, so that received characters are sent to the client.
+        """Request that the controller's characters are sent to the client soon.
 
-        Several requests have the effect of one request.
+        The pacer (the object that advances virtual time) calls `flush` after the next advance.  Several requests have
+        the effect of one request.
         """
         if not self._flush_requested:
             self._flush_requested = True

@@ -106,7 +106,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # ignore this packet, which only reports that `_hold` has emptied the buffers
+            return  # the packet reports only that `_hold` has emptied the buffers: no client has sent data
         if self._connect():
             self._take(packet[0], packet[1:])
 

@@ -55,7 +55,7 @@ class PassThrough(Uart):
     """
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
-        """Return True: the relay accepts characters in any format."""
+        """Return True, because this UART accepts characters in any line format, e.g. 7E1."""
         return True
 
 

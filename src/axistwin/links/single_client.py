@@ -16,7 +16,7 @@ log = getLogger("axistwin.links")
 
 
 class Client(Protocol):
-    """Interface of a client that is connected to an endpoint."""
+    """The connection of one host program to a serial port or a bus of a controller."""
 
     name: str
 
@@ -79,7 +79,7 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # True if the client has disconnected while `gate` was closed for all clients
+        self._has_disconnected = False  # True if the client has disconnected while the gate was closed
         self.gate.changes.subscribe(self._gate_changed)
 
     @property

@@ -186,9 +186,9 @@ class TcpClient(Connection):
         self.dropped = 0
 
     def resume_writing(self) -> None:
-        """Record that the client reads data again.
+        """Log the number of lost characters.
 
-        The number of lost characters is logged.
+        Called when a client that has read too slowly reads data again.
         """
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)

@@ -47,7 +47,8 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    # pulse times of each profile that occurs more than once; all arrays together have at most half the size of `out`
+    # Cache the pulse times of each velocity profile that occurs more than once.
+    # The cache needs at most half the memory of `out`, because each of these profiles occurs at least twice.
     patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):

@@ -72,7 +72,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # to save time, convert the same duration of consecutive segments to ticks only once
+            # consecutive segments often share one duration: convert this duration to ticks only once
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -148,9 +148,9 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return a profile that equals this profile up to the time `elapsed_ns`.
+        """Return a copy of this velocity profile without the part after the time `elapsed_ns`.
 
-        After this time, the returned profile continues with the segments `then`.
+        After this time, the copy continues with the segments `then`.
         """
         if self.over(elapsed_ns):
             return self

@@ -88,7 +88,7 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """List of pulse counts during the acceleration.
+        """List of the numbers of pulses from the start of the acceleration to each velocity level.
 
         Element k is the number of pulses in the first k levels of the ramp, so element 0 is 0.
         """

@@ -65,7 +65,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return the step command that outputs the most of the next pulses.
+    """Return a step command that outputs as many of the next pulses as possible.
 
     `low` and `high` contain the earliest and the latest permitted tick of each pulse.
     """
@@ -128,17 +128,18 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Narrow the range in which the number `add` of a step command is searched.
+    """Return a smaller search range for the change of the pulse interval from one pulse to the next.
 
-    `add` is the difference in ticks between one pulse interval and the next.  The new range has only values with which
-    one step command can output two given pulses at permitted times.
+    `add`: a change of the interval, in ticks, with which no step command was found.  The smaller range has only changes
+    with which one step command can output two given pulses at permitted times.  If `add` is such a change, the range
+    stays as it is.
 
     `lowest`, `highest`: the present range.  `late`: number and earliest permitted tick of the first pulse.  `early`:
-    number and latest permitted tick of the second pulse.  The range stays as it is if the value `add` itself is
-    possible.
+    number and latest permitted tick of the second pulse.
     """
     (m, low), (n, high) = late, early
-    # `late` gives the least first interval, `early` the greatest: the two limits are compatible if gap <= add * slope
+    # Pulse m needs a minimum first interval, and pulse n a maximum first interval.
+    # The minimum is not above the maximum if `gap <= add * slope`.
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest

@@ -67,10 +67,10 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Start a `step` or a `go_to` after the present `step` or `go_to` has ended.
+        """Begin a step or a jump in virtual time when no other step or jump is in progress.
 
-        `begin`: function that starts the `step` or `go_to`.  Returns the result of `begin()`; None if `stop` has
-        removed the call from the queue.
+        `begin`: function that starts a `step` to the next event, or a `go_to` to a recorded time.  Returns the result
+        of `begin()`; None if `stop` has removed the call from the queue.
         """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         if self.busy:

@@ -74,7 +74,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the stored result of `make(session)`; `make` is called only if no result is stored yet."""
+        """Return the object that `make(session)` creates at the first call, for all pages of the session."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])

@@ -42,7 +42,7 @@ class Outbound:
         del self._outbox.enqueue_update, self._outbox.enqueue_message
 
     async def send(self) -> None:
-        """Send the new elements of the page, then all other messages.
+        """Send all held-back messages to the browser, beginning with the new elements of the page.
 
         The elements that contain new elements are sent after the new elements.
         """

@@ -65,7 +65,7 @@ async def build_page(enter: Callable[[], Context]) -> None:
     ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # wait until a browser connects, or until the page is deleted
+    await client.connected()  # returns when a browser has connected, or when NiceGUI has deleted the page
     if client.is_deleted:
         return
     execute(client, LOAD)
@@ -101,9 +101,9 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the asyncio task that updates a page, after the page has been shown to the user.
+        """Store the background task that updates a page in a browser.
 
-        If the page has already been removed, cancel the task.
+        Called when the page has been shown.  If the page has already been removed, the task is cancelled.
         """
         if client in self._frames:
             self._frames[client] = frames
@@ -141,9 +141,9 @@ def _released(elements: list[ui.element]) -> None:
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build a page once without a browser.
+    """Build a page without a browser, to load all files and modules of the page in advance.
 
-    All files and modules are then loaded before a host connects.
+    Nothing needs to be loaded later, while a host is connected.
     """
     client = Client(ui.page(""), request=request)
     made = _built(client, context)
@@ -332,7 +332,7 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update some views of the page, for about `TURN_S` seconds.
+    """Update views of a browser page until about `TURN_S` seconds of real time have passed.
 
     `left`: the queue of the functions that update a view each.  Updated views are removed from the queue.  Virtual time
     does not advance in this function.

@@ -58,7 +58,7 @@ class People:
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Return the user with the key that the browser sent; an unknown key gives a new user.
+        """Return the user whose browser has sent `key`.  An unknown key creates a new user.
 
         The user becomes the driver if the present driver is absent.
         """

@@ -117,7 +117,7 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Show that an IF2 keeps a stored sequence during a power cut.
+    """Print a demonstration: an IF2 keeps its stored sequence during a power cut.
 
     The command `[` locks the sequence.  After power-up, the IF2 performs the locked sequence without a host.
     """
@@ -273,7 +273,7 @@ class _MotorSession(_Session):
 
 
 class _BoardSession(_Session):
-    """Sends commands to a board on a bus in the demonstration, and receives messages.
+    """Sends commands to a board on a bus, receives the board's messages, and prints both.
 
     The handshake is that of the board's manual, with a control byte and a status byte.
     """

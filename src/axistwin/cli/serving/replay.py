@@ -104,9 +104,9 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """Yield the lines of a summary.
+    """Yield lines of text that compare the virtual controller with the recorded hardware.
 
-    The summary gives the number of replies that differ from the recording, and the delays of the virtual controller.
+    The text gives the number of replies that differ from the recording, and the delays of the virtual controller.
     """
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"

@@ -237,9 +237,9 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace and the recording if the session gets a bench other than `bench`.
+        """Return a function that closes the trace and the recording when a new simulation replaces `bench`.
 
-        The session calls the function with each new bench, e.g. after the user has gone back in time.
+        The session calls the function with each new simulation (bench), e.g. after the user has gone back in time.
         """
 
         def end(another: Bench) -> None:

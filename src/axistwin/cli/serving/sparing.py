@@ -21,7 +21,7 @@ class Sparing(logging.Filter):
         self._counted: Counter[str] = Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return True if a log record is written to the log, or False if the log record is only counted."""
+        """Return True to write a log record, or False to discard the record.  Discarded records are counted."""
         if record.name.partition(".")[0] == OURS and not record.exc_info:
             return True
         self._counted[record.name] += 1

@@ -86,7 +86,9 @@ def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
             click.echo(f"axistwin: {error}", err=True)
         except click.Abort as end:
             if isinstance(end.__context__, EOFError):
-                raise UsageError("the input has ended: expected five answers, or --yes for the defaults") from None
+                raise UsageError(
+                    "the typed input has ended before the last question: expected an answer, or the option --yes"
+                ) from None
             raise
 
 

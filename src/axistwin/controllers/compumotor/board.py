@@ -181,9 +181,9 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a host's command needs in the present state of the board.
+    """Return the attributes that a command must have so that the board accepts the command from the host.
 
-    For example, a streaming mode requires the attribute `Accept.STREAMING`.
+    The state of the board decides: for example, a streaming mode requires the attribute `Accept.STREAMING`.
     """
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:

@@ -115,10 +115,10 @@ class State(ABC):
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
-        """True if a SINGULAR command of the host prevents the start of `command`.
+        """True if `command` cannot start before the host's previous command has ended.
 
-        SINGULAR commands take time, e.g. moves.  The result is True only if `command` is also a SINGULAR command of
-        indexer mode: a move, a search or the joystick.
+        The host's previous command then has the attribute SINGULAR: the command takes time, e.g. a move.  The result is
+        True only if `command` is also a SINGULAR command of indexer mode: a move, a search or the joystick.
         """
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 

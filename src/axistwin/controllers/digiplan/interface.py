@@ -103,14 +103,14 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # during this event, the cancelled move or sequence ends
+                yield self.clock.timeout(0)  # let the cancelled move or sequence end first
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
 
     @property
     def procedures(self) -> list[Process]:
-        """Processes that are running in the interface."""
+        """Simulation processes of the interface that are in progress, e.g. a move or a sequence."""
         return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
     def _recall(self) -> None:

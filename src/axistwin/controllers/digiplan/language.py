@@ -17,7 +17,7 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 from axistwin.numbers import HIGHEST, NumberError, clipped, whole
 
 MOST_STEPS = 63
-LONGEST_MESSAGE = 8192  # The interface drops further characters of a message.  Each valid sequence is shorter.
+LONGEST_MESSAGE = 8192  # The interface drops all later characters of a message.  Valid messages are shorter.
 CANCEL = "#"
 OUT_OF_RANGE = (rules.RANGE, rules.TOO_MANY, rules.REPEAT)
 NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
@@ -77,7 +77,7 @@ class Written(Field):
 
     @property
     def form(self) -> str:
-        """Notation of the parameter in help texts.  Brackets mean that the parameter is optional.
+        """Notation of a command's parameter in help texts, e.g. `times`, or `[distance]` for an optional parameter.
 
         The notation begins with a comma if the command needs a comma.
         """
@@ -338,7 +338,8 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing, because the parser has already evaluated this character.
+    """Do nothing, as the handler of a character that is not a command, e.g. `:` between two steps.
 
-    The character is not a command of its own: it separates steps, starts or ends a message, or belongs to a command.
+    The parser has already evaluated the character.  Such a character separates steps, starts or ends a message, or
+    belongs to a command.
     """

@@ -91,7 +91,7 @@ class Parameters:
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
     distance: int = 0  # Length of an index (preset move) in steps; in linear interpolation: length on the major axis.
     minor_distance: int = 0  # Length on each minor axis in linear interpolation, in steps.
-    backlash: int = 0  # Backlash distance in steps; the sign is the direction in which each index ends.
+    backlash: int = 0  # Backlash distance in steps; + or - is the final direction of a corrected index (preset move).
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 

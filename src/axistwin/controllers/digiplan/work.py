@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # a process cannot interrupt itself: if it has called `cancel`, interrupt it at its next `yield`
+            # the active process cannot interrupt itself: a later event interrupts the process at its `yield`
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -95,8 +95,9 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the host's control of a paused sequence.  Return the event that continues the sequence.
+        """Take the control of a paused sequence back from the host.
 
+        Return the event on which the sequence waits: the sequence continues when the caller triggers this event.
         Return None if the host has no control.
         """
         control, self.control = self.control, None

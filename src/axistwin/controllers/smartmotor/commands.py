@@ -29,7 +29,7 @@ BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
 # Chapter titles with a number, e.g. "7.0 F=", belong to the manual of firmware 4.76.
-# Chapter titles without a number, e.g. "Modes", are for commands that the 4.76 manual does not describe.
+# Titles without a number, e.g. "Modes", belong to commands that are missing in the manual of firmware 4.76.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"

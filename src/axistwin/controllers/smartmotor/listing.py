@@ -157,7 +157,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return a copy of the program.  The copy notifies subscribers when an observed line begins."""
+        """Return a compiled copy of the program that reports when an observed line is executed."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -166,9 +166,10 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the motor's program by a copy that reports the beginning of other statements.
+    """Replace the motor's compiled program by another compiled copy of the same program.
 
-    `after`: the copy.  A running program continues at the same statement.
+    `after`: the copy, which reports the execution of other statements, e.g. for a new breakpoint.  A running program
+    continues at the same statement.
     """
     if after is motor.program:
         return
@@ -182,9 +183,10 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a dictionary from the old to the new index of each statement in the compiled code of a program.
+    """Return a dictionary: for each statement, the index in `before` and the index in `after`.
 
-    The old code and the new code differ only in the operations that report the beginning of a statement.
+    `before` and `after` are compiled copies of the same program.  Their code differs only in the operations that report
+    the execution of a statement.
     """
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):

@@ -177,7 +177,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # All latched flags are 1 while the power is off, because a fault whose flag is 1 is not reported.
+            # Without power, set all latched flags to 1: the motor does not report a fault whose flag is already 1.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:

@@ -83,4 +83,4 @@ class Nonvolatile:
 
 def _require(valid: bool, key: str) -> None:
     if not valid:
-        raise ValueError(f"invalid value of the key {key!r}: expected an unchanged file from axistwin")
+        raise ValueError(f"invalid value of the key {key!r}: expected a value that axistwin has written")

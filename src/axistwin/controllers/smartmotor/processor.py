@@ -151,9 +151,9 @@ class Processor(Dispatcher, ABC):
             self.host.flag(error)
 
     def send(self, data: bytes, channel: int | None = None) -> None:
-        """Send the output of a host's command or of the program.
+        """Send the output of a command, e.g. of a report, to a serial channel.
 
-        The output of a command goes to the host, unless `channel` is given.
+        The output of a host's command goes to the host, unless `channel` is given.
 
         A program is blocked while too much output is waiting.
         """

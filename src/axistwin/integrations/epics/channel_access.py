@@ -59,23 +59,23 @@ class Channel(ChannelData):
 
 
 class _Double(Channel, ChannelDouble):
-    """A channel with a floating-point value."""
+    """An EPICS channel (PV) with a floating-point value."""
 
 
 class _Long(Channel, ChannelInteger):
-    """A channel with an integer value."""
+    """An EPICS channel (PV) with an integer value."""
 
 
 class _Menu(Channel, ChannelEnum):
-    """A channel whose value is an entry of a list, e.g. No or Yes."""
+    """An EPICS channel (PV) with an enumerated value, e.g. No or Yes."""
 
 
 class _String(Channel, ChannelString):
-    """A channel with a short string as its value."""
+    """An EPICS channel (PV) with a short string as its value."""
 
 
 class _Text(Channel, ChannelChar):
-    """A channel with a long string as its value."""
+    """An EPICS channel (PV) with a long string as its value."""
 
 
 def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: str) -> Channel:

@@ -36,7 +36,7 @@ class Ioc:
 
     @property
     def names(self) -> list[str]:
-        """Names of all motor records, pins and registers."""
+        """EPICS names of all axes (motor records), pins and registers, e.g. `LAB:if1:X` for an axis."""
         return [*(motor.name for motor in self.motors), *self.points]
 
     @asynccontextmanager

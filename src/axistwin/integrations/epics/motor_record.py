@@ -86,7 +86,7 @@ class MotorRecord:
     # Writes
 
     def writable(self, field: str) -> bool:
-        """True if writes to a field have an effect."""
+        """True if EPICS clients can write to a field of the motor record, e.g. `VAL`."""
         return field in PUTS
 
     async def put(self, field: str, value: Any) -> None:
@@ -103,7 +103,7 @@ class MotorRecord:
             await observer(field, value)
 
     async def _set(self, **changed: Any) -> None:
-        """Change fields of the record, and publish each field that has a new value."""
+        """Change fields of the EPICS motor record, and send each new value to the clients."""
         for field, value in changed.items():
             if self.values[field] != value:
                 self.values[field] = value
@@ -277,7 +277,7 @@ class MotorRecord:
             raise RefusedError(f"{field} cannot be changed during a motion: stop the axis first")
 
     async def _keep(self, field: str, value: Any) -> None:
-        """Change a field that has no effect on the axis."""
+        """Store a client's value in a field of the EPICS motor record, without a command to the axis."""
         await self._set(**{field: value})
 
     async def _shown(self, field: str, value: Any) -> None:

@@ -76,9 +76,9 @@ class _Motor:
         return _Channel(field, self._record.values[name], put if self._record.writable(name) else None)
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish the value of one field of the record.
+        """Send the value of one field of the EPICS motor record to the clients.
 
-        `name`: the name of the field.  If the name is empty, publish the alarm and the metadata.
+        `name`: the name of the field.  If the name is empty, send the alarm and the metadata.
         """
         record = self._record
         if name:
@@ -110,7 +110,7 @@ class PvAccess:
             self._channels[called(record.name, name)] = channel.pv
 
     def add_point(self, name: str, point: Point) -> None:
-        """Serve a pin or a register as a channel."""
+        """Make a controller's pin or register available to EPICS clients as a PV Access channel."""
         field = Field(Kind.MENU, 0, NO_YES) if point.bit else Field(Kind.LONG, 0)
 
         async def put(value: Any) -> None:

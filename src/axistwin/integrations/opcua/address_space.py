@@ -106,7 +106,7 @@ class AddressSpace:
         return found
 
     async def publish(self, node: Node, kind: ua.VariantType, value: Any, code: int = GOOD) -> None:
-        """Publish a value and a status code of a variable."""
+        """Set the value and the status code that clients read from an OPC UA variable."""
         variant = ua.Variant(value, kind, is_array=isinstance(value, list))
         await self.server.write_attribute_value(node.nodeid, ua.DataValue(variant, ua.StatusCode(code)))
 

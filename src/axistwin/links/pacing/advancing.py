@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # an error in an action interrupts `advance`: call `advance` again until it returns
+        while not found:  # if an error in an action has interrupted `advance`, call `advance` again
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

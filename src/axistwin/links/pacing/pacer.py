@@ -86,7 +86,7 @@ class Pacer(Advancer):
             self.follow_plan()
 
     def sync(self) -> None:
-        """Advance virtual time to the present, and execute all due events.
+        """Let virtual time catch up with the wall clock, and execute all due events of the simulation.
 
         Must be called before each input, e.g. before a host's data are passed to a serial port.
         """

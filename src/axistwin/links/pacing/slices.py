@@ -13,8 +13,8 @@ class Slice:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if `SLICE_S` seconds of real time have passed since the object was created.
+        """True if this slice of real time is over.
 
-        Sockets must then be served.
+        The simulation then pauses, so that sockets are served.
         """
         return perf_counter() >= self._end_s

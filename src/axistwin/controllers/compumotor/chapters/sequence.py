@@ -127,10 +127,10 @@ def _perform(board: State, buffer: list[Stored]) -> Procedure:
 
 
 def list_commands(board: State, number: int) -> Procedure | None:
-    """Command 92h: send one message for each command of the sequence `number` (1 to 15).
+    """Command 92h: send the commands of the stored sequence `number` (1 to 15) to the host.
 
-    A message with the null command follows at the end.  Messages that the host has not read are lost.  While the
-    message queue is full, 92h remains in progress.
+    Each command is one message.  A message with the null command follows at the end.  Messages that the host has not
+    read are lost.  While the message queue is full, 92h remains in progress.
     """
     board.handshake.forget_messages()
     left = deque([*(stored.string for stored in board.sequences[number] or ()), b""])

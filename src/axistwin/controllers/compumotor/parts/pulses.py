@@ -254,7 +254,10 @@ class PulseGenerator:
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Set the number of pulses in the property `excursion` to 0, because a joystick motion begins."""
+        """Set the property `excursion` to 0 at the start of a joystick motion.
+
+        The excursion is the number of pulses since the motor last started from rest.
+        """
         self._excursion_origin = self.position
         self._pulse_ns = None
 

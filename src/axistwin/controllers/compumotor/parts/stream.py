@@ -144,7 +144,7 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the next entries that the board can output without the alarm "buffer empty".
+        """Return the next entries of the streaming buffer whose output does not cause the alarm "buffer empty".
 
         The board sends this alarm when the buffer is almost empty.  The result has at most `most` entries.  Each entry
         is one word.
@@ -191,15 +191,16 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # a process cannot kill itself; the output process returns because `performing` is now False
+            # if the output process itself has called `end`, the process returns, because `performing` is now False
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """End the output of the streaming buffer at once.  Also end a command that a marker has started.
+        """Stop the output of the streaming buffer and the command of a marker at once.
 
-        A marker is a special value in the buffer.  Called at power-off and before the test function.
+        A marker is a special value in the buffer that starts a command.  Called at power-off and before the test
+        function.
         """
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:

@@ -41,7 +41,11 @@ class Law:
 
 @lru_cache(maxsize=64)
 def _endless(velocity_range: int, number: int) -> VelocityProfile:
-    """Return an endless motion at the velocity `number`, or at the lowest velocity of the range."""
+    """Return the profile of a motion at constant velocity that does not end.
+
+    `number`: velocity number in the range `velocity_range`.  For a velocity of 0, the profile has the lowest velocity
+    of the range.
+    """
     velocities = VELOCITY_RANGES[velocity_range]
     rate = velocities.rate(number) or velocities.resolution
     return VelocityProfile(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)

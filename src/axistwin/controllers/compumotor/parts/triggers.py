@@ -55,7 +55,11 @@ class Triggers:
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:
-        """Return the event that happens at the trigger's next valid edge."""
+        """Return an event of the simulation that occurs at the next valid rising edge of a trigger input.
+
+        A rising edge is valid if the input was low for some time before the edge, and stays high for some time after
+        the edge.
+        """
         if trigger not in self._edges:
             self._edges[trigger] = self.clock.event()
         return self._edges[trigger]

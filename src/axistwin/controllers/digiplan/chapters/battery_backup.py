@@ -63,7 +63,7 @@ class Retained:
         for parameter_name, valid in self._checks():
             if not valid:
                 raise ValueError(
-                    f"invalid value of the key {parameter_name}: expected a file that axistwin has written"
+                    f"invalid value of the key {parameter_name}: expected a value that axistwin has written"
                 )
 
     def _checks(self) -> Iterator[tuple[str, bool]]:

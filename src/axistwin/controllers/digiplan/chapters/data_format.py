@@ -57,10 +57,10 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Clear bit 8 of a byte in data formats whose bit 8 is missing or always 0.  Return the byte.
+        """Return a byte in the form in which the host receives the byte.
 
-        A data format with seven data bits has no bit 8.  In all other data formats, the byte does not change, because
-        the quick status needs all eight bits.
+        Bit 8 is 0 in data formats with seven data bits, and in data formats whose bit 8 is always 0.  In all other data
+        formats, the byte does not change, because the quick status needs all eight bits.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 

@@ -14,7 +14,7 @@ TOLERANCE = 10  # A baud rate is recognised within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # sample program 4 of the manual sends this character back to the interface
+ECHOED = "U"  # sample program 4 of the manual sends the interface's answer `U` back to the interface
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.

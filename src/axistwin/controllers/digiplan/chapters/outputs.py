@@ -119,7 +119,7 @@ def awaited(pins: Mapping[str, Pin], step: Step) -> tuple[str, str]:
 
 
 def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:
-    """Perform the commands S (set), R (reset) and P (pulse) on the outputs of a step."""
+    """Switch the outputs that a sequence step names: S sets, R resets, and P pulses an output."""
     for number in step.set:
         outputs.switch(number, True)
     for number in step.reset:

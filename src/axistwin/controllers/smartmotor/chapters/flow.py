@@ -35,9 +35,9 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: end a program that power-up has started.
+    """RUN?: end the program, unless the command RUN has started the program.
 
-    RUN? does not end a program that the command RUN has started.
+    For example, a program starts without RUN after power-up.  RUN? ends such a program.
     """
     if not motor.i[s.RUN_GIVEN]:
         end(motor)

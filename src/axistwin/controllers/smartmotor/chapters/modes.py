@@ -16,10 +16,10 @@ FULL = 4
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
-    """Set a buffered parameter, or set the flag Bs if the value is outside the range.
+    """Set a motion parameter or a cam parameter, e.g. the velocity V.
 
-    A value outside the range does not change the parameter.  BASE= and SIZE= invalidate an earlier CI (manual,
-    section 9.5).
+    A value outside the range does not change the parameter, but sets the flag Bs (syntax error).  BASE= and SIZE=
+    invalidate an earlier CI (manual, section 9.5).
     """
     if not low <= value <= high:
         motor.syntax_error()

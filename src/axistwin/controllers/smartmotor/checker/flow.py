@@ -216,7 +216,7 @@ def _stack(findings: Findings, flow: Flow) -> None:
 
 
 class _Depths:
-    """The number of return addresses that each routine of a program needs.
+    """The stack depth of each routine of a program: the most return addresses on the stack at one time.
 
     Recursive calls are not counted.
     """
@@ -228,11 +228,11 @@ class _Depths:
             self._measure(label)
 
     def of(self, label: int | None) -> int:
-        """Return the largest number of return addresses that a routine needs."""
+        """Return the stack depth of a routine: the most return addresses that the routine puts on the stack."""
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Compute how many return addresses a routine needs.
+        """Compute the stack depth of a routine: the most return addresses that the routine puts on the stack.
 
         The computation is not recursive, because a program may have a thousand routines.
         """

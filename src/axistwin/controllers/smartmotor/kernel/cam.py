@@ -50,7 +50,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
     end = entry(i, v, i[s.CAM_SIZE])
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
     word = i[s.CAM_F]
-    # `left` is the position of the external encoder relative to the zero point of the cam, in counts.
+    # `left`: counts from the zero point of the cam to the external encoder; negative before the zero point.
     left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle
     if way > 0 and i[s.CI_PENDING]:
         take_over(i)

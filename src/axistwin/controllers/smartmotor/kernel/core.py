@@ -156,7 +156,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # If `times_ns` begins in the present servo sample, the first prediction is the present position `here`.
+        # If the first time is in the present servo sample, the shaft is still at its present position, `here`.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
@@ -174,9 +174,9 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of servo samples in the present block whose time has passed.
+        """Return the number of servo samples that were computed ahead of time, but are now in the past.
 
-        A block is a series of samples that the kernel computes ahead of time.
+        All these samples belong to the present block, i.e. the series of samples that was computed last.
         """
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
@@ -410,9 +410,10 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Complete a block of servo samples whose time has passed.
+        """Store the motor's state at the end of a block of servo samples.
 
-        The method stores the motor's state, and handles the event at the end of the block, e.g. a fault.
+        A block is a series of servo samples that was computed ahead of time.  The method also handles the event at the
+        end of the block, e.g. a fault.
         """
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
@@ -442,8 +443,8 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST
-        # Each command of a host discards the servo samples that were computed for later times.
-        # Hosts often send commands at equal intervals: compute only 25 % more servo samples than in the last interval.
+        # A command from the host makes all servo samples invalid that were computed ahead of time.
+        # Hosts often send commands at equal intervals: compute only 25 % more samples than the last interval had.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

@@ -137,10 +137,10 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """A compiled function that marks its machine code in the cache as complete after the first call.
+    """A compiled function, whose machine code is stored in a cache.
 
-    The first call compiles the function, and stores the machine code.  The mark is a file with checksums of the machine
-    code.
+    The first call compiles the function, stores the machine code, and writes a file with checksums.  The checksums show
+    that the machine code in the cache is complete.
     """
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
@@ -150,7 +150,7 @@ class _Sealing:
     def __call__(self, *args: object) -> Any:
         """Call the compiled function.
 
-        The first call also marks the cached machine code as complete.
+        The first call also writes the checksums of the cached machine code.
         """
         result = self._function(*args)
         if not self._sealed:

@@ -28,8 +28,8 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 )
 
 # Bits of the events that interrupt the computation of servo samples, e.g. a fault.
-# An event in the bit mask BEFORE_SAMPLE occurs before the computation of a servo sample.
-# An event that is not in the bit mask BEFORE_SAMPLE occurs after the computation of a servo sample.
+# The events in BEFORE_SAMPLE interrupt the computation before a servo sample.
+# All other events interrupt the computation after a servo sample.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # Event: Python must execute the next statement of the program.
 VALUE_WAITS = 2  # Event: the next statement needs a value from Python, e.g. GETCHR.
@@ -246,7 +246,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # Check all traced values in the first sample: Python code may have changed any value before this call.
+            # In the first sample, check all traced values: Python code may have changed values since the previous call.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

@@ -46,6 +46,7 @@ AMPS_NOW = next(_slots)  # Current through the windings after the latest servo s
 # Current after a servo sample: AMPS_KEPT * (current before the sample) + (1 - AMPS_KEPT) * (steady-state current)
 AMPS_KEPT = next(_slots)
 # Mean current in a servo sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
+# The weights MEAN_KEPT and MEAN_REACHED are between 0 and 1.  Their sum is 1.
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 # Shaft movement in a servo sample: (1 - LAG) * (speed after the sample) + LAG * (speed before the sample)
 LAG = next(_slots)

@@ -287,9 +287,10 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """Return 1 if an overheated motor without current stays below its temperature limit TH, otherwise 0.
+    """Return 1 if the motor has cooled down after an overheat fault, otherwise 0.
 
-    The result is 0 until the overheat fault has been reported.
+    The motor then has no current, and both winding and air are below the temperature limit TH.  The result is 0 until
+    the overheat fault has been reported.
     """
     if i[s.BH] == 0 or i[s.IDEAL] != 0 or i[s.CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
@@ -318,6 +319,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # The temperatures are constant now: skip multiples of HEAT_BLOCK.
+            left %= m.HEAT_BLOCK  # The temperatures have become constant: skip all whole blocks of samples.
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

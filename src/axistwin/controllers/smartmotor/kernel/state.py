@@ -16,7 +16,7 @@ CLK_ZERO = next(_slots)  # Value of SAMPLE when the counter CLK was 0, so that C
 # State of the running program
 (
     PROGRAM,  # State of the program: STOPPED, RUNNING or BLOCKED.
-    PC,  # Index into `code` of the next statement.
+    PC,  # Program counter: index of the next statement in the array `code`.
     STATEMENT,  # Number of the program statement that is being executed or was executed last.
     BUDGET,  # Number of statements that the program may still execute in the present servo sample.
     STATEMENTS_PER_SAMPLE,
@@ -78,7 +78,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins that the external encoder drives: 1 is pin A, 2 is pin B, 3 is both pins.
-    PIN_EDGES,  # Net count of edges that a signal other than the external encoder has caused on pins A and B.
+    PIN_EDGES,  # Counts on pins A and B from other sources than the external encoder, e.g. from a wire.
     STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
     RESOLUTION,  # Change of CTR after four edges or four steps: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
     STEPS,  # 1 if pins A and B are step and direction inputs.
@@ -110,7 +110,7 @@ BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 
 BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # Captured index position, the variable `I`.
-    INDEX_ARMED,  # 1 if the motor captures the next index mark; 0 while a captured position has not been read.
+    INDEX_ARMED,  # 1: the next index mark captures the position.  0: the captured position has not been read yet.
     INDEX_FORCED,  # 1 while an external source forces the index line high.
 ) = islice(_slots, 3)
 
@@ -123,7 +123,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
     STOPPING,  # 1 while the motor decelerates after a fault (only if F=1 is set).
     PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
     FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1; C1 is then called a second time.
-    OBSERVE_INDEX,  # 1 if Python code must handle each change of the flag Bx (index mark).
+    OBSERVE_INDEX,  # 1 if an observer of the index line, e.g. a trace, needs each change of the flag Bx.
 ) = islice(_slots, 5)
 # INDEX_LOW and INDEX_HIGH are the positions of the nearest index marks below and above the shaft position.
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)

@@ -29,7 +29,7 @@ class Later(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A Class 5 word in a text, and its replacement for firmware 4.76."""
+    """A command or variable of newer SmartMotors (Class 5), and its equivalent in firmware 4.76."""
 
     word: str
     here: str
@@ -97,7 +97,10 @@ def message(found: Found) -> str:
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:
-    """Search `table` for the first Class 5 word that matches `text`.  Return this word, or None."""
+    """Recognise a command or variable of newer SmartMotors (Class 5), e.g. `PT=100`.
+
+    Return the word and its equivalent in firmware 4.76, or None if no entry of `table` matches `text`.
+    """
     for later in table:
         if match := re.fullmatch(later.form, text, re.ASCII):
             pin = PINS[int(match["pin"])] if "pin" in match.re.groupindex else ""

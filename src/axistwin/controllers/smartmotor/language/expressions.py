@@ -217,7 +217,7 @@ class Reader:
         else:
             self._operand(token)
             # Do not simplify `--a` to `a`: if `a` is the lowest number, its negation overflows.
-            # Compile an even number of minus signs as two negations, and an odd number as one negation.
+            # More minus signs give the same result: `----a` equals `--a`, and `---a` equals `-a`.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

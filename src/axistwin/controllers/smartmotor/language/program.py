@@ -94,7 +94,7 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return a copy of the program that reports the beginning of selected statements to subscribers.
+        """Return a compiled copy of the program that reports when selected statements are executed.
 
         `numbers`: the numbers of the selected statements.
         """
@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the extra code, in integers, that reports the beginning of a statement.
+        """Return the number of integers of the code that reports the start of a statement.
 
-        `head`: index in `code` at which the code of the statement begins.  The length is 0 if the statement has no
-        extra code.
+        `head`: index in `code` at which the code of the statement begins.  The number is 0 if the start of the
+        statement is not reported.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -125,7 +125,7 @@ class Compilation:
         self._program: Program | None = None
 
     def step(self) -> bool:
-        """Perform one step of the compilation; return True if the program is complete."""
+        """Compile the next statements of a program.  Return True if the whole program is compiled."""
         if self._program is None:
             try:
                 next(self._pieces)

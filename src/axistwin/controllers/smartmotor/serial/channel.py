@@ -255,7 +255,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # If the flag of an error is 0, errors of this kind that the channels have stored are outdated.
+            # A flag of 0 means that older errors of this kind have been cleared: delete the stored errors.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

@@ -127,7 +127,7 @@ class Expressions:
     # Instructions
 
     def _value(self, node: ast.expr, kind: int) -> None:
-        """Generate the instructions that push the value of an expression as a number of the type `kind`."""
+        """Generate WebAssembly code that puts the value of an expression on the stack, as the type `kind`."""
         own = self._kind(node)
         match node:
             case ast.Name(id=name) if name in self._places:

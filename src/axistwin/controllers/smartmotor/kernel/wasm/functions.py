@@ -58,7 +58,8 @@ class _Function(Expressions):
             self._places[name] = self._new(kind)
         elif self._types[self._places[name]] != kind:
             raise NotImplementedError(
-                f"variable {name} of {self._definition.name} has values of different types: expected one type, e.g. int"
+                f"the variable {name} in the function {self._definition.name} gets values of several types: "
+                "expected one type, e.g. int"
             )
 
     # Statements
