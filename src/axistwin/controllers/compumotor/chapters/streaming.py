@@ -46,12 +46,12 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # of several markers without a velocity between them, only the last has an effect
+                marker = met  # If several markers follow each other, only the last marker has an effect.
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # `_output` has called a function that has ended the stream
+            if not stream.performing:  # A callback has ended the stream during the output of the velocity.
                 return
             if duration_ns is None:
                 break
