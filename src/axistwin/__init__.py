@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from axistwin.sessions.session import Session
     from axistwin.testing.twin import serve
     from axistwin.traces.trace import tracing
-else:  # import lazily: pytest loads axistwin's plugin at every start, and eager imports would delay pytest
+else:  # Load modules only at their first use, because each start of pytest imports axistwin.
     __getattr__ = lazy(
         __name__,
         bench="Bench",

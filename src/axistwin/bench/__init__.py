@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from axistwin.bench.hosts import host_at, host_of
     from axistwin.bench.models import FAMILIES, product
     from axistwin.bench.options import read_options
-else:  # lazy import: a server needs only some of these modules
+else:
     __getattr__ = lazy(
         __name__,
         actions="action",

@@ -72,7 +72,7 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            # a board sends a message only after the host has taken the previous message
+            # Read every message of the board, because an unread message blocks the next message.
             self.bench.attendants[name].subscribe_received(lambda _: None)
         self.bench.attendants[name].write(data)
 

@@ -104,7 +104,7 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
-    from axistwin.fault_injection import sentences  # lazy import: needed only for faults
+    from axistwin.fault_injection import sentences
 
     try:
         return sentences.read(value, bench.faults, here)
@@ -391,7 +391,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # enough digits for the longest permitted number
+    with localcontext(prec=3 * MOST_CHARACTERS):  # The precision is sufficient for the longest permitted number.
         return round(Decimal(value), _decimals(number)) == number
 
 

@@ -62,7 +62,6 @@ class Bench:
     def faults(self) -> "Faults":
         """The fault injector of the bench, e.g. `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
-            # lazy import: only benches with faults need this module
             from axistwin.fault_injection.injector import Faults
 
             self._faults = Faults(self)
@@ -117,7 +116,7 @@ class Bench:
 
         Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
-        from axistwin.fault_injection import triggers  # lazy import: only benches with triggers need this module
+        from axistwin.fault_injection import triggers
 
         return triggers.read(sentence, self, here)(happens)
 

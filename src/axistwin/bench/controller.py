@@ -39,14 +39,15 @@ class Controller:
         self.manual_actions = ManualActions(self._clock)
         """Reports actions of a person, e.g. of the power switch."""
         self.powered = False
-        self._turns: deque[bool] = deque()  # pending requests to switch the power on (True) or off (False)
+        self._turns: deque[bool] = deque()  # Pending requests to switch the power on (True) or off (False).
         self.given: Mapping[str, Any] = {}
         """Options that were given to `Bench.add`, except the directory for the state."""
         self.store: MemoryStore | FileStore = MemoryStore()
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
         self._asked_for_second = False
-        self._lines: dict[str, str] = {}  # `_lines` maps a channel (serial, rs485) to the name of its shared line
+        # Name of the shared line, for each serial channel that is connected to a shared line.
+        self._lines: dict[str, str] = {}
         self.alarms = self._abilities.alarms
         """Subscriptions to the fault flags of the device; None for a device without fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)

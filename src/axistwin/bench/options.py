@@ -37,13 +37,13 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 def _value(text: str) -> Any:
     """Parse a TOML value; return the given text if it is not TOML."""
-    import tomllib  # lazy import: only controllers with options need this module
+    import tomllib
 
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
         raise UsageError(f"invalid option value {shortened(text)}: nested too deeply, expected e.g. [-5,5]") from None
-    except ValueError:  # the text is not TOML, or it contains an extremely long number
+    except ValueError:  # The value of the option is not valid TOML, or is a number with too many digits.
         return text
     check_values(value)
     return value

@@ -7,7 +7,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.bus_hosts.x86 import Computer
-else:  # lazy import: needs the extra `[x86]`
+else:  # Load the emulator of the processor only at its first use, because the emulator is optional.
     __getattr__ = lazy(__name__, x86="Computer")
 
 __all__ = ["C_FILES", "Computer"]

@@ -50,7 +50,7 @@ class Computer:
         self._buses = [board.bus for board in boards.values()]
         self._time_ns = bench.now
         self._stop_ns = 0
-        self._last = 0  # address of the last executed instruction
+        self._last = 0  # Address of the last executed instruction.
         self._halted = False
         self._uc = Uc(UC_ARCH_X86, UC_MODE_16)
         self._uc.mem_map(0, MEMORY)
@@ -59,7 +59,7 @@ class Computer:
         self._uc.hook_add(UC_HOOK_INSN, self._in, None, 1, 0, x86.UC_X86_INS_IN)
         self._uc.hook_add(UC_HOOK_INSN, self._out, None, 1, 0, x86.UC_X86_INS_OUT)
 
-    # The methods below access memory and registers.
+    # Memory and registers
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
         """Write bytes to the memory of the emulated computer."""
@@ -127,7 +127,8 @@ class Computer:
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # the callback `_instruction` stops the emulated processor
+        # The emulator runs until the instruction callback stops the emulated processor.
+        self._uc.emu_start(begin, MEMORY)
         self._halted = self._has_just_halted()
         self._catch_up()
 
@@ -162,7 +163,7 @@ class Computer:
         self._uc.reg_write(x86.UC_X86_REG_SP, pointer)
         self.load(self._uc.reg_read(x86.UC_X86_REG_SS), pointer, value.to_bytes(2, "little"))
 
-    # Callbacks for Unicorn, the processor emulator
+    # Callbacks of the processor emulator
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
         """Advance the processor's time by one instruction, or stop the processor at the planned time.
@@ -194,5 +195,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # stop the emulated processor after its OUT instruction, because the board may now have an earlier event
+        # An OUT instruction can cause an early event on the board, so stop the processor after OUT.
         self._stop_ns = 0

@@ -1,4 +1,7 @@
-"""The command line: one module per command, in a folder per task; `program.py` has the table of commands."""
+"""The command line: one module per command, in a folder per task; `program.py` has the table of commands.
+
+The commands import large modules inside functions, so that the program `axistwin` starts fast.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -6,7 +9,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.cli.program import COMMANDS, axistwin, execute, main
-else:  # lazy import: an eager import would be circular, because `program` imports modules of `axistwin.cli`
+else:  # An immediate import would be circular, because the commands also import this package.
     __getattr__ = lazy(__name__, program="COMMANDS axistwin execute main")
 
 __all__ = ["COMMANDS", "axistwin", "execute", "main"]

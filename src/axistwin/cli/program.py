@@ -115,7 +115,7 @@ class LazyGroup(click.Group):
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem]":
         """Return the commands that begin with the typed text, without importing the commands."""
-        from click.shell_completion import CompletionItem  # this import is lazy because only shell completion needs it
+        from click.shell_completion import CompletionItem
 
         found = [command for command in COMMANDS.values() if command.name.startswith(incomplete)]
         options = super(click.Group, self).shell_complete(ctx, incomplete) if incomplete.startswith("-") else []
@@ -150,14 +150,14 @@ def main(arguments: list[str] | None = None) -> None:
 
 def execute(arguments: list[str] | None = None) -> int:
     """Run the program `axistwin`, and return its exit code."""
-    if sys.stdout is None:  # the program was started without an open stdout
+    if sys.stdout is None:  # The program was started without a standard output.
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
     _prepare_output()
     as_json = "--json" in (sys.argv[1:] if arguments is None else arguments)
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Abort:  # click raises Abort after Ctrl-C
+    except click.exceptions.Abort:  # The library click raises Abort after Ctrl-C.
         print("axistwin: interrupted", file=sys.stderr)
         return 130
     except KeyboardInterrupt:
@@ -169,7 +169,7 @@ def execute(arguments: list[str] | None = None) -> int:
         else:
             error.show()
         return error.exit_code
-    except BrokenPipeError:  # the program that reads stdout has ended, e.g. `head` in `axistwin models | head`
+    except BrokenPipeError:  # The program that reads the output has ended, e.g. head in "axistwin models | head".
         _discard_output()
         return 1
     except OSError as error:
@@ -190,7 +190,7 @@ def execute(arguments: list[str] | None = None) -> int:
 
 def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:
     """Print an error as one JSON object to stderr, with the file, line and column of the error if known."""
-    import json  # this import is lazy because only --json needs it
+    import json
 
     found: dict[str, object] = {"error": one_line(message), "exit_code": code}
     if place is not None:

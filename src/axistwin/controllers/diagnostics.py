@@ -15,8 +15,8 @@ from axistwin.errors import one_line
 class Severity(StrEnum):
     """Severity of a diagnostic: error or warning."""
 
-    ERROR = "error"  # the controller refuses the command
-    WARNING = "warning"  # the controller does not refuse the command, but the effect is probably not intended
+    ERROR = "error"  # The controller refuses the command.
+    WARNING = "warning"  # The controller accepts the command, but the effect is probably not intended.
 
 
 class Rule(NamedTuple):

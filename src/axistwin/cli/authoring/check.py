@@ -101,13 +101,14 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.sweeps.sweep_file import is_sweep_file  # this import is lazy because pydantic loads slowly
+        # Import pydantic only for a scene, because pydantic loads slowly.
+        from axistwin.sweeps.sweep_file import is_sweep_file
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
         return
     try:
         text = load(file)
-    except ProgramError as error:  # the file is not a text file
+    except ProgramError as error:  # The checked file is not a text file.
         yield Checked(file, "", [as_diagnostic(error)])
         return
     target = made or product_for(kind, text)
@@ -129,18 +130,15 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    from axistwin.diagnostics.scenes import (  # this import is lazy because it loads the code of all models
-        diagnose_scene,
-        is_of_program,
-        named_programs,
-    )
+    # Load the code of all controllers only for a scene.
+    from axistwin.diagnostics.scenes import diagnose_scene, is_of_program, named_programs
     from axistwin.scenes.source import read_text
 
     named = []
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # skip an unreadable program file: `diagnose_scene` reports the file
+        except ProgramError:  # The check of the scene reports a program file that cannot be read.
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))

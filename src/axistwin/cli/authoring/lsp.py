@@ -27,11 +27,12 @@ def lsp() -> int:
       args = ["lsp"]
     """
     require("pygls", "lsp")
-    from axistwin.editor.server import make  # this import is lazy because pygls may be missing
+    from axistwin.editor.server import make
 
+    # The language server closes its streams, so it receives copies of stdin and stdout.
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
-        # exclude the imported modules from garbage collections, which would delay requests by 50 ms
+        # Exclude the imported modules from garbage collections, which would delay requests by 50 ms.
         gc.freeze()
-        server.start_io(heard, said)  # the language server closes the streams `heard` and `said` when the server ends
+        server.start_io(heard, said)
     return 0 if server.asked_to_end else 1

@@ -29,7 +29,7 @@ def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: st
 
 
 def _print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str, width: int) -> None:
-    from rich.box import SIMPLE_HEAD  # this import is lazy because only output to a terminal needs it
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -7,7 +7,7 @@ from axistwin.errors import UsageError
 
 def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
     """Return an error for an unknown name; its message suggests valid names."""
-    from difflib import get_close_matches  # this import is lazy because only error messages need it
+    from difflib import get_close_matches
 
     listed = list(names)
     near = get_close_matches(name.lower(), listed, 1)

@@ -197,7 +197,7 @@ class _Session:
         data = (text + end).encode()
         self._print(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
-        self.bench.run(0.002 + 0.00115 * len(data))  # one character takes 1.15 ms at 9600 baud
+        self.bench.run(0.002 + 0.00115 * len(data))  # A character of 11 bits takes 1.15 ms at 9600 baud.
 
     def receive(self, note: str) -> None:
         """Wait for an answer from the controller, and print the answer."""

@@ -106,7 +106,7 @@ def run(
         raise UsageError(f"the PROGRAM is missing: expected a file for {model}, e.g. axistwin run if1 moves.if1")
     loaded = running.scene_program() if program is None else running.load(program, target)
     if plot is not None:
-        from axistwin.plots.picture import check_suffix  # this import is lazy because only --plot needs it
+        from axistwin.plots.picture import check_suffix
 
         check_suffix(plot)
     if report is not None:
@@ -173,7 +173,7 @@ def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[Memory
     if not any(files):
         yield None
         return
-    from axistwin.traces.memory import tracing_in_memory  # this import is lazy because only --plot and --report need it
+    from axistwin.traces.memory import tracing_in_memory
 
     with tracing_in_memory(bench) as memory:
         yield memory
@@ -193,7 +193,7 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
     """Context manager that writes the traces of the run to files."""
     with ExitStack() as stack:
         for file in files:
-            from axistwin.traces.signals import split  # this import is lazy because only --trace needs it
+            from axistwin.traces.signals import split
             from axistwin.traces.trace import tracing
 
             stack.enter_context(
@@ -217,7 +217,7 @@ def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[Host
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):
-        from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
+        from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
 
         named += Scene.load(Path(target)).named_programs()
     if program is not None:

@@ -37,7 +37,7 @@ def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[
     """Call `callback` in the event loop when this process receives the operating system's signal `number`."""
     try:
         loop.add_signal_handler(number, callback)
-    except NotImplementedError:  # the event loop has no signal handlers on Windows
+    except NotImplementedError:  # On Windows, the event loop of asyncio has no signal handlers.
         signal.signal(number, lambda *_: loop.is_closed() or loop.call_soon_threadsafe(callback))
 
 

@@ -64,7 +64,7 @@ def ioc(
 async def _serve(
     wanted: of.Wanted, prefix: str, addresses: tuple[str, ...], port: int | None, *, pva: bool, as_json: bool
 ) -> int:
-    from axistwin.integrations.epics.ioc import LONGEST_NAME, Ioc  # this import is lazy because caproto may be missing
+    from axistwin.integrations.epics.ioc import LONGEST_NAME, Ioc
 
     ended = ending()
     async with await wanted.machine() as machine:

@@ -83,7 +83,8 @@ class Wanted:
 
     async def machine(self) -> "Machine":
         """Return a `Machine` with one controller at a port, or with all controllers of a scene."""
-        from axistwin.integrations import at_port, of_scene  # this import is lazy because the drivers load slowly
+        # Import the drivers only when needed, because the drivers load slowly.
+        from axistwin.integrations import at_port, of_scene
 
         period_s = 1 / self.rate
         if self.model is not None:
@@ -91,7 +92,7 @@ class Wanted:
                 self.what, self.model, self.options, baud=self.baud, units=self.units, registers=self.registers,
                 period_s=period_s,
             )  # fmt: skip
-        from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
+        from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
 
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():

@@ -64,7 +64,7 @@ def opcua(
 async def _serve(
     wanted: of.Wanted, address: str, port: int, users: Path | None, certificates: Path | None, *, as_json: bool
 ) -> int:
-    from axistwin.integrations.opcua.security import read_users  # this import is lazy because asyncua may be missing
+    from axistwin.integrations.opcua.security import read_users
     from axistwin.integrations.opcua.server import serving
 
     accounts = None if users is None else read_users(users)

@@ -153,7 +153,7 @@ def serve(
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         with ExitStack() as background:
-            # `_serve` opens the ports, then calls `prepare`: a thread compiles the code of the controllers
+            # After the ports are open, a thread compiles the code of the controllers.
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
@@ -186,7 +186,7 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
             raise UsageError("--panel-token needs a panel: add --panel, e.g. --panel 8080")
         return None
     require("NiceGUI", "panel")
-    from axistwin.panel.web import Address, Panel  # this import is lazy because NiceGUI may be missing
+    from axistwin.panel.web import Address, Panel
     from axistwin.sessions.session import Session
 
     session = Session(served.build, speed, scene=served.scene, served=True)
@@ -198,7 +198,7 @@ def _headers(model: str, options: tuple[str, ...], line: str | None) -> dict[str
 
     `axistwin run` creates the same controller from the header.
     """
-    import shlex  # this import is lazy because only --record needs it
+    import shlex
 
     return {"model": model, "options": shlex.join(options), "line": line or ""}
 
@@ -262,7 +262,7 @@ def _tracing(
     if path is None:
         yield None
         return
-    from axistwin.traces.signals import split  # this import is lazy because --trace is rarely used
+    from axistwin.traces.signals import split
     from axistwin.traces.trace import tracing
 
     with tracing(bench, Path(path), split(signals), limit=limit) as traced:
@@ -278,7 +278,7 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
     if path is None:
         yield None
         return
-    from axistwin.conversations.recorder import recording_to  # this import is lazy because --record is rarely used
+    from axistwin.conversations.recorder import recording_to
 
     with recording_to(bench, Path(path), headers) as recorder:
         yield recorder.catch_up
@@ -311,7 +311,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # after an internal error, `fail` ends the program
+    server.pacer.on_defect = partial(fail, ended)  # An internal error ends the program.
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -328,7 +328,7 @@ async def _serve(
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # the trace and the recording end before the controllers are switched off
+        files.close()  # End the trace and the recording before the controllers are switched off.
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():
@@ -352,7 +352,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 def _freeze_objects() -> None:
     """Exclude all present objects from garbage collection, so that each later collection is short."""
-    gc.freeze()  # do not call `gc.collect` first: a full garbage collection would delay the start
+    gc.freeze()  # Do not collect garbage first, because a full garbage collection delays the start.
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
@@ -365,7 +365,7 @@ def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
 
 
 def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
-    import json  # this import is lazy because only --json needs it
+    import json
 
     ports = [
         {"name": name, "url": str(url), "hosts": list(_host_lines(server, name, url)) if show_hosts else []}
@@ -375,7 +375,7 @@ def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
 
 
 def _host_lines(server: Server, name: str, url: PortUrl) -> Iterator[str]:
-    from axistwin.cli.serving import host_lines  # this import is lazy because only --show-hosts needs it
+    from axistwin.cli.serving import host_lines
 
     if url.scheme == "bus":
         return host_lines.bus(url)

@@ -46,7 +46,8 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
         bench = Bench()
         made = bench.add(name, **options)
         if second:
-            bench.port(f"{made.name}.rs485")  # the motor creates its RS-485 channel when `port` is called
+            # The motor creates its RS-485 channel when this channel is first requested.
+            bench.port(f"{made.name}.rs485")
         return bench
 
     def ports(bench: Bench) -> Ports:
@@ -61,7 +62,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
 
     `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
     """
-    from axistwin.scenes.scene import Scene  # this import is lazy because pydantic loads slowly
+    from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
 
     loaded = Scene.load(Path(path))
 

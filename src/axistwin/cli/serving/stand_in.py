@@ -137,7 +137,7 @@ class _Run:
             if self._proper_end:
                 journal.end(self._driver.positions)
             elif not self._driver.live and self._at_start is not None:
-                journal.end(self._at_start)  # the motors are still at their start positions
+                journal.end(self._at_start)  # The motors are still at their start positions.
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
@@ -166,9 +166,9 @@ class _Run:
                 return await ended
         if self._driver.failed:
             return 1
-        import_module("numpy")  # this slow import must end before the motors start
+        import_module("numpy")  # Import numpy before the motors start, because this import is slow.
         gc.collect()
-        gc.freeze()  # exclude the existing objects from garbage collection, so that each later collection is short
+        gc.freeze()  # Later garbage collections are short, because they ignore the present objects.
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
@@ -265,5 +265,5 @@ def _read_words(said: Callable[[str], None]) -> None:
     if sys.stdin is not None and not sys.stdin.closed:
         try:
             loop.add_reader(sys.stdin, read)
-        except (OSError, ValueError):  # the event loop cannot wait for input from a file
+        except (OSError, ValueError):  # The event loop of asyncio cannot wait for input from a file.
             return

@@ -214,7 +214,7 @@ async def _with_person(
     """Process the lines from the standard input, which is the keyboard, a pipe or a file."""
     if not _edited():
         return await _converse(screen, commands, _typed(lines), end, keyboard)
-    from prompt_toolkit.patch_stdout import patch_stdout  # this import is lazy because only the line editor needs it
+    from prompt_toolkit.patch_stdout import patch_stdout
 
     from axistwin.terminal.editor import LineEditor, history
 
@@ -316,5 +316,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # the event loop is closed, because `axistwin term` is ending
+    except RuntimeError:  # The event loop is closed, because the terminal program is ending.
         return

@@ -23,7 +23,7 @@ def completion(shell: str) -> None:
       fish          axistwin completion fish | source
       PowerShell    axistwin completion powershell | Out-String | Invoke-Expression
     """
-    from axistwin.cli.program import axistwin  # lazy import, because `program` imports this module (a cycle)
+    from axistwin.cli.program import axistwin  # An import at the top of the file would be circular.
 
     kind = get_completion_class(shell)
     assert kind is not None

@@ -70,7 +70,7 @@ def docs(
 def _playground(out: Path | None, engine: Path | None) -> None:
     if out is None or engine is None:
         raise UsageError("--playground needs two folders: expected --engine DIR --out DIR")
-    from axistwin.playground import build  # this import is lazy because only --playground needs it
+    from axistwin.playground import build
 
     try:
         page = build(out, engine)
@@ -94,7 +94,7 @@ def _print(page: str) -> None:
     if not sys.stdout.isatty():
         click.echo(page)
         return
-    from rich.console import Console  # this import is lazy because only output to a terminal needs it
+    from rich.console import Console
     from rich.markdown import Markdown
 
     Console().print(Markdown(page))

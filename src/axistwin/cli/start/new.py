@@ -52,7 +52,7 @@ def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> A
     if panel is None:
         click.echo(f"axistwin: next: axistwin {'serve' if len(texts) == 1 else 'run'} {scene}", err=True)
         return 0
-    from axistwin.cli.serving.serve import serve  # this import is lazy because --panel is rarely used
+    from axistwin.cli.serving.serve import serve
 
     return serve.main([str(scene), "--panel", panel], standalone_mode=False)
 

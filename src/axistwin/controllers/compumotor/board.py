@@ -117,7 +117,8 @@ class Board(State):
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
-            yield self.clock.timeout(0)  # perform an instantaneous command before the next command is accepted
+            # Let the board perform an instantaneous command before it accepts the next command.
+            yield self.clock.timeout(0)
 
     def _obey_all(self) -> Procedure:
         while self.alive:

@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            # a trace omits this pin by default, because every command changes the level of the pin
+            # Traces omit the jumper pins by default, because every command changes their levels.
             self.pins[name].restless = True
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
@@ -72,7 +72,7 @@ class Card:
             driven["encoder_step"] = lambda: self._board is not None and axis.encoder_counted(ENCODER_STEP_NS)
             driven["encoder_direction"] = self._encoder_direction
         self.pins |= {name: CalculatedPin(clock, name, read) for name, read in driven.items()}
-        self.pins["home_enable"] = self.pins["home"]  # HOME ENABLE and HOME LIMIT are the same input
+        self.pins["home_enable"] = self.pins["home"]  # HOME ENABLE and HOME LIMIT are two names of the same input.
         if options.test_switch:
             self.pins["test_switch"].subscribe(self._press)
         self.abilities = Abilities(
@@ -193,19 +193,19 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Check the commands that a host sends, and return the diagnostics."""
-    from axistwin.controllers.compumotor.checker.program import check  # lazy import: used by program checks only
+    from axistwin.controllers.compumotor.checker.program import check
 
     return check(commands, sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES  # lazy import: used by program checks only
+    from axistwin.controllers.compumotor.rules import RULES
 
     return RULES
 
 
 def _front(encoder: bool) -> "tuple[Group, ...]":
-    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811  # lazy import: used by the front panel only
+    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 
     return FRONT_1811 if encoder else FRONT
 

@@ -36,12 +36,12 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.pulses import Phase
 
-# Short names of the command attributes, e.g. S for SINGULAR
+# Abbreviations for the attributes of commands in the command table
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741
 ANY = I | V | Q | C | W
 ASK = I | V | C | W
 
-# Names of chapters in the manual
+# Chapters of the manual
 BITS, STICK, SHUTDOWN, SENSE = "Status bits and outputs", "Joystick", "Remote power shutdown", "Direction"
 SEQ, POS, HOME, STREAM = "Sequence buffers", "Positions and moves", "Home", "Velocity-streaming mode"
 MODE, STOP, ASKING, EVENT = "Modes", "Stop and kill", "Requests", "Interrupts"
@@ -74,7 +74,7 @@ MARKER = (u16("marker", 1), u8("command"), u8("parameter 1"), u8("parameter 2"))
 INTERRUPT, DEADBAND = 0x01, 0xB5
 ENCODER_DEFINITIONS = (0x2F, 0xD4, 0xD5)
 
-# Creates the handler of a command that assigns an action to a trigger input
+# Handlers of the commands that assign an action to a trigger input
 by_trigger = partial(partial, stop.on_trigger)
 
 # fmt: off

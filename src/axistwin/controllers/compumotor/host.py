@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            # call `_serve` after the present callback has returned, but without a delay in virtual time
+            # Access the board at the same virtual time, but after the present callback has returned.
             self.port.clock.call_later(0, self._serve)
 
     def _serve(self) -> None:

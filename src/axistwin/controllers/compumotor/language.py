@@ -25,14 +25,14 @@ class Accept(Flag):
     progress: one that the host has sent, and one that a sequence has begun.  Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # the execution of the command takes time, e.g. a command that moves the motor
-    INDEXER = auto()  # the command is valid in indexer mode
-    STREAMING = auto()  # the command is valid in the streaming modes
-    SEQUENCE = auto()  # the command may be placed in a sequence buffer
-    DURING_SEQUENCE = auto()  # the host may send this command while the board performs a sequence
-    DURING_STREAMING = auto()  # the host may send this command while a stream is in progress
-    DEFINING = auto()  # the command is performed even while a sequence is being defined
-    ENCODER = auto()  # 1811 only
+    SINGULAR = auto()  # The command takes time, e.g. a move.
+    INDEXER = auto()  # The command is valid in indexer mode.
+    STREAMING = auto()  # The command is valid in the streaming modes.
+    SEQUENCE = auto()  # The command may be stored in a sequence buffer.
+    DURING_SEQUENCE = auto()  # The host may send this command while the board performs a sequence.
+    DURING_STREAMING = auto()  # The host may send this command while a stream is in progress.
+    DEFINING = auto()  # The board performs this command even while the host defines a sequence.
+    ENCODER = auto()  # The command exists only on the 1811.
 
 
 @dataclass(frozen=True)

@@ -208,19 +208,19 @@ ORDERS = (
 
 def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
     """Check the characters that a host sends to an IF1 or IF2, and return the diagnostics."""
-    from axistwin.controllers.digiplan.checker.program import check  # lazy import: used by program checks only
+    from axistwin.controllers.digiplan.checker.program import check
 
     return check(sessions, battery=battery)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES  # lazy import: used by program checks only
+    from axistwin.controllers.digiplan.rules import RULES
 
     return RULES
 
 
 def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.digiplan.front import FRONT  # lazy import: used by the front panel only
+    from axistwin.controllers.digiplan.front import FRONT
 
     return FRONT
 

@@ -9,12 +9,12 @@ from axistwin.controllers.digiplan.chapters.speed import setting
 from axistwin.controllers.digiplan.language import Accept, Direction, Instruction, Lines, Order, Written, written
 from axistwin.controllers.digiplan.step import RANGES
 
-# Each flag names a kind of message in which a command is allowed
+# Kinds of messages in which a command is allowed
 PART, SETUP, DIRECT, STEP = Accept.WRITTEN, Accept.SETUP, Accept.DIRECT, Accept.STEP
 MOVE, ALONE, UNLOCK = DIRECT | STEP, DIRECT | Accept.ALONE, DIRECT | Accept.ALONE | Accept.LOCKED
 ASK = UNLOCK | Accept.REQUEST
 
-# Names of chapters in the manual
+# Chapters of the manual
 INITIALISATION, DELAY = "Initialisation", "Inter-character delay"
 BASIC, SPEED, START_STOP = "Sending basic move instructions", "Speed", "Start/stop speed"
 ACCELERATION, INDEX, RUN = "Acceleration rate", "Index mode instructions", "Run mode instructions"
@@ -27,7 +27,7 @@ STATUS, INPUT_STATUS, SEQ_STATUS = "Motion status", "Input status", "Sequence st
 QUICK_STATUS, BUSY, POSITION = "Quick status", "Busy status", "Position report-back"
 BREAKING_IN = "Breaking into a locked interface"
 
-# Parameters that the command table uses
+# Parameters of the commands
 START = Written("start/stop speed", "x 100 steps/s", *RANGES["start_stop"])
 RANGE = Written("range", "", *RANGES["speed_range"])
 RATE = Written("speed", "steps/s", *RANGES["speed"])

@@ -51,8 +51,8 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # True if the user has received the hint `INITIALISED`, which is sent only once
-        self._eighth: list[bool] = []  # for each character of the message: True if its bit 8 is 1
+        self._told = False  # True after the hint about the initialisation; the interface gives this hint only once.
+        self._eighth: list[bool] = []  # For each character of the message: True if bit 8 of the character is 1.
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
@@ -89,7 +89,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # a stored sequence runs automatically after initialisation
+        self._begin_sequence()  # A stored sequence starts automatically after the initialisation.
 
     def _obey_until_broken_in(self) -> Procedure:
         """Carry out messages until the host sends the character `(`, which begins a new initialisation."""
@@ -103,7 +103,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # let the cancelled move or sequence end first
+                yield self.clock.timeout(0)  # Let the cancelled move or sequence end before the new initialisation.
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -203,7 +203,7 @@ class Interface(State):
             return None
         message = read(text)
         command = message.alone
-        if self.locked:  # a locked interface performs only status requests and the command `]`
+        if self.locked:  # A locked interface performs only status requests and the command "]".
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
             return self._answer(command) if command is not None and heeded else None
         if command is not None and command.code == "#":
@@ -212,7 +212,7 @@ class Interface(State):
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
         if command is not None and Accept.REQUEST in command.accepted:
-            return self._answer(command)  # a status request is answered even while another message waits
+            return self._answer(command)  # The interface answers a status request even while another message waits.
         return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:
@@ -227,7 +227,7 @@ class Interface(State):
             return self.work.when_free(self._give_control_back())
         if not message.start:
             if self._in_range(message.steps[0]):
-                self.set_parameters(message.steps[0])  # a message that does not end in `$` sets parameters only
+                self.set_parameters(message.steps[0])  # A message without "$" at its end only sets parameters.
         elif not (self.work.busy and self.options.busy == "ignore"):
             return self.work.when_free(self._start(message))
         return None
@@ -285,7 +285,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.control is not None:  # a paused sequence waits for commands: no second sequence can be started
+        if self.work.control is not None:  # While a sequence is paused, no other sequence can be started.
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):

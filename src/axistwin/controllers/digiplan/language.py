@@ -17,7 +17,7 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 from axistwin.numbers import HIGHEST, NumberError, clipped, whole
 
 MOST_STEPS = 63
-LONGEST_MESSAGE = 8192  # The interface drops all later characters of a message.  Valid messages are shorter.
+LONGEST_MESSAGE = 8192  # The interface cuts off a message at this length; every valid sequence is shorter.
 CANCEL = "#"
 OUT_OF_RANGE = (rules.RANGE, rules.TOO_MANY, rules.REPEAT)
 NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
@@ -26,13 +26,13 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 class Accept(Flag):
     """Conditions under which a command is allowed, e.g. only during initialisation."""
 
-    DIRECT = auto()  # the command is allowed in a direct message, which is executed immediately
-    STEP = auto()  # the command is allowed in a step of a sequence
-    ALONE = auto()  # a message with this command must not contain another command
-    LOCKED = auto()  # the command is obeyed even while the interface is locked
-    REQUEST = auto()  # the command is a status request, which is answered even while a message waits
-    SETUP = auto()  # the command is allowed during initialisation only
-    WRITTEN = auto()  # the character is part of a parameter, not a command, e.g. the sign of a distance
+    DIRECT = auto()  # The command is allowed in a direct message, which is executed immediately.
+    STEP = auto()  # The command is allowed in a step of a sequence.
+    ALONE = auto()  # A message with this command must not contain another command.
+    LOCKED = auto()  # The interface performs this command even while it is locked.
+    REQUEST = auto()  # The interface answers this status request even while another message waits.
+    SETUP = auto()  # The command is allowed only during initialisation.
+    WRITTEN = auto()  # The character belongs to a parameter, e.g. the sign of a distance.
 
 
 class Order(IntEnum):
@@ -42,7 +42,7 @@ class Order(IntEnum):
     Chapter Combining inputs and outputs with move instructions.
     """
 
-    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # a message may contain several MOVE commands
+    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # A message may contain several MOVE commands.
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class _Reader:
         self.text = text.replace(" ", "")
         self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
-        self.begins: list[int] = []  # index in `text` of the first character of each sequence step
+        self.begins: list[int] = []  # Index of the first character of each sequence step.
 
     def read(self) -> Message:
         self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0
@@ -203,7 +203,7 @@ class _Reader:
             colon = self.text.find(":", self.at, end)
             stop = end if colon < 0 else colon
             if stop == self.at and stop >= end - 1:
-                break  # `:$` or `::$` ends the sequence
+                break  # The text ":$" or "::$" ends a sequence.
             self._read_step(stop)
             self.at = stop
             self._check_sequence_step()
@@ -320,7 +320,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # this character makes the number invalid; the parser reports the character later
+            return  # The parser later reports an invalid character after a number.
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)

@@ -7,7 +7,7 @@ from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Names of chapters in the manual
+# Chapters of the manual
 ALL, COMBINING = "Full command list", "Combining inputs and outputs with move instructions"
 INTERPOLATION, CONSTRAINTS = "Linear interpolation mode", "Constraints in linear interpolation mode"
 SEQUENCE, REPEATS = "Programming a sequence", "Repeating parts of a sequence"

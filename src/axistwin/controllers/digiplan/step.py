@@ -89,9 +89,9 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Length of an index (preset move) in steps; in linear interpolation: length on the major axis.
-    minor_distance: int = 0  # Length on each minor axis in linear interpolation, in steps.
-    backlash: int = 0  # Backlash distance in steps; + or - is the final direction of a corrected index (preset move).
+    distance: int = 0  # Length of a preset move in steps; in linear interpolation: on the major axis.
+    minor_distance: int = 0  # Length of a linear interpolation on each minor axis in steps.
+    backlash: int = 0  # Backlash distance in steps; its sign is the direction in which preset moves end.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 

@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # the active process cannot interrupt itself: a later event interrupts the process at its `yield`
+            # A process cannot interrupt itself, so interrupt the present process at its next pause.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:

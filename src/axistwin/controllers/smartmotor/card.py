@@ -45,7 +45,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # This motor has been switched off; the shaft may still turn.
+        self._before: Motor | None = None  # Motor that has been switched off, but whose shaft may still turn.
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -126,19 +126,19 @@ class SmartMotor:
 
 def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
     """Check stored programs, and the characters that a host sends.  Return the errors and the warnings."""
-    from axistwin.controllers.smartmotor.checker.program import check  # lazy import: needed only by the checker
+    from axistwin.controllers.smartmotor.checker.program import check
 
     return check(sessions)
 
 
 def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.smartmotor.rules import RULES  # lazy import: needed only by the checker
+    from axistwin.controllers.smartmotor.rules import RULES
 
     return RULES
 
 
 def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.smartmotor.front import FRONT  # lazy import: needed only for displays
+    from axistwin.controllers.smartmotor.front import FRONT
 
     return FRONT
 

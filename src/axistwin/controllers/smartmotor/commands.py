@@ -24,12 +24,12 @@ from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
 from axistwin.controllers.smartmotor.serial import program_store, serial_data
 
-# Sources from which a command is accepted
+# Sources of commands, e.g. the host or a program
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# Chapter titles with a number, e.g. "7.0 F=", belong to the manual of firmware 4.76.
-# Titles without a number, e.g. "Modes", belong to commands that are missing in the manual of firmware 4.76.
+# A chapter title with a number, e.g. "7.0 F=", belongs to the manual of firmware 4.76.
+# A chapter title without a number, e.g. "Modes", belongs to the guide to the base language.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -124,7 +124,7 @@ COMMANDS = CommandSet(
     I("THD=",      "time allowed too hot",               MOTION,   (HOT_TIME,),     BOTH,   kept(state.THD, HOT_TIME),                             L),
     I("CLK=",      "sample counter",                     MOTION,   (TICKS,),        BOTH,   modes.clock,                                           L),
 
-    # Commands for the modes of operation (base language, section 5) and for cam mode (4.76 manual, chapter 9)
+    # Modes of operation (base language, section 5) and cam mode (4.76 manual, chapter 9)
     I("MP",        "mode position",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_POSITION)),
     I("MV",        "mode velocity",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_VELOCITY)),
     I("MT",        "mode torque",                        MODES,    (),              BOTH,   modes.torque),
@@ -196,7 +196,7 @@ COMMANDS = CommandSet(
     I("!",         "pause until a character arrives",    FLOW,     (),              INSIDE, flow.pause),
     I("Z",         "total reset",                        FLOW,     (),              BOTH,   flow.reset),
 
-    # Commands that clear flags (4.76 manual, chapter 4), and the command F= (4.76 manual, chapter 7)
+    # Commands that clear flags (4.76 manual, chapter 4), and the command F= (chapter 7)
     I("ZS",        "clear all flags",                    CLEARING, (),              BOTH,   faults.clear_all),
     I("Zr",        "clear Br, positive limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BR)),
     I("Zl",        "clear Bl, negative limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BL)),

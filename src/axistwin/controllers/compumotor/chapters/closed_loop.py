@@ -11,8 +11,6 @@ from axistwin.controllers.compumotor.parts.tracking import Law, wrapped
 from axistwin.controllers.compumotor.state import State
 from axistwin.sim.clock import Procedure
 
-# Commands that define positions and commands that perform moves
-
 
 def define_position(board: State, position: int) -> None:
     """Command 2Fh: set the closed-loop position to `position`, in encoder pulses.  The motor does not move.

@@ -27,7 +27,7 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
         board.library.default = move
 
 
-def define(  # one argument for each parameter of the command
+def define(
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
     """Commands C8h, CBh, CEh, D4h, D5h: define or redefine the move with the given number (1 to 50).

@@ -46,12 +46,12 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # a marker starts a command; only the last marker before a velocity has an effect
+                marker = met  # If several markers follow each other, only the last marker has an effect.
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # an event during `_output`, e.g. a limit switch, has ended the stream
+            if not stream.performing:  # A callback has ended the stream during the output of the velocity.
                 return
             if duration_ns is None:
                 break

@@ -76,9 +76,8 @@ def wake(board: State, skipped: int = 0) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if (
-        loop.ratio is None
-    ):  # without an encoder ratio (B0h), no stalls are detected and no position errors are corrected
+    # Without an encoder ratio (command B0h), the board neither detects stalls nor corrects position errors.
+    if loop.ratio is None:
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)

@@ -173,12 +173,11 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # bytes 3 to 6 of a move definition contain the velocity
+        velocity_bytes = given.sent[3:7]
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
-            self._about(
-                rules.VELOCITY, given, f"velocity {velocity} is beyond range {ranges[0]}: expected at most {most}", at
-            )
+            message = f"velocity {velocity} is beyond range {ranges[0]}: expected at most {most}"
+            self._about(rules.VELOCITY, given, message, velocity_bytes)
         elif not acceleration:
             self._about(rules.ACCELERATION, given, "acceleration 0: the move is never performed")
 

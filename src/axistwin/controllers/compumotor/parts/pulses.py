@@ -86,7 +86,7 @@ class PulseGenerator:
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
-        self._pulse_ns: int | None = None  # time of the last joystick pulse in ns
+        self._pulse_ns: int | None = None  # Time of the last joystick pulse in ns.
         self._plan = 0
         self._changed: Event | None = None
 
@@ -283,7 +283,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # a callback of `_enter` has started another velocity profile
+            if plan != self._plan:  # A callback has started another velocity profile.
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

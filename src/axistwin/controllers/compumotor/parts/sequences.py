@@ -52,10 +52,10 @@ class Sequences:
 class Order(Enum):
     """Requests to continue, suspend or end the sequence in progress."""
 
-    CONTINUE = auto()  # perform the next command
-    SUSPEND = auto()  # suspend the sequence after its present command
-    KILL = auto()  # end the present command if it is SINGULAR (e.g. a move), then suspend the sequence
-    LEAVE = auto()  # end the sequence after its present command
+    CONTINUE = auto()  # Perform the next command of the sequence.
+    SUSPEND = auto()  # Suspend the sequence after its present command.
+    KILL = auto()  # Suspend the sequence at once, and end the command in progress, e.g. a move.
+    LEAVE = auto()  # End the sequence after its present command.
 
 
 SUSPENDED = (Order.SUSPEND, Order.KILL)

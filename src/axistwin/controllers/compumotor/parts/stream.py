@@ -191,7 +191,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # if the output process itself has called `end`, the process returns, because `performing` is now False
+            # The output process cannot kill itself, but it returns because the stream has ended.
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

@@ -123,7 +123,7 @@ class Tracking:
         """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        # state of the move in progress; at rest: state of the last move
+        # Use of the motor in the present move or, at rest, in the last move.
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0

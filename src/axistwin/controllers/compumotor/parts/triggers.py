@@ -20,7 +20,7 @@ class Triggers:
         `response_ns`: time in ns for which an input must stay high before its action is performed.
         """
         self.clock, self._response_ns = clock, response_ns
-        # action of each trigger, with the opcode of the command that assigned the action
+        # For each trigger: opcode of the command that has assigned an action, and this action.
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
@@ -72,7 +72,7 @@ class Triggers:
             self.clock.call_later(self._response_ns[trigger], partial(self._respond, trigger, self._fell_ns[trigger]))
 
     def _respond(self, trigger: int, fell_ns: int) -> None:
-        if self._fell_ns[trigger] != fell_ns:  # the trigger pulse was too short to have an effect
+        if self._fell_ns[trigger] != fell_ns:  # The trigger pulse was too short to have an effect.
             return
         if (waiting := self._edges.pop(trigger, None)) is not None:
             waiting.succeed()

@@ -29,7 +29,7 @@ class Retained:
 
     def save(self, store: Store) -> None:
         """Store the data in the battery-backed memory, as JSON text."""
-        import json  # lazy import: only an IF2 that saves or loads data needs `json`
+        import json
 
         store.save(json.dumps(asdict(self), indent=1).encode())
 
@@ -42,7 +42,7 @@ class Retained:
         contents = memory_file.load()
         if contents is None:
             return cls()
-        import json  # lazy import: only an IF2 that saves or loads data needs `json`
+        import json
 
         try:
             kept = json.loads(contents)

@@ -16,9 +16,9 @@ from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # When the buffer contains 52 characters (80 %), DTR or X-off stops the host.
-NEARLY_EMPTY = 12  # When the buffer contains at most 12 characters (20 %), the host may send again.
-OVERFLOW = 61  # At 61 characters in the buffer (95 %), a data fault occurs, and all these characters are lost.
+NEARLY_FULL = 52  # The interface stops the host when its buffer contains 52 characters (80 %).
+NEARLY_EMPTY = 12  # The host may send again when the buffer contains at most 12 characters (20 %).
+OVERFLOW = 61  # At 61 characters (95 %), the interface empties its buffer and reports a data fault.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -126,7 +126,7 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors is not SOUND and not self.tolerant:  # a character with receive errors is discarded
+        if errors is not SOUND and not self.tolerant:  # The interface discards a character with receive errors.
             self._flag(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
             self._flag(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return
@@ -172,7 +172,7 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self._held_back = 0  # number of processes that wait until DSR and CTS are active
+        self._held_back = 0  # Number of processes that wait until DSR and CTS are active.
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""

@@ -142,7 +142,7 @@ class StopInputs:
             return
         self._faults.raise_motion(FAULTS[pin.name])
         if pin.name in DRIVES:
-            self._motion.drop(DRIVES[pin.name])  # the drive reports a fault: stop the axis without deceleration
+            self._motion.drop(DRIVES[pin.name])  # An axis stops without deceleration when its drive reports a fault.
         if pin.name not in LIMITS or self._limit_stops(pin.name):
             self._cancel()
 

@@ -9,16 +9,16 @@ from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-LOW_BITS = 4  # "(" begins with four low bits: the start bit and three zeros.
-TOLERANCE = 10  # A baud rate is recognised within ±10 %.
+LOW_BITS = 4  # The character "(" begins with four low bits: the start bit and three zeros.
+TOLERANCE = 10  # The interface recognises a baud rate within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # sample program 4 of the manual sends the interface's answer `U` back to the interface
+ECHOED = "U"  # Sample program 4 of the manual sends this character back to the interface.
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
-REINITIALISE_NS = 5 * MS  # Time to set up the UART after the data format message.
+REINITIALISE_NS = 5 * MS  # After the data format message, the interface sets up its UART for this time.
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
@@ -26,7 +26,7 @@ def baud_rate(low_ns: Fraction) -> int | None:
 
     `low_ns`: time in ns for which the first bits of the character hold the line low.
     """
-    low, per = low_ns.numerator, low_ns.denominator  # calculation with integers is faster than with fractions
+    low, per = low_ns.numerator, low_ns.denominator  # Integers are faster than fractions.
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)

@@ -6,7 +6,7 @@ from axistwin.controllers.digiplan.state import State
 IN_MOTION, AT_SPEED, ACCELERATING, DECELERATING = 1, 2, 4, 8
 COUNTER = 1 << 32
 SHORT_COUNTER = 1 << 16
-COARSE = 256  # above the start/stop speed, the position is reported in multiples of 256 steps
+COARSE = 256  # Above the start/stop speed, the interface reports positions in multiples of 256 steps.
 
 
 def motion_bits(state: State) -> int:

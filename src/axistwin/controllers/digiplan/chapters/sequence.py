@@ -90,7 +90,7 @@ def perform(state: State, step: Step) -> Procedure:
 
 
 def _move(state: State, step: Step) -> Procedure:
-    # there is only one ramp generator, so a move waits until a run (continuous motion) has ended
+    # A move waits for the end of a run (continuous motion), because both use the only ramp generator.
     while state.motion.running:
         yield state.motion.ended
     if interpolation.out_of_range(state.in_force, step):

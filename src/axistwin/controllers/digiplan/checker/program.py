@@ -62,7 +62,7 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            # the checker assumes that DSR is active and all axes are at rest
+            # The program checker assumes that all axes are at rest and that DSR is active.
             if self.locked_in is not None and sent.byte == BAUD_DETECT:
                 self._data_format(sent, rest)
                 text = []

@@ -75,7 +75,7 @@ class Inputs:
         i[s.PIN_EDGES] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.PREDICTED] = 0  # Discard the predicted encoder counts, because they do not include this edge.
+        i[s.PREDICTED] = 0  # Discard the predicted encoder counts, because they do not include the new encoder edge.
 
     def _wiring(self) -> None:
         """Store whether the external encoder sets the level of pin A, of pin B, or of both pins."""

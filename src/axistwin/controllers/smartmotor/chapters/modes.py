@@ -93,9 +93,10 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        if i[s.MODE] != s.M_HOST:  # MD empties the buffer of points, except while host mode is in progress.
+        # The command MD empties the buffer of points, but not while host mode is in progress.
+        if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
-        # Keep the mode in BUFFERED_MODE: this mode starts when host mode ends (manual, section 10.2).
+        # Keep the buffered mode, which starts when host mode ends (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:

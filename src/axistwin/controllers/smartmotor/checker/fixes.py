@@ -57,7 +57,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
         return None
     if first == number and findings.statements[last].problem is None:
-        return None  # ambiguous: in `a= S`, S may be the value of `a` or a separate command
+        return None  # The text "a= S" is ambiguous: S may be the value of a, or a separate command.
     parts = range(first, last + 1)
     whole = "".join(findings.statements[part].text for part in parts)
     if read(whole).problem is not None:
