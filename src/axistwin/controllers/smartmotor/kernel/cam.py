@@ -50,16 +50,16 @@ def cross(i: Ints, v: Ints, way: int) -> None:
     end = entry(i, v, i[s.CAM_SIZE])
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
     word = i[s.CAM_F]
-    # `left`: counts from the zero point of the cam to the external encoder; negative before the zero point.
+    # Position of the external encoder relative to the zero point of the cam, in counts
     left = i[s.CAM_PHASE] if way > 0 else i[s.CAM_PHASE] - cycle
     if way > 0 and i[s.CI_PENDING]:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        # The command CI may have selected a new cam table: read the last entry of the new table.
+        # The command CI may have changed the size of the cam table, so read the last entry again.
         end = entry(i, v, i[s.CAM_SIZE])
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
-    if word & MODULO_CAM:  # F=128 resets the motor's position and the counter CTR when a new cam cycle begins.
+    if word & MODULO_CAM:  # With F=128, each new cam cycle resets the motor's position and the counter CTR.
         shift = i[s.CAM_ORIGIN] + end * way
         i[s.CAM_ORIGIN] = 0
         i[s.COMMANDED] -= shift << 16
@@ -68,7 +68,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         i[s.CTR] = i[s.CAM_PHASE] // factor
     elif word & RELATIVE_CAM:
         i[s.CAM_ORIGIN] += end * way
-    if i[s.CAM_F] == 0:  # If neither F=16 nor F=128 is set, cam positions are absolute.
+    if i[s.CAM_F] == 0:  # Without F=16 or F=128, the positions in the cam table are absolute.
         i[s.CAM_ORIGIN] = 0
 
 
@@ -101,7 +101,7 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    # If neither F=16 nor F=128 is set, the first entry of the cam table follows the last entry.
+    # Without F=16 or F=128, the last interval of the cam leads back to the first entry of the cam table.
     following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 

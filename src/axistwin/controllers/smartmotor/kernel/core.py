@@ -156,7 +156,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # If the first time is in the present servo sample, the shaft is still at its present position, `here`.
+        # If the first time is in the present servo sample, the first predicted position is the present position.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
@@ -300,7 +300,7 @@ class Core:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
             if samples:
-                import numpy as np  # lazy import: needed only while values are traced
+                import numpy as np  # lazy import: NumPy is needed only while values are traced
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
@@ -443,8 +443,8 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST
-        # A command from the host makes all servo samples invalid that were computed ahead of time.
-        # Hosts often send commands at equal intervals: compute only 25 % more samples than the last interval had.
+        # A command from the host discards all servo samples that were computed in advance.
+        # Hosts often send commands at equal intervals, so compute only 25 % more samples than in the last interval.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

@@ -21,22 +21,22 @@ LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 STACK = 64
 """Number of intermediate results that an expression can have at once."""
 
-# Results of the execution of a statement
+# Results of the execution of one program statement
 DONE, TRAP, HELD, FETCH = range(4)
 
-# Operation codes of expressions.  ADD and all codes after ADD combine two values, e.g. a+b.
+# Operation codes of expressions; the operators with two operands, e.g. a+b, have the highest codes.
 RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
     EQ, NE, LT, GT, LE, GE,
 ) = range(13, 28)  # fmt: skip
 
-# System variables that are read by the operation `COMPUTED`
+# System variables that are computed whenever they are read, e.g. the present position
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_REPORTED = (
     range(9)
 )
 
-# Operation codes of statements
+# Operation codes of program statements, e.g. IF or WAIT
 (
     S_IF, S_JUMP, S_LET, S_TRAP, S_ELEMENT, S_WAIT, S_TWAIT, S_SWITCH, S_CASE, S_GOSUB,
     S_RETURN, S_RETURNI, S_STACK, S_END, S_FETCH,
@@ -392,7 +392,7 @@ def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
         if i[s.BT] != 0:
             i[s.TWAITING] = 1
             return HELD
-    else:  # END, or the end of the code, stops the program.
+    else:  # The program stops at the command END and at the end of its code.
         forget(i)
         i[s.PROGRAM] = s.STOPPED
     return DONE

@@ -91,7 +91,8 @@ def best(function: F) -> F:
     if not available():
         return function
     if IN_BROWSER:
-        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded  # lazy import: needed only in browsers
+        # lazy import: WebAssembly code is needed only if axistwin runs in a web browser
+        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded
 
         return cast("F", Loaded(cast("FunctionType", function), _sampled.values()))
     return cast("F", compiled(cast("FunctionType", function)))
@@ -101,7 +102,7 @@ def view(numbers: "array[int] | array[float]") -> Any:
     """Convert an array to the type that compiled functions need."""
     if IN_BROWSER:
         return numbers
-    import numpy as np  # lazy import: needed only for compiled code
+    import numpy as np  # lazy import: NumPy is needed only for compiled code
 
     return np.frombuffer(numbers, numbers.typecode)
 
@@ -161,7 +162,7 @@ class _Sealing:
 
 def _sums(directory: Path) -> dict[str, str]:
     """Return a checksum for each file of machine code in a directory."""
-    from hashlib import sha256  # lazy import: hashlib loads the OpenSSL library
+    from hashlib import sha256  # lazy import: the module hashlib loads slowly, because it loads the OpenSSL library
 
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
@@ -172,7 +173,7 @@ def _seal(directory: Path) -> None:
 
     Caches that were not used for 30 days are deleted.
     """
-    import json  # lazy imports: needed only for compiled code
+    import json  # lazy imports: the modules json and shutil are needed only for compiled code
     from shutil import rmtree
 
     try:
@@ -191,7 +192,7 @@ def _whole(directory: Path) -> bool:
 
     Damaged files are removed.
     """
-    import json  # lazy import: needed only for the cache of machine code
+    import json  # lazy import: the module json is needed only for the cache of machine code
 
     try:
         sealed = json.loads((directory / SEAL).read_bytes())
@@ -249,7 +250,7 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # user_cache() raises RuntimeError if the user has no home directory
+    except (OSError, RuntimeError):  # RuntimeError means that the user has no home directory.
         return None
     return directory if os.access(directory, os.W_OK) else None
 
@@ -259,7 +260,7 @@ def fingerprint(functions: tuple[FunctionType, ...]) -> str:
 
     The hash includes the code and globals of each function, and the versions and options of the compiler.
     """
-    from hashlib import sha256  # lazy imports: these modules load slowly
+    from hashlib import sha256  # lazy imports: the modules hashlib and importlib.metadata load slowly
     from importlib.metadata import version
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')} {OPTIONS}".encode())

@@ -27,23 +27,22 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Bits of the events that interrupt the computation of servo samples, e.g. a fault.
-# The events in BEFORE_SAMPLE interrupt the computation before a servo sample.
-# All other events interrupt the computation after a servo sample.
+# Events, e.g. a fault, that interrupt the computation of servo samples; each event is one bit.
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # Event: Python must execute the next statement of the program.
-VALUE_WAITS = 2  # Event: the next statement needs a value from Python, e.g. GETCHR.
-CALL_WAITS = 4  # Event: Python must call the routine C1 or C2 of the program.
-TRAJECTORY = 8  # Event: the flag Bt (trajectory in progress) has changed.
-PLUS = 16  # Event: the positive limit is active.
-MINUS = 32  # Event: the negative limit is active.
-ERROR = 64  # Event: the position error is too large.
-HEAT = 128  # Event: the motor is too hot.
-GO_EDGE = 256  # Event: a falling edge has occurred at pin G.
-SWITCH = 512  # Event: the shaft has reached a switch.
-INDEX_MARK = 1024  # Event: the flag Bx (index mark) has changed.
+STATEMENT_WAITS = 1  # Event: the next program statement must be executed outside the compiled code.
+VALUE_WAITS = 2  # Event: the next program statement needs an external value, e.g. a serial character for GETCHR.
+CALL_WAITS = 4  # Event: the subroutine C1 or C2 of the motor's program must be called.
+TRAJECTORY = 8  # Event: the status flag Bt (trajectory in progress) has changed.
+PLUS = 16  # Event: the motor has reached its positive travel limit.
+MINUS = 32  # Event: the motor has reached its negative travel limit.
+ERROR = 64  # Event: the position error of the motor is too large.
+HEAT = 128  # Event: the temperature or the RMS current of the motor is too high.
+GO_EDGE = 256  # Event: the input pin G has changed from high to low.
+SWITCH = 512  # Event: the shaft has reached a position at which a switch changes its level.
+INDEX_MARK = 1024  # Event: the index signal of the encoder has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # Event: an assignment has read the brake pin, e.g. a=UG.
+PIN_TAKEN = 16384  # Event: an assignment, e.g. a=UG, has read the pin of the brake signal.
+# Events of the program occur before the computation of a servo sample; all other events occur afterwards.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -246,7 +245,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # In the first sample, check all traced values: Python code may have changed values since the previous call.
+            # In the first servo sample of a block, check all traced values: commands may have changed them.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

@@ -24,46 +24,47 @@ LEAST = 1e-6
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
 
-# Indices of the values in the array `f`, which contains the numbers of the physical model.
+# Indices of the physical model's values, e.g. the shaft speed, in the array of floats
 _slots = count()
-SPEED = next(_slots)  # Shaft speed in counts per sample.
-FRACTION = next(_slots)  # The exact shaft position in counts is SHAFT + FRACTION; SHAFT is an integer.
+SPEED = next(_slots)  # Speed of the motor shaft, in encoder counts per servo sample.
+FRACTION = next(_slots)  # Fraction of a count (0 to 1) that the shaft has moved past the integer shaft position.
 OUTSIDE = next(_slots)  # Acceleration of the shaft by external torque and gravity, in counts/sample².
-# COULOMB is the deceleration by dry friction, in counts/sample².
-# STATIC_BRAKE is the additional deceleration by the engaged static brake, in counts/sample².
+# COULOMB is the deceleration of the shaft by dry friction, in counts/sample².
+# STATIC_BRAKE is the additional deceleration of the shaft by the engaged static brake, in counts/sample².
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
-JAM = next(_slots)  # Additional friction in counts/sample²: infinite while the shaft is jammed, otherwise 0.
-VISCOUS = next(_slots)  # Fraction (0 to 1) by which viscous friction reduces the speed in each sample.
-# The shaft speed is multiplied by OPEN_GAIN or CLOSED_GAIN in each servo sample, because the shaft is damped.
-# OPEN_GAIN applies while only viscous friction damps the shaft: the windings are open, or the current is limited.
-# CLOSED_GAIN applies while viscous friction and back-EMF damp the shaft.
+JAM = next(_slots)  # Additional friction of the shaft: infinite while the shaft is jammed, otherwise 0.
+VISCOUS = next(_slots)  # Deceleration by viscous friction, in counts/sample², for a shaft speed of 1 count/sample.
+# OPEN_GAIN is the factor by which viscous friction alone reduces the shaft speed in a servo sample.
+# CLOSED_GAIN is the factor by which viscous friction and back-EMF reduce the shaft speed in a servo sample.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
-# AMPS_PER_PWM is the current at standstill for a PWM value of 1, in A.
-# AMPS_PER_SPEED: at a speed of 1 count/sample, the back-EMF reduces the current by this number of amperes.
+# AMPS_PER_PWM is the motor current at standstill for a PWM value of 1, in A.
+# AMPS_PER_SPEED is the current in A by which back-EMF reduces the motor current at a speed of 1 count/sample.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
-AMPS_NOW = next(_slots)  # Current through the windings after the latest servo sample, in A.
-# Current after a servo sample: AMPS_KEPT * (current before the sample) + (1 - AMPS_KEPT) * (steady-state current)
+AMPS_NOW = next(_slots)  # Current through the motor windings at the end of the latest servo sample, in A.
+# The motor current after a servo sample contains the fraction AMPS_KEPT (0 to 1) of the previous motor current.
 AMPS_KEPT = next(_slots)
-# Mean current in a servo sample: MEAN_KEPT * (current before the sample) + MEAN_REACHED * (steady-state current)
-# The weights MEAN_KEPT and MEAN_REACHED are between 0 and 1.  Their sum is 1.
+# The mean current of a servo sample contains the fraction MEAN_KEPT (0 to 1) of the previous motor current.
+# The mean current of a servo sample contains the fraction MEAN_REACHED (0 to 1) of the steady-state motor current.
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-# Shaft movement in a servo sample: (1 - LAG) * (speed after the sample) + LAG * (speed before the sample)
+# The mean shaft speed of a servo sample contains the fraction LAG (0 to 0.5) of the previous shaft speed.
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
-WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # Temperatures of winding, housing and air, in °C.
-# Steady temperature difference between winding and housing, in K: WINDING_RISE * (current in A)²
-# Steady temperature difference between housing and air, in K: HOUSING_RISE * (current in A)²
+# Temperatures of the motor's winding, of the motor's housing, and of the air, in °C
+WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))
+# WINDING_RISE is the steady temperature difference between winding and housing at a motor current of 1 A, in K.
+# HOUSING_RISE is the steady temperature difference between motor housing and air at a motor current of 1 A, in K.
+# The steady temperature differences in the motor are proportional to the square of the motor current.
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# Change of WINDING_C in 256 servo samples: WINDING_STEP * (steady temperature of the winding - WINDING_C)
-# Change of HOUSING_C in 256 servo samples: HOUSING_STEP * (WINDING_C - HOUSING_C) + AIR_STEP * (AMBIENT - HOUSING_C)
-# The factors WINDING_STEP, HOUSING_STEP and AIR_STEP are between 0 and 1.
+# In 256 servo samples, the winding temperature approaches its steady value by the fraction WINDING_STEP (0 to 1).
+# In 256 servo samples, the housing temperature approaches the winding temperature by the fraction HOUSING_STEP.
+# In 256 servo samples, the housing temperature approaches the air temperature by the fraction AIR_STEP (0 to 1).
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)
-# LOSS_NJ is the heat that a current of 1 A produces in one sample, in nJ.
-# WORK_NJ is the mechanical work, in nJ, while the shaft moves by 1 count with a motor current of 1 A.
+# LOSS_NJ is the heat that a motor current of 1 A produces in one servo sample, in nJ.
+# WORK_NJ is the mechanical work for a shaft movement of 1 count at a motor current of 1 A, in nJ.
 LOSS_NJ, WORK_NJ = next(_slots), next(_slots)
 PER_NM = next(_slots)  # Acceleration of the shaft by a torque of 1 N·m, in counts/sample².
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)

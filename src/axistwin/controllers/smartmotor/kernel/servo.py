@@ -319,6 +319,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # The temperatures have become constant: skip all whole blocks of samples.
+            left %= m.HEAT_BLOCK  # The motor's temperatures no longer change, so skip whole blocks of servo samples.
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

@@ -6,112 +6,112 @@
 
 from itertools import count, islice
 
-# Positions are in counts, trajectory positions in 1/65536 count, and velocities in 1/65536 count/sample.
+# Unless stated otherwise, positions are in encoder counts, and velocities in 1/65536 count per servo sample.
 _slots = count()
 
 # Time
-SAMPLE = next(_slots)  # Number of the last computed sample; the number is 0 at power-up.
-CLK_ZERO = next(_slots)  # Value of SAMPLE when the counter CLK was 0, so that CLK = SAMPLE - CLK_ZERO.
+SAMPLE = next(_slots)  # Number of the last computed servo sample; the number is 0 at power-up.
+CLK_ZERO = next(_slots)  # Number of the servo sample in which the counter CLK was 0.
 
 # State of the running program
 (
-    PROGRAM,  # State of the program: STOPPED, RUNNING or BLOCKED.
-    PC,  # Program counter: index of the next statement in the array `code`.
+    PROGRAM,  # State of the motor's program: stopped, running or blocked.
+    PC,  # Position of the next statement in the compiled program.
     STATEMENT,  # Number of the program statement that is being executed or was executed last.
     BUDGET,  # Number of statements that the program may still execute in the present servo sample.
     STATEMENTS_PER_SAMPLE,
-    WAIT_UNTIL,  # Number of the sample at which a WAIT ends.
-    DEPTH,  # Number of return addresses on the stack.
+    WAIT_UNTIL,  # Number of the servo sample at which the command WAIT ends.
+    DEPTH,  # Number of return addresses on the subroutine stack.
 ) = islice(_slots, 7)
-RETURNS, *_ = islice(_slots, 10)  # Stack of ten return addresses.
-SWITCHES, *_ = islice(_slots, 11)  # Values that SWITCH compares: one for the main program, and one for each subroutine.
+RETURNS, *_ = islice(_slots, 10)  # Return addresses of up to ten nested subroutine calls.
+# The main program and each of ten nested subroutine calls have their own value of the command SWITCH.
+SWITCHES, *_ = islice(_slots, 11)
 (
-    TWAITING,  # 1 while the command TWAIT pauses the program until the trajectory ends (flag Bt = 0).
-    PAUSED,  # 1 while the command ! pauses the program; the pause ends when a serial character arrives.
-    RUN_GIVEN,  # 1 if the command RUN has started the program; RUN? then has no effect.
-    C2_CALLED,  # 1 while a call of C2 is in progress; RETURNI, STACK or END ends the call.
+    TWAITING,  # 1 while the command TWAIT pauses the program until the motor's trajectory ends.
+    PAUSED,  # 1 while the command ! pauses the program until a serial character arrives.
+    RUN_GIVEN,  # 1 if the command RUN has started the program; 0 if the program has started at power-up.
+    C2_CALLED,  # 1 from a call of the subroutine C2 until the next command RETURNI, STACK or END.
 ) = islice(_slots, 4)
 
-# Buffered parameters, see chapters 4 and 13 of the guide to the base language
+# Parameters that commands set, e.g. A=100 (chapters 4 and 13 of the guide to the base language)
 A, V, P, D, T, E = islice(_slots, 6)
 AMPS, TH, THD = islice(_slots, 3)
 KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
-F = next(_slots)  # The bits that the command F= has set (manual, chapter 7).
+F = next(_slots)  # Value that the command F= has set; each bit enables a function (manual, chapter 7).
 SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # SOFT_LIMITS is 1 while the software limits are enabled.
 MFMUL, MFDIV = next(_slots), next(_slots)
-RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # Values of MFMUL and MFDIV at the last command MFR or MSR.
+# RATIO_MUL / RATIO_DIV is the gear ratio MFMUL / MFDIV at the last command MFR or MSR.
+RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
-    RELATIVE,  # 1: the next position move is relative, by the distance D.  0: the move goes to the position P.
-    BUFFERED_MODE,  # The mode that the next command G starts.
+    RELATIVE,  # 1 if the next position move is relative (distance D); 0 if the move is absolute (position P).
+    BUFFERED_MODE,  # Motion mode, e.g. velocity mode, that the next command G starts.
     BUFFERED_FACTOR,  # Number n of the mode MFn or MCn that the next command G starts, e.g. 4 for MF4.
 ) = islice(_slots, 3)
 
-# The command F copies the buffered gains to TUNING.
-TUNING, *_ = islice(_slots, 8)  # Gains that the servo uses, in the order KP KI KD KL KS KV KA KG.
-PID_RATE = next(_slots)  # Number of samples between two servo updates, set by PIDn: 1, 2, 4 or 8.
+# The command F activates the gains of the servo; the active gains are stored in the order KP KI KD KL KS KV KA KG.
+TUNING, *_ = islice(_slots, 8)
+PID_RATE = next(_slots)  # Update interval of the servo, 1, 2, 4 or 8 samples; e.g. the command PID4 sets 4 samples.
 
-# State of the trajectory that the command G has started
+# State of the motion that the command G has started
 (
-    MODE,  # One of MODES.
+    MODE,
     FACTOR,
-    COMMANDED,  # Commanded position in the controller's coordinates, as a 48.16 fixed-point number.
-    VELOCITY,  # Present trajectory velocity in counts per sample, as a 16.16 fixed-point number.
+    COMMANDED,  # Commanded position in the controller's coordinates, in 1/65536 count.
+    VELOCITY,  # Present velocity of the trajectory, in 1/65536 count per servo sample.
 ) = islice(_slots, 4)
-# TARGET is the position at which a position move ends.
+# TARGET is the end position of a position move, in counts.
 # In the modes MFR and MSR, the motor moves by FACTOR / TARGET counts for each count of the counter CTR.
 TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)
-# The position that the controller reports is DIRECTION * SHAFT + ORIGIN.
-SHAFT = next(_slots)  # Shaft position in encoder counts since the start of the simulation.
+# The position that the controller reports is DIRECTION * SHAFT + ORIGIN, in encoder counts.
+SHAFT = next(_slots)  # Shaft position in encoder counts, relative to the position at the start of the simulation.
 DIRECTION, ORIGIN = next(_slots), next(_slots)
 
-# Values for the modes that follow the external encoder, such as cam mode
+# State of the motion modes that follow the external encoder, such as cam mode
 (
-    CTR,  # External counter, which the program can read as CTR.
-    MASTER,  # Number of edges received from the external encoder.
-    MASTER_SEEN,  # External encoder counts that have already been added to CTR.
+    CTR,  # Counter of the external encoder, which the program reads as the variable CTR.
+    MASTER,  # Edges from the external encoder: forward edges minus backward edges.
+    MASTER_SEEN,  # Counts of the external encoder that have already been added to the counter CTR.
 ) = islice(_slots, 3)
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = islice(_slots, 7)
 """A steady run of the external encoder: +1 or -1; counts per sample, and remainder; samples left; end."""
 PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
-    SHOWN,  # Pins that the external encoder drives: 1 is pin A, 2 is pin B, 3 is both pins.
-    PIN_EDGES,  # Counts on pins A and B from other sources than the external encoder, e.g. from a wire.
-    STEP_UP,  # 1 if the latest step of the external source was in the positive direction.
-    RESOLUTION,  # Change of CTR after four edges or four steps: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
-    STEPS,  # 1 if pins A and B are step and direction inputs.
-    FOLLOW_REM,  # Remainder of the division by MFDIV in the modes MFR and MSR.
+    SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
+    PIN_EDGES,  # Forward minus backward edges on pins A and B that the external encoder has not caused.
+    STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
+    RESOLUTION,  # Change of the counter CTR after four edges: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
+    STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
+    FOLLOW_REM,  # Remainder of the division by MFDIV, which is kept for the next sample in mode MFR or MSR.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
-CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Cam parameters that are in use.
-MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command CI activates.
-# CI_PENDING is 1 while the command CI waits for the zero point of the cam.
-# CI_SPOILT is 1 if a cam parameter was changed while a command CI was waiting.
-# While CI_SPOILT is 1, the command CI has no effect.  The next command MCn sets CI_SPOILT to 0.
+CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command G or CI activates.
+# CI_PENDING is 1 from the command CI until the cam passes its zero point.
+# CI_SPOILT is 1 if a cam parameter was changed between the command CI and the zero point of the cam.
+# While CI_SPOILT is 1, the command CI has no effect; the next command MC, MC2, MC4 or MC8 sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
-# CAM_TABLE is 1 if the factor n of the command MCn (e.g. 4 in MC4) multiplies the entries of the cam table.
-# CAM_TABLE is 0 if the factor n of the command MCn (e.g. 4 in MC4) multiplies the counts of the external encoder.
+# The cam factor, e.g. 4 in MC4, multiplies either the cam table (CAM_TABLE = 1) or the external counts (CAM_TABLE = 0).
 CAM_TABLE = next(_slots)
 
 # Host mode
-# HOST_HEAD is the index of the first trajectory point in the buffer of host mode.
+# HOST_HEAD is the index of the oldest trajectory point in the buffer of host mode.
 # HOST_COUNT is the number of trajectory points in the buffer of host mode.
-# HOST_LEFT is the number of samples left in the present segment of the trajectory.
+# HOST_LEFT is the number of servo samples until the end of the present trajectory segment in host mode.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # Number of integers in the buffer of host mode: two for each trajectory point.
-HOST_ARMED = next(_slots)  # 1 if the next command G starts host mode (MD).
+HOST_SIZE = next(_slots)  # Size of the buffer of host mode: two integers for each trajectory point.
+HOST_ARMED = next(_slots)  # 1 if the next command G starts host mode, which the command MD has selected.
 
-# Each flag is stored as an integer, 0 or 1.
-# The first 16 flags are the bits of the status word W.
+# Each status flag of the motor, e.g. Bt (trajectory in progress), is stored as the integer 0 or 1.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
 (
-    INDEX,  # Captured index position, the variable `I`.
-    INDEX_ARMED,  # 1: the next index mark captures the position.  0: the captured position has not been read yet.
-    INDEX_FORCED,  # 1 while an external source forces the index line high.
+    INDEX,  # Captured position of the index mark, which the program reads as the variable I.
+    INDEX_ARMED,  # 1 if the next index mark will be captured; 0 from a capture until the captured position is read.
+    INDEX_FORCED,  # 1 while an external signal forces the index input high.
 ) = islice(_slots, 3)
 
 # Protection
@@ -119,58 +119,58 @@ BB, BC, BF = islice(_slots, 3)
 LIMIT_C, LIMIT_D = next(_slots), next(_slots)
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
-    OVERLOAD,  # Number of consecutive samples in which the current or the temperature was too high.
-    STOPPING,  # 1 while the motor decelerates after a fault (only if F=1 is set).
-    PENDING,  # Pending calls of C1 (bit CALL_FAULT) and C2 (bit CALL_INPUT).
-    FAULT_AGAIN,  # 1 if a fault has occurred during the fault routine C1; C1 is then called a second time.
-    OBSERVE_INDEX,  # 1 if an observer of the index line, e.g. a trace, needs each change of the flag Bx.
+    OVERLOAD,  # Number of consecutive servo samples in which the motor current or the temperature was too high.
+    STOPPING,  # 1 while the motor decelerates after a fault; the command F=1 enables this deceleration.
+    PENDING,  # Pending calls of the program's subroutines: 1 for C1 (fault), 2 for C2 (input), 3 for both.
+    FAULT_AGAIN,  # 1 if a fault has occurred during the fault subroutine C1, so that C1 must be called again.
+    OBSERVE_INDEX,  # 1 if each change of the index signal must be an event of the simulation.
 ) = islice(_slots, 5)
 # INDEX_LOW and INDEX_HIGH are the positions of the nearest index marks below and above the shaft position.
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
 
-# Levels of the user pins, from bit 0 (pin A) to bit 6 (pin G)
 PINS = next(_slots)
 # GO_LEVEL is the debounced level of pin G.
-# GO_COUNT is the number of consecutive samples in which the level of pin G differs from GO_LEVEL.
+# GO_COUNT is the number of consecutive servo samples in which pin G has differed from its debounced level.
 GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
 (
-    DEBOUNCE,  # Debounce time of pin G: number of servo samples after which a new level is accepted.
-    LATCHES,  # Levels that the commands UA= to UG= have set; bit 0 is pin A, and bit 6 is pin G.
-    GO_PIN,  # 1 if pin G is the go input: a falling edge has the effect of the command G.
-    BRAKE_PIN,  # Bit mask of the pin that carries the brake signal (BRKC, BRKG), or 0.
-    BRAKE_READ,  # 1 after an assignment has read the brake pin, e.g. a=UG (manual, section 5.1, note 2).
+    DEBOUNCE,  # Debounce time of pin G, in servo samples.
+    LATCHES,  # Output levels set by the commands UA= to UG=, from bit 0 (pin A) to bit 6 (pin G).
+    GO_PIN,  # 1 if a falling edge of pin G starts a motion, as the command G does.
+    BRAKE_PIN,  # Bit mask of the pin for the brake signal: pin C after BRKC, pin G after BRKG, otherwise 0.
+    BRAKE_READ,  # 1 if an assignment, e.g. a=UG, has read the pin of the brake signal (manual, section 5.1, note 2).
 ) = islice(_slots, 5)
-ANALOG, *_ = islice(_slots, 7)  # Analog values of pins A to G, 0 to 1023.
-# No switch changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
+ANALOG, *_ = islice(_slots, 7)  # Analog readings of the pins A to G, from 0 to 1023.
+# No switch of the axis changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
-# State of the drive, which the physical model reads and updates
+# State and measured values of the motor's amplifier, e.g. current and supply voltage
 (
-    DRIVE,  # State of the amplifier: DRIVE_OPEN, DRIVE_SHORTED or DRIVE_ON.
-    PWM,  # Output of the servo law, -1023 to 1023; a positive value increases SHAFT.
-    BRAKE,  # 1 if the static brake is engaged.
-    TEMP,  # Motor temperature in whole °C, reported as TEMP.
-    CURRENT,  # Current in 0.01 A, reported as UIA.
-    BUS_VOLTAGE,  # Supply voltage in 0.1 V, reported as UJA.
+    DRIVE,  # State of the motor windings: open, shorted, or driven by the amplifier.
+    PWM,  # PWM value of the amplifier, -1023 to 1023; a positive value increases the encoder position.
+    BRAKE,  # 1 while the static brake of the motor is engaged.
+    TEMP,  # Motor temperature in whole °C, which the program reads as the variable TEMP.
+    CURRENT,  # Motor current in units of 0.01 A, which the program reads as the variable UIA.
+    BUS_VOLTAGE,  # Supply voltage in units of 0.1 V, which the program reads as the variable UJA.
     IDEAL,  # 1 for an ideal motor, whose shaft follows the trajectory exactly.
 ) = islice(_slots, 7)
 
 # Internal state of the servo law and of the physical model
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
-# CURRENT_SUM / 16 is the filtered current in units of 0.01 A.
-# HEAT is the sum of the squared currents of HEAT_SAMPLES samples, in units of (0.01 A)².
+# CURRENT_SUM / 16 is the filtered motor current in units of 0.01 A.
+# HEAT is the sum of the squared motor currents since the last update of the temperatures, in units of (0.01 A)².
+# HEAT_SAMPLES is the number of servo samples since the last update of the motor temperatures.
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
-SLIPPED = next(_slots)  # The real shaft position is SHAFT + SLIPPED, in counts.
-# A defective encoder reports COUNTS_OF counts instead of COUNTS_OUT_OF counts, e.g. 9 instead of 10.
-# COUNTS_OF and COUNTS_OUT_OF are both 0 if no defect of the encoder is simulated.
+SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
+# A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
+# COUNTS_OF and COUNTS_OUT_OF are both 0 for an encoder without a defect.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of the division by COUNTS_OUT_OF in the simulation of a defective encoder.
-ENERGY = next(_slots)  # Energy in nJ that the windings have taken since the start of the simulation.
-HOT = next(_slots)  # 1 if the motor was overheated and is still too hot to move.
+UNCOUNTED = next(_slots)  # Fraction of a count that a defective encoder still has to report, times COUNTS_OUT_OF.
+ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
+HOT = next(_slots)  # 1 from an overload (current or temperature) until the motor has cooled down.
 
-# Number of received bytes that GETCHR has not read yet, for each serial channel (LEN, LEN1).
+# Number of unread received bytes for each serial channel, which the program reads as LEN and LEN1.
 LENGTHS, *_ = islice(_slots, 2)
-ARRAY_BASE = next(_slots)  # Index of the array element al[0] in the array `v`.
+ARRAY_BASE = next(_slots)  # Index of the first array element, al[0], in the memory of the program's variables.
 
 INTS = next(_slots)
 
@@ -202,8 +202,7 @@ STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)
 USER_PINS = "ABCDEFG"
 """The user pins, from bit 0 of PINS on."""
 
-# First index of each group of variables in the array `v`
-# The groups of variables are a…z, aa…zz and aaa…zzz.  al[] is a fourth group if al[] has its own memory.
+# Index of the first variable in each group of variables: a…z, aa…zz, aaa…zzz, and an array with separate memory
 LETTERS, DOUBLES, TRIPLES, ALONE = 0, 26, 52, 78
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16

@@ -115,7 +115,7 @@ class Reader:
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
-        self._code: list[list[int]] = []  # Code of the expression, a list of operations with their arguments
+        self._code: list[list[int]] = []  # Compiled expression: a list of operations with their arguments
         self._height = self._highest = self._deep = 0
         self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
@@ -216,8 +216,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Do not simplify `--a` to `a`: if `a` is the lowest number, its negation overflows.
-            # More minus signs give the same result: `----a` equals `--a`, and `---a` equals `-a`.
+            # Two minus signs do not cancel, because the negation of the lowest integer overflows.
+            # An even number of minus signs is compiled as two negations, and an odd number as one negation.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """Sources from which a command is valid: a host or a stored program."""
 
-    HOST = auto()  # The command is valid on a serial channel.
-    PROGRAM = auto()  # The command is valid in a stored program.
-    BLOCK = auto()  # The command, e.g. LOOP or a label, is valid only in a stored program.
-    REMOVED = auto()  # The command is invalid, because firmware 4.76 has removed the command (manual, section 1.3).
+    HOST = auto()  # A host may send the command to a serial port of the controller.
+    PROGRAM = auto()  # A stored program may contain the command.
+    BLOCK = auto()  # Only a stored program may contain the command, e.g. LOOP or a label.
+    REMOVED = auto()  # Firmware 4.76 no longer has the command (manual, section 1.3).
 
 
 class Form(Enum):

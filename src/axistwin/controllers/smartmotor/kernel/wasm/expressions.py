@@ -78,7 +78,7 @@ class Expressions:
                 return self._common(body, orelse)
             case ast.Call():
                 return self._kind_of_call(node)
-        return w.I64  # The expression is a comparison or `not`: its result is an integer.
+        return w.I64  # The result of a comparison or of the operator `not` is an integer.
 
     def _kind_of_call(self, node: ast.Call) -> int:
         called = self._called(node)

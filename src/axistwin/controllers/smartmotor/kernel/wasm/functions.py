@@ -36,7 +36,8 @@ class _Function(Expressions):
         self._declare(self._definition.body)
         self._statements(self._definition.body)
         if self._result is not None:
-            self._emit(w.UNREACHABLE)  # WebAssembly requires a result or UNREACHABLE at a function's end.
+            # A WebAssembly function must end with a result or with the instruction `unreachable`.
+            self._emit(w.UNREACHABLE)
         results = () if self._result is None else (self._result,)
         return w.Function(self._parameters, results, tuple(self._types[len(self._parameters) :]), bytes(self._code))
 
