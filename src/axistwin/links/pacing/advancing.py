@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # an error in an action interrupts `advance`: call `advance` again until it returns
+        while not found:  # If an error in an action interrupts the advance of virtual time, the advance continues.
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
