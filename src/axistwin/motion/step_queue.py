@@ -138,7 +138,7 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     possible.
     """
     (m, low), (n, high) = late, early
-    # `late` gives the least first interval, `early` the greatest: the two limits are compatible if gap <= add * slope
+    # The pulse times are possible if the minimum of the first pulse interval does not exceed its maximum.
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest
