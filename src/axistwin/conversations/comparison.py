@@ -176,7 +176,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Functions that play an action and record the result
+    # Playing an action of a conversation file, and recording the result
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):

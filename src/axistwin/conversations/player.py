@@ -136,7 +136,8 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # raise ProgramError now if the expected value is invalid
+                # An invalid expected value must raise ProgramError before the action is played.
+                agrees(read_value(), act.value)
                 return lambda: self._expect(act, read_value())
         raise AssertionError(f"unknown action {act!r}: expected an object from axistwin.bench.acts, e.g. a Wait")
 

@@ -71,7 +71,8 @@ class Recorder:
         for key, value in headers.items():
             if value:
                 self._add(Comment(f"{key}: {value}"))
-        self._recorded_ns = 0  # virtual time at the end of the last recorded line of the conversation file
+        self._recorded_ns = 0
+        """Virtual time in ns at the end of the last line of the recorded conversation."""
         self._speaker = ""
         self._reply = bytearray()
         self._last_ns = 0
@@ -154,8 +155,8 @@ class Recorder:
         controller sends characters.
         """
         silent_ns = event.time_ns - self._last_ns
-        ended = event.controller not in self._formats  # a board on a bus sends complete messages
-        ended = ended or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
+        is_bus_message = event.controller not in self._formats
+        ended = is_bus_message or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
         if event.controller != self._speaker or ended or silent_ns > PAUSE_NS:
             self._flush_reply()
             self._record_silence(event.time_ns)

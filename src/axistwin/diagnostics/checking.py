@@ -189,7 +189,8 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
         case ".if1":
             return partial(command_line, keyboard=named_keyboard(lines))
         case ".sms":
-            return lambda line, number, file: None  # A stored program has no actions such as `!input1 high`.
+            # A SmartMotor program file contains no actions of the operator, e.g. `!input1 high`.
+            return lambda line, number, file: None
     raise unknown_kind(path=Path(file))
 
 

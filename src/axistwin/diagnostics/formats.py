@@ -119,7 +119,7 @@ def _rule(code: str) -> dict[str, Any]:
 
 
 def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[str, Any]:
-    # in SARIF, a relative path is relative to the working directory
+    # A relative path in a SARIF report is relative to the working directory.
     artifact = {"uri": file.as_uri() if file.is_absolute() else quote(file.as_posix())}
     line, column = diagnostic.end
     region = _region(diagnostic.line, diagnostic.column, line, column)

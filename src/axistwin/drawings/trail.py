@@ -62,7 +62,7 @@ class Trail:
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        # after more than MOST_MOVES new moves, draw only the last MOST_MOVES moves, as a new path
+        # If too many moves are new, the drawing begins a new path without the older moves.
         if since_ns > self._seen_ns:
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))

@@ -96,7 +96,7 @@ class TcpPort(WallClock):
     async def close(self) -> None:
         """Close the connection."""
         self._writer.close()
-        with suppress(OSError):  # closing a broken connection raises OSError
+        with suppress(OSError):  # Closing a broken connection raises OSError.
             await self._writer.wait_closed()
 
 

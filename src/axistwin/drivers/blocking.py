@@ -34,7 +34,7 @@ class SerialPort:
     """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
-        import serial  # lazy import, so that programs with asyncio and TCP run without pyserial
+        import serial  # lazy import: asyncio programs with TCP connections do not need pyserial
 
         scheme, separator, rest = url.partition("://")
         opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url
@@ -56,7 +56,7 @@ class SerialPort:
         return self._guard(lambda: self._read(timeout))
 
     def _read(self, timeout: float) -> bytes:
-        # assign only a changed timeout, because an assignment configures the port again (0.2 s over RFC 2217)
+        # Each assignment of a timeout configures the serial port again, which takes 0.2 s over RFC 2217.
         if timeout != self._port.timeout:
             self._port.timeout = timeout
         first: bytes = self._port.read(1)
@@ -68,7 +68,7 @@ class SerialPort:
     def _guard(self, act: Callable[[], T]) -> T:
         try:
             return act()
-        except (OSError, ValueError, TypeError) as error:  # pyserial raises TypeError if a closed port is used
+        except (OSError, ValueError, TypeError) as error:  # The library pyserial raises TypeError for a closed port.
             raise PortError(f"{self._url} was disconnected ({error}): the next call opens the port again") from None
 
     def close(self) -> None:

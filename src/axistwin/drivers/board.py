@@ -129,7 +129,7 @@ class Board(Core):
     def synchronise(self) -> Procedure[None]:
         """Find the board, and discard messages that no host has read."""
         yield from self._discard(0.0)
-        yield Write(b"\n")  # end the incomplete request that an earlier host may have sent
+        yield Write(b"\n")  # A line feed ends the incomplete request that an earlier host may have sent.
         yield from self._discard(0.02)
         if self.interrupts:
             yield from self._ask("s 1")
@@ -146,7 +146,7 @@ class Board(Core):
             yield from self._status_until(READY)
             yield from self._send_command(0x09, self.marker_bit)
             yield from self._status_until(READY)
-            yield from self._request(0x8C)  # an answer to 8Ch proves that the board has set the marker bit
+            yield from self._request(0x8C)  # The answer to request 8Ch confirms that the board has set its marker bit.
         self._known = True
 
     def _status_until(self, bit: int, poll: float = POLL_S) -> Procedure[None]:
@@ -194,7 +194,7 @@ class Board(Core):
         if not self.interrupts:
             yield Pause(POLL_S)
         elif (yield from self._ask("i")) != "1":
-            # wait until the bus socket reports an interrupt of the board
+            # Wait for at most 0.05 s until the server reports an interrupt of the board.
             data: bytes = yield Read(min(self.timeout, 0.05))
             self._received += data
 
@@ -219,7 +219,7 @@ class Board(Core):
         yield from self._status_until(READY, STARTUP_S)
         yield from self._prepare()
 
-    # The following functions exist only for an 1810 or 1811.
+    # Functions that only the boards 1810 and 1811 have
 
     def outputs(self, first: bool, second: bool) -> Procedure[None]:
         """Set the levels of both programmable outputs."""
@@ -283,8 +283,9 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            # the motion has ended too early: the buffer is empty, or is full and does not become emptier
-            if begun and (free == size or (not count and free == before)):
+            is_empty, is_stuck = free == size, not count and free == before
+            # The velocity stream has ended early if its buffer is empty, or if no more data leave the buffer.
+            if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError(
@@ -411,7 +412,7 @@ class Motor(AxisCore):
             bits = yield from self._bits()
             position = yield from self._position()
             moving = bool(bits & 0x10)
-            if not moving:  # the position is exact only if the motor was at rest before and after the reading
+            if not moving:  # A position is exact only if the motor is at rest before and after the position is read.
                 again = yield from self._bits()
                 moving = bool(again & 0x10)
             velocity = (yield from self._velocity()) if moving else 0.0
@@ -447,7 +448,7 @@ class Motor(AxisCore):
         """
         if moving:
             self._has_moved = True
-            # a search for HOME consists of several motions: after each motion, wait until the next motion begins
+            # A search for HOME consists of several motions, so the end of a motion may not be the end of the search.
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
         elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)

@@ -104,7 +104,7 @@ class IF1(Core):
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
         self._state = _State(dict.fromkeys("XYZ", 0))
 
-    # The following functions synchronise the driver with the controller.
+    # Synchronisation of the driver with the controller
 
     def synchronise(self) -> Procedure[None]:
         """Find the IF1.  If the IF1 has been switched on and is not initialised yet, initialise the IF1."""
@@ -129,7 +129,8 @@ class IF1(Core):
 
         Also detect whether the controller echoes characters, and whether a line feed follows CR in its answers.
         """
-        for _ in range(2):  # the IF1 may interpret the first request `I` as the end of an incomplete message
+        for _ in range(2):
+            # Try twice, because an incomplete message in the buffer of the IF1 spoils the first request.
             yield Write(b"I\r\n")
             answer = yield from self._discard(min(0.25, self.timeout))
             if found := _ANSWER.search(answer):
@@ -153,7 +154,8 @@ class IF1(Core):
 
     def _adopt(self) -> Procedure[None]:
         """Read the state of a controller that is already initialised."""
-        yield from self._number("F")  # status request F clears the data fault of an incomplete message
+        # The status request F clears the data fault that an incomplete message has caused.
+        yield from self._number("F")
         if self._known:
             yield from self._poll()
             return
@@ -181,7 +183,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        # keep the first reason why the position of an axis was lost
+        # If the position of an axis was lost before, the first reason of the loss is kept.
         self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages
@@ -245,7 +247,7 @@ class IF1(Core):
                 yield from self._estimate(move, steps)
             return True
         if move is not None and move.seen < START_POLLS and steps != move.distance and not bits and not move.stopped:
-            move.seen += 1  # the move has not begun yet
+            move.seen += 1  # The IF1 has not begun the commanded move yet.
             return True
         self._state.inputs = yield from self._number("I")
         self._settle(steps, bits)
@@ -380,7 +382,7 @@ class IF1(Core):
             Status(self._state.positions[name], 0, 0, False, lost=self._state.lost.get(name, "")).known_position()
         )
 
-    # The following functions exist only for an IF1 or IF2.
+    # Functions that only the controllers IF1 and IF2 have
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
         """Begin a move of two or three axes to target positions.  All axes must have equal distances to their targets.

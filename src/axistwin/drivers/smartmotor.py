@@ -63,7 +63,7 @@ class SmartMotors(Core):
         axes = ", ".join(self.axes)
         raise RefusedError(f"no axis {name!r}: expected one of {axes}")
 
-    # The following functions synchronise the driver with the motors.
+    # Synchronisation of the driver with the motors
 
     def synchronise(self) -> Procedure[None]:
         """Find each motor, and restore the settings of motors whose power was cut."""
@@ -86,7 +86,8 @@ class SmartMotors(Core):
 
         Also set `echo`: True if the motor echoes received characters.
         """
-        for _ in range(2):  # the motor may interpret the first request `RSP` as the end of an incomplete command
+        for _ in range(2):
+            # Try twice, because an incomplete command in the buffer of the motor spoils the first request.
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
             answer = yield from self._discard(min(self.timeout, 0.3))
             *before, last = answer.rstrip(b"\r").split(b"\r")
@@ -111,7 +112,7 @@ class SmartMotors(Core):
         yield Write(everybody + b"WAKE\r")
         yield from self._discard(0.05)
 
-    # The following functions send commands and read reports.
+    # Sending commands and reading reports
 
     def send(self, prefix: bytes, text: str) -> Procedure[None]:
         """Send commands to a motor, and check the echo if the motor echoes."""
@@ -149,7 +150,7 @@ class SmartMotors(Core):
         (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
         return whole(answer, text)
 
-    # The following functions exist only for a SmartMotor.
+    # Functions that only a SmartMotor has
 
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
         """Configure pins as outputs, and set the levels of these pins, e.g. `outputs(A=True)`."""
@@ -299,8 +300,8 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # The new acceleration is twice the old one, e.g. 100 after 50.  After a power cut, A is 0: the message
-            # `A=A+50` would set A to the old value, and hide the power cut.  Therefore send `A=A+51`.
+            # A power cut sets the acceleration to 0; adding the old acceleration would then hide the power cut.
+            # With one more unit, the acceleration differs from its old value, so the driver detects the power cut.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
@@ -354,7 +355,7 @@ class Shaft(AxisCore):
 
         At the end of the search, the position of the pulse becomes 0.
         """
-        yield from self._line.ask(self.prefix, "RI")  # reading RI enables the capture of the next index pulse
+        yield from self._line.ask(self.prefix, "RI")  # The report RI enables the motor to capture the next index pulse.
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
         self._homing = direction
 
@@ -386,7 +387,7 @@ class Shaft(AxisCore):
         Stop the motor after the pulse, then set the position of the pulse to 0.
         """
         if not word & TRAJECTORY and not word & INDEX:
-            self._homing = 0  # a limit or a fault has ended the search for the index pulse
+            self._homing = 0  # A limit switch or a fault has ended the search for the index pulse.
         elif word & INDEX and word & TRAJECTORY:
             yield from self._line.send(self.prefix, "X")
         elif word & INDEX:

@@ -57,7 +57,7 @@ class Background:
         """
         answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
         if self._closed:
-            return  # discard the result, because the language server is ending
+            return  # The result of a task is discarded if the language server is ending.
         succeeded, result = answer
         if succeeded:
             done.set_result(result)
@@ -80,7 +80,7 @@ class Background:
             stdin.write(task)
             stdin.flush()
             answer: tuple[bool, Any] = pickle.load(stdout)  # noqa: S301  # our own process
-        except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # the background process has ended
+        except (OSError, ValueError, EOFError, pickle.UnpicklingError):
             self._end()
             return None
         return answer
@@ -109,9 +109,10 @@ def work() -> None:
     This is the main function of the separate process.
     """
     with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # ignore Ctrl-C, because the server ends this process
+        # This process ignores Ctrl-C, because the language server ends the process.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # send printed text to standard error, because standard output is only for answers
+    os.dup2(2, 1)  # Printed text goes to standard error, because standard output is only for the results of tasks.
     with suppress(EOFError, BrokenPipeError):
         while True:
             function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process

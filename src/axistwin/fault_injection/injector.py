@@ -89,7 +89,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # the function `kind.begin` is still running: end the fault later, in the next event
+            if self._mend is None:  # While a fault is still beginning, its end is postponed to the next event.
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -97,7 +97,7 @@ class Fault:
             self._faults.changes.emit(self, "ends")
         self.state = State.OVER
 
-    # Internal methods of a fault, which only the class `Faults` calls
+    # Methods of a fault that only the fault injector calls
 
     def _begin(self, duration_ns: int | None) -> None:
         if self.state is not State.WAITING:
@@ -274,7 +274,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # begin the fault after all other events that occur at the same time as the trigger
+            else:  # The fault begins after all other events that occur at the time of the trigger.
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
@@ -285,7 +285,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # a bench that only waits for a fault counts as idle
+            clock.background += 1  # A fault that waits for its start time does not keep the simulation busy.
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

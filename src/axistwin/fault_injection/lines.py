@@ -58,7 +58,7 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        # restore the old baud rate, unless the host has set another baud rate during the fault
+        # A baud rate that the host has set during the fault is kept.
         if host.baudrate == case.values["baudrate"]:
             host.baudrate = before
 

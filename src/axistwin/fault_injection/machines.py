@@ -177,7 +177,7 @@ def check_encoder(spot: Spot) -> None:
     if isinstance(spot.axis, ServoAxis):
         check_data_sheet(spot)
     elif spot.axis is not None:
-        _ = spot.axis.encoder  # `encoder` raises UsageError if the axis has no encoder
+        _ = spot.axis.encoder  # Reading the property `encoder` raises UsageError if the axis has no encoder.
 
 
 def check_data_sheet(spot: Spot) -> None:

@@ -55,7 +55,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     name = _model_name(out)
     scene = _alone(scene if isinstance(scene, Scene) else Scene.load(scene))
     texts = _files(scene)
-    inputs(scene.build(), commands)  # `inputs` raises UsageError if a command is invalid
+    inputs(scene.build(), commands)  # The function `inputs` raises UsageError if a command is invalid.
     settings = _settings(scene, texts, commands)
     with TemporaryDirectory() as folder:
         root = Path(folder)
@@ -64,7 +64,7 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="")
         (root / SETTINGS).write_text(json.dumps(settings, indent=2, ensure_ascii=False), encoding="utf-8")
-        # The module name is unique, because Python imports only the first of two modules with the same name.
+        # Each FMU needs a unique module name, because Python imports only one module of each name.
         script = root / f"fmu_{name}_{settings['token'].replace('-', '')}.py"
         script.write_text(SCRIPT.format(version=VERSION, name=name), encoding="utf-8")
         made = FmuBuilder.build_FMU(

@@ -165,7 +165,7 @@ class DrivenAxis:
         try:
             while self.goal is goal and not await self._begins(goal):
                 await self.station.polled()
-            if self.goal is None:  # stop the axis, because a client requested a stop while the motion began
+            if self.goal is None:  # A client has requested a stop while the motion of the axis began.
                 self._stop = self.core.stop
         except DriverError as error:
             goal.failure = str(error)
@@ -236,7 +236,7 @@ class DrivenAxis:
         A board ignores a stop before the motion has begun, so the stop is sent again.
         """
         self._begun = True
-        if not self.busy:  # another host has begun the motion
+        if not self.busy:  # Another host has begun the present motion of the axis.
             self.goal = None
             self._now_busy()
         if self._stopping and not slower:

@@ -176,7 +176,7 @@ class ComPort:
         self._line_state, self._line_mask = LineState.EMPTY, 0
         self._parser = Parser()
 
-    # Functions that convert received bytes to events
+    # Functions that convert bytes from the client to requests
 
     def receive(self, data: bytes) -> list[Event]:
         """Process bytes from the client, and return the client's requests as events."""
@@ -203,11 +203,13 @@ class ComPort:
                 pass
         return None
 
-    # If a Telnet option already has the requested state, send no answer: the client could answer again, without end
-
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
     ) -> None:
+        """Process a client's request to enable or disable a Telnet option.
+
+        A request for the present state gets no answer, so that client and server do not answer each other for ever.
+        """
         on = asked.verb in (Verb.DO, Verb.WILL)
         if on and asked.option not in possible:
             self.replies += bytes(Negotiation(no, asked.option))
@@ -221,10 +223,10 @@ class ComPort:
     def _answer(self, code: Code, value: bytes) -> None:
         self.replies += bytes(Subnegotiation(Option.COM_PORT, bytes((SERVER + code,)) + value))
 
-    # A command with an invalid value changes no setting; the answer contains the present setting
+    # The answer to a client's command with an invalid value contains the present value of the setting.
 
     def _report_signature(self, value: bytes) -> None:
-        if not value:  # a command SIGNATURE without text requests the server's identification text
+        if not value:  # A command SIGNATURE without text requests the server's identification.
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -310,7 +312,7 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of received characters to the client."""
-        # `LineError` and `LineState` have the same order of bits
+        # Shifted left by 2, the line errors have the bit positions of an RFC 2217 line state.
         state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()

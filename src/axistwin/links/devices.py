@@ -185,7 +185,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # the write has failed: count all characters of `data` as lost
+        except DEVICE_ERRORS:  # If the write to the device fails, all its characters are counted as lost.
             lost = len(data)
         self._call(self._count, len(data), lost)
 

@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            # the original `time.sleep` raises an error with the same text
+            # Python's function `time.sleep` raises the same error.
             raise ValueError("sleep length must be non-negative")
         self.slept_ns = to_ns(seconds)
         self._due.clear()
@@ -104,11 +104,11 @@ class HostThread:
         """True if the host's thread is blocked or has ended."""
         if self.done or self.wakes_ns is not None:
             return True
-        if self._thread.native_id is None:  # the host's thread has not started yet, and is therefore not blocked
+        if self._thread.native_id is None:  # A host thread that has not started yet is not blocked.
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # the file `stat` exists only on Linux, and only while the thread runs
+        except FileNotFoundError:  # The status file of a thread exists only on Linux, and only while the thread runs.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

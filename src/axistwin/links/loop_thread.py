@@ -30,7 +30,7 @@ class LoopThread:
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # prevents Python's warning about a coroutine that was never awaited
+            coroutine.close()  # Closing the coroutine prevents Python's warning that a coroutine was never awaited.
             self.check_outside()
             raise UsageError("the controllers are closed: use the controllers only inside the `with` block")
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
@@ -55,8 +55,8 @@ class LoopThread:
 
     def stop(self) -> None:
         """End the event loop's thread after the pending callbacks have been executed."""
-        self.do(lambda: None)  # run the event loop once more, so that asyncio closes its connections
-        self.run(self._loop.shutdown_default_executor())  # end the threads that resolve network addresses
+        self.do(lambda: None)  # In one more pass of the event loop, asyncio closes its connections.
+        self.run(self._loop.shutdown_default_executor())  # This call ends the threads that resolve network addresses.
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

@@ -27,11 +27,12 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
-EXTPROC = 0o200000  # flag that makes Linux report every change of the line settings
+EXTPROC = 0o200000  # This terminal flag makes Linux report every change of the line settings.
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
-TERMIOS2 = struct.Struct("4I20s2I")  # byte layout of the Linux structure `termios2`
+# Byte layout of the Linux structure `termios2`, which contains the settings of a terminal
+TERMIOS2 = struct.Struct("4I20s2I")
 CBAUD, BOTHER = 0o010017, 0o010000
 
 
@@ -67,7 +68,7 @@ class PtyPort:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # delete the symbolic link that a killed server has left
+                self._link.unlink()
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
@@ -96,7 +97,8 @@ class PtyPort:
 
     def _readable(self) -> None:
         try:
-            packet = os.read(self._master, 1 + self.plug.chunk)  # the first byte gives the type of the packet
+            # The first byte from a pseudo terminal is the type of the packet.
+            packet = os.read(self._master, 1 + self.plug.chunk)
         except BlockingIOError:
             return
         except OSError as error:
@@ -106,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # the packet reports only that `_hold` has emptied the buffers: no client has sent data
+            return  # This packet only reports that the server itself has emptied the buffers of the pseudo terminal.
         if self._connect():
             self._take(packet[0], packet[1:])
 

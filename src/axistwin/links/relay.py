@@ -108,7 +108,7 @@ class Relay:
         """Stop forwarding, and close the device."""
         self._closing = True
         if self._thread is not None:
-            self._thread.join()  # the thread ends soon, because it polls `_closing`
+            self._thread.join()
         if self._latest is not None:
             wait([self._latest], LINGER_S)
         self._worker.shutdown(wait=False, cancel_futures=True)
@@ -117,7 +117,7 @@ class Relay:
     # Functions that forward data and settings from the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # do not forward characters with errors
+        if not errors:
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
@@ -154,7 +154,8 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            asyncio.wrap_future(self._latest)  # `wrap_future` makes asyncio log unexpected exceptions
+            # The call of `wrap_future` makes asyncio log unexpected exceptions of the thread.
+            asyncio.wrap_future(self._latest)
 
     # Functions that run in the thread that writes to the device
 
@@ -226,7 +227,7 @@ class Relay:
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: pyserial is needed only while a relay runs
+    import serial  # lazy import: only a relay to a real device needs pyserial
 
     with opening(url):
         return serial.serial_for_url(url, timeout=POLL_S, **settings_of(line))

@@ -114,7 +114,7 @@ class SerialDevice:
         except DEVICE_ERRORS as error:
             log.warning("%s: %s does not support %s: %s", self.plug.name, self.name, wanted, error)
 
-    # Functions that `Plug` calls
+    # Functions that the serial endpoint calls
 
     def hung_up(self) -> bool:
         """True if the connection has ended.  A real device stays connected, so the result is always False."""
@@ -133,7 +133,7 @@ class SerialDevice:
 
 
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: pyserial is needed only for serial devices
+    import serial  # lazy import: only real serial devices need pyserial
 
     with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))

@@ -115,7 +115,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # the removed client sends no more: let the next client send
+            self._complete = True  # A removed client sends no more characters, so the next client may send.
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)

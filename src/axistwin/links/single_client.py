@@ -79,7 +79,8 @@ class SingleClient(Generic[G]):
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._has_disconnected = False  # True if the client has disconnected while the gate was closed
+        self._has_disconnected = False
+        """True if the client has disconnected while the gate was closed, i.e. while no client could send data."""
         self.gate.changes.subscribe(self._gate_changed)
 
     @property

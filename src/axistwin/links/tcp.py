@@ -107,7 +107,8 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._has_sent = False
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
-        if not self._has_sent:  # TCP delays the acknowledgement if no reply is sent
+        if not self._has_sent:
+            # Without a reply to the client, TCP would delay the acknowledgement of the received data.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -118,7 +119,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
-        return bool(self.linger_s)  # asyncio closes the connection if this function returns False
+        return bool(self.linger_s)  # If the result is False, asyncio closes the connection.
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         """Disconnect the client."""
@@ -136,7 +137,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.answers and not self.plug.full:
             self.resume()
 
-    # Functions that the endpoint calls
+    # Functions that the endpoint of the connection calls
 
     def hung_up(self) -> bool:
         """True if another client may replace this client.
@@ -167,8 +168,6 @@ class Connection(asyncio.BufferedProtocol, ABC):
         """Send bytes to the client."""
         self._has_sent = True
         self._transport.write(data)
-
-    # Functions that each subclass defines
 
     @abstractmethod
     def received(self, data: bytes) -> None:
@@ -256,12 +255,12 @@ async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    # Nagle's algorithm would delay short messages; asyncio disables it only if the protocol is IPPROTO_TCP
+    # asyncio disables Nagle's algorithm (which delays short messages) only for the protocol IPPROTO_TCP.
     sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
-        # on Windows, SO_REUSEADDR would let a second server use the same address
+        # On Windows, the option SO_REUSEADDR would let a second server use the same address.
         sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
-        # connections inherit the size of the receive buffer from the listening socket
+        # TCP connections inherit the size of their receive buffer from the listening socket.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         sock.bind(address)
     except OSError:

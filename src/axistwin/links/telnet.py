@@ -134,6 +134,6 @@ def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
             at += 2
         elif data[at + 1] == SE and payload:
             return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
-        else:  # a new command begins: discard the incomplete subnegotiation
+        else:  # An incomplete subnegotiation is discarded if a new Telnet command begins.
             return Command(SB), at
     return None if at < begin + LONGEST_SUBNEGOTIATION else (Command(SB), at)

@@ -48,5 +48,5 @@ class Writer:
             return os.write(self.descriptor, data)
         except BlockingIOError:
             return 0
-        except OSError:  # discard the data if the write fails
+        except OSError:  # Data that cannot be written are discarded.
             return len(data)

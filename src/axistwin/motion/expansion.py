@@ -47,8 +47,8 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    # Cache the pulse times of each velocity profile that occurs more than once.
-    # The cache needs at most half the memory of `out`, because each of these profiles occurs at least twice.
+    # Pulse times of each velocity profile that occurs more than once
+    # These arrays of pulse times need at most half the memory of the output array.
     patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
@@ -136,7 +136,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
         return np.array(list(chain.from_iterable(tables)), np.int64)
 
     profiles = [profile for _, profile in moves]
-    # the last element of `starts` is the time at which the move ends
+    # The last start time in a velocity profile's table is the end of the move.
     lengths = flat([[len(profile.starts) for profile in profiles]])
     origins, ticks, parts, per_rate = (
         np.repeat(flat([numbers]), lengths)
@@ -146,7 +146,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     ends = np.cumsum(lengths) - 1
     durations = np.diff(starts, append=0)
     durations[ends] = 1
-    # a segment without pulses can have the pulse rate 0: use the rate 1, because the code below divides by the rate
+    # A segment without pulses can have the pulse rate 0; the rate 1 avoids a division by 0.
     rates = np.maximum(np.diff(phases, append=0) // durations, 1)
     done = phases // parts
     pulses = np.diff(done, append=0)
@@ -193,6 +193,6 @@ def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
         times -= np.repeat(firsts[piece].astype(np.float64), pulses)
         times *= np.repeat(segments.period_ns[piece], pulses)
         times += np.repeat(segments.rest_ns[piece], pulses)
-        out[at:end] = times  # storing floats in an integer array rounds them down
+        out[at:end] = times  # The assignment rounds the pulse times down, because the array contains integers.
         out[at:end] += np.repeat(segments.base_ns[piece], pulses)
         j, at = following, end

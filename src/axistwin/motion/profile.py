@@ -72,7 +72,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # consecutive segments often share one duration: convert this duration to ticks only once
+            # To save time, an equal duration of consecutive segments is converted to ticks only once.
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -116,7 +116,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # a pulse that occurs less than 1 ns after `elapsed_ns` is counted, too
+        # A pulse within the next nanosecond is also counted, because pulse times are rounded down.
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:

@@ -51,11 +51,10 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
     done = 0
     for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
-        # k is the index of the last time interval with the step rate `level`
         edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
-        k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
-        yield level, k - done
-        done = k
+        last_interval = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
+        yield level, last_interval - done
+        done = last_interval
 
 
 @dataclass(frozen=True)

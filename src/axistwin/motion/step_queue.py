@@ -138,8 +138,7 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     number and latest permitted tick of the second pulse.
     """
     (m, low), (n, high) = late, early
-    # Pulse m needs a minimum first interval, and pulse n a maximum first interval.
-    # The minimum is not above the maximum if `gap <= add * slope`.
+    # The pulse times are possible if the minimum of the first pulse interval does not exceed its maximum.
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest

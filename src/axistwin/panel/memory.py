@@ -40,7 +40,8 @@ class Memory:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
-        gc.collect(1)  # the garbage collector's generations 0 and 1 contain only recently created objects
+        # A garbage collection of generation 1 is fast, because only recently created objects are examined.
+        gc.collect(1)
         gc.freeze()
 
 

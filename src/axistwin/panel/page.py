@@ -65,7 +65,7 @@ async def build_page(enter: Callable[[], Context]) -> None:
     ui.add_css(asset("drawings.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # returns when a browser has connected, or when NiceGUI has deleted the page
+    await client.connected()  # This call waits until a browser connects, or until the page is deleted.
     if client.is_deleted:
         return
     execute(client, LOAD)
@@ -124,7 +124,7 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
-            # a browser that connects again reloads the page, and does not need old messages
+            # A browser that connects again reloads the page, and needs no old messages of the server.
             oldest.outbox.message_history.clear()
             _released(elements)
 
@@ -249,7 +249,7 @@ class _Frames:
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
             with client:
-                # the sizes of page elements are known only after the browser has drawn the page
+                # The sizes of page elements are known only after the browser has drawn the page.
                 await self._drawn(State.BUSY)
             while not client.is_deleted:
                 began_s = loop.time()

@@ -89,7 +89,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # `_set_running_loop` is safe, because the event loop's own thread waits while this thread runs
+        # This thread may use the event loop, because the event loop's own thread waits meanwhile.
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

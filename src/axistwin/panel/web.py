@@ -69,7 +69,7 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # record messages even before a user opens the first page
+        self.common(Talk)  # Messages of hosts and controllers are recorded even before a user opens the first page.
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None
@@ -79,7 +79,7 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        # open the socket before the server starts, so that a port in use causes a LinkError
+        # The socket is opened before the server starts, so that a port in use causes a LinkError.
         sock = listening_socket(self.address)
         server = self._server = _Server(
             uvicorn.Config(
@@ -87,7 +87,7 @@ class Panel:
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # messages are not compressed, because compression is slow
+                ws_per_message_deflate=False,  # WebSocket messages are not compressed, because compression is slow.
             )
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))
@@ -115,7 +115,7 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # remove the middleware of an earlier panel in the same process
+    app.user_middleware.clear()  # An earlier panel in the same process may have left its middleware.
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 
@@ -135,7 +135,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_S,
         tailwind=False,
-        # data for a browser on the same computer are not compressed, to save time
+        # Data for a browser on the same computer are not compressed, to save time.
         gzip_middleware_factory=None if is_loopback(panel.address.host) else GZipMiddleware,
     )
     return application
@@ -155,6 +155,6 @@ def listening_socket(address: Address) -> socket.socket:
             f"cannot show a panel on {address.host}:{address.port}: {reason}; "
             "choose another port, or port 0 for any free port"
         ) from None
-    # without TCP_NODELAY, messages to the browser would arrive 40 ms late
+    # Without the option TCP_NODELAY, messages to the browser would arrive 40 ms late.
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return sock

@@ -139,7 +139,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # This compilation is already complete, or a newer compilation has replaced it.
+            return  # The compiled program is already in use, or was replaced by a newer program.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -177,7 +177,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # Without power, set all latched flags to 1: the motor does not report a fault whose flag is already 1.
+            # While the power is off, all latched fault flags are 1, so that no new fault is reported.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -205,7 +205,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # Motor and load keep their state while the power is off.
+        if axis.f:  # The motor and the load keep their speed and temperatures while the power is off.
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
@@ -263,7 +263,7 @@ class Motor(Processor):
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # The routine C1 cannot be called: the fault ends the program.
+                flow.end(self)  # A fault ends the program if the fault subroutine C1 cannot be called.
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
@@ -278,7 +278,7 @@ class Motor(Processor):
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # End a WAIT early, because the subroutine C2 must be called.
+        i[s.WAIT_UNTIL] = 0  # A pending call of the subroutine C2 ends a WAIT command early.
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:

@@ -34,7 +34,7 @@ class Nonvolatile:
             "locked": self.locked,
             "eeprom": self.eeprom.hex(),
         }
-        import json  # lazy import: needed only for files
+        import json  # lazy import: only memory files need the module `json`
 
         store.save(json.dumps(contents, indent=1).encode())
 
@@ -47,7 +47,7 @@ class Nonvolatile:
         contents = store.load()
         if contents is None:
             return cls()
-        import json  # lazy import: needed only for files
+        import json  # lazy import: only memory files need the module `json`
 
         try:
             return cls._from(json.loads(contents))

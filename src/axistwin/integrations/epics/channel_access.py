@@ -198,7 +198,8 @@ class ChannelAccess:
         self._motors: list[_Motor] = []
         self._addresses, self._port = list(addresses), port
         self._started = asyncio.Event()
-        if all(address == LOOPBACK for address in addresses):  # a local server sends its beacons only to this computer
+        if all(address == LOOPBACK for address in addresses):
+            # A server for local clients sends its EPICS beacons only to this computer.
             os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
             os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
 

@@ -47,12 +47,14 @@ class Ioc:
 
         Yields the address of the Channel Access server.
         """
-        logging.getLogger("caproto").setLevel(logging.CRITICAL)  # caproto must not log refused writes of clients
+        # The library caproto would otherwise log each refused write of a client.
+        logging.getLogger("caproto").setLevel(logging.CRITICAL)
         server = ChannelAccess(addresses, port)
         self._add_to(server)
         other = None
         if pv_access:
-            from axistwin.integrations.epics.pv_access import PvAccess  # lazy import: only PV Access needs p4p
+            # lazy import: only the protocol PV Access needs the library p4p
+            from axistwin.integrations.epics.pv_access import PvAccess
 
             shared = PvAccess(addresses, None if port is None else port + 11)
             self._add_to(shared)

@@ -26,7 +26,8 @@ async def serving(
 
     The machine must have been opened.
     """
-    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # asyncua must not log refused requests of clients
+    # The library asyncua would otherwise log each refused request of a client.
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)
     server = Server(user_manager=None if users is None else Users(users))
     await server.init()
     url = f"opc.tcp://{address}:{port}/axistwin"

@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # if an error in an action has interrupted `advance`, call `advance` again
+        while not found:  # If an error in an action interrupts the advance of virtual time, the advance continues.
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

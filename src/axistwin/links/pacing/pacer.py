@@ -32,7 +32,8 @@ class Pacer(Advancer):
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._drive: RealTime | FullSpeed | None = None  # `_drive` is None while virtual time is stopped
+        self._drive: RealTime | FullSpeed | None = None
+        """The object that advances virtual time; None while virtual time is stopped."""
 
     @property
     def speed(self) -> float | None:

@@ -73,7 +73,7 @@ class RealTime:
         due_ns = clock.next_event_ns()
         while due_ns is not None and due_ns <= target_ns:
             if limit.over():
-                # if virtual time is far behind, e.g. after the computer's sleep mode, do not catch up
+                # Virtual time does not catch up a large delay, e.g. after the sleep mode of the computer.
                 if self._real_s(target_ns - clock.now) > MAX_LAG_S:
                     self._wall_s, self._virtual_ns = self._last_s, clock.now
                 return

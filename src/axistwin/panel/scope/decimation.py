@@ -60,7 +60,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
     Values after `now_ns` are unknown.
     """
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    # the last change before `from_ns` determines the value at `from_ns`
+    # The last change before the start of the plot determines the signal's value at the start.
     rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
@@ -95,8 +95,8 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
     begun = np.searchsorted(rows.begin, edges)
     begins, ends, counts = begun[:-1], begun[1:], np.diff(begun)
     held = np.full(len(begins), np.nan)
-    known = begins.searchsorted(0, "right")  # first pixel to the right of the signal's first value
-    held[known:] = rows.last[begins[known:] - 1]
+    first_known = begins.searchsorted(0, "right")
+    held[first_known:] = rows.last[begins[first_known:] - 1]
     low, high = held.copy(), held.copy()
     some, single, busy = counts > 0, counts == 1, counts > 1
     if some.any():
@@ -137,7 +137,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # draw each vertical line from the end that is nearer to the previous value of the signal
+    # In each pixel column, the line is drawn first to the extreme value that is nearer to the previous value.
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy

@@ -117,7 +117,7 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    new = np.ones(len(parts), bool)  # always send the first and the last point of the signal's line to the browser
+    new = np.ones(len(parts), bool)  # The first and the last point of a signal's line are always sent to the browser.
     np.not_equal(parts[1:-1], parts[:-2], out=new[1:-1])
     return b64encode(pairs[new].tobytes()).decode()
 

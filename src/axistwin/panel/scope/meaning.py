@@ -33,7 +33,7 @@ class Meaning:
             return ""
         try:
             return self.codec.words(bytes.fromhex(text), self.by_host)
-        except ValueError:  # only the beginning of a long message is stored
+        except ValueError:  # Only the beginning of a long bus message is stored, so the message cannot be decoded.
             return ""
 
 

@@ -258,7 +258,7 @@ class Screen:
         After this time, the data after an edge would not fill the screen yet.
         """
         record = self.recorder.record
-        if record is not self._known:  # a new recording has begun: discard the trigger time of the old recording
+        if record is not self._known:  # A new recording makes the trigger time of the old recording invalid.
             self._known, self.hit_ns, self._searched_ns = record, None, 0
         if self.trigger.mode == OFF:
             self.hit_ns = None

@@ -175,7 +175,7 @@ def _speed(context: Context) -> Refresh:
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
-        show()  # show the new simulation speed immediately
+        show()  # The new speed is shown at once, not only at the next page update.
 
     slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
@@ -326,7 +326,7 @@ def _timeline(context: Context) -> Refresh:
     def refresh() -> None:
         if not held:
             end = max(round(context.session.recorded_seconds, 3), 0.001)
-            # assign only changed values, because each assignment is sent to the browser
+            # Only changed values are assigned, because each assignment is sent to the browser.
             if slider.props["max"] != end:
                 slider.props["max"] = end
                 words.text = f"time 0 \u2026 {end:,.1f} s"

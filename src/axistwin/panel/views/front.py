@@ -113,7 +113,7 @@ def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
             with ui.element("dl").classes("meaning"):
                 for item in group.items:
                     _plain("dt", item.label or item.name)
-                    # the name is left out if the title already shows the name
+                    # If a display has no label, the title is its name, so the name is not repeated.
                     words = (item.name if item.label else "", item.doc)
                     _plain("dd", ".  ".join(filter(None, words)))
 

@@ -73,7 +73,7 @@ class _View:
         for each, row in self._orders.items():
             row.visible = each == which
 
-    # Functions that select the program to show
+    # Selection of the program that the page shows
 
     def _offer(self, programs: Mapping[str, Listing]) -> None:
         names = list(programs)

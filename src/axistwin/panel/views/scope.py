@@ -52,7 +52,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # all users together show too many signals: leave this screen empty
+        except AxistwinError:  # If all users together show too many signals, this screen begins without signals.
             screen.show(())
         return screen
 
@@ -97,14 +97,14 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # free the memory of a closed page
+        self._client.on_delete(self._views.clear)  # When a page is closed, the memory of its controls is freed.
 
     def refresh(self) -> None:
         """Update the controls, and update the plot if its contents have changed."""
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
-            screen.live()  # a restart has deleted the paused recording, so show live data
+            screen.live()  # A restart has deleted the paused recording, so the screen shows live data.
         for view in self._views:
             view()
         self._frames += 1
@@ -141,7 +141,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # without a pause, the zoom would keep the right end of the plot fixed
+                    screen.pause()  # On a paused screen, the time under the mouse pointer stays the same.
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))

@@ -145,7 +145,7 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
         raise UsageError(f"invalid text in column {error.column} of the line: {reason}") from None
 
 
-# Buttons and fields that send a break signal, or set DTR, RTS and the character format
+# Buttons and fields for the break signal, DTR, RTS and the character format
 
 
 def _buttons(context: Context, name: str) -> None:

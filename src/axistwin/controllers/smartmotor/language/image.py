@@ -172,19 +172,19 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 def _targets(text: str) -> Iterator[tuple[int, int]]:
     """Yield the index and the jump target of each keyword that jumps, such as LOOP."""
     blocks: list[_Block] = []
-    left: list[_Block] = []  # WHILE and SWITCH blocks that a BREAK can leave
+    breakable: list[_Block] = []
     for place, word, behind in _words(text):
         if word in ("IF", "WHILE", "SWITCH"):
             blocks.append(_Block(word, place, place))
             if word != "IF":
-                left.append(blocks[-1])
+                breakable.append(blocks[-1])
         elif word == "BREAK":
-            if left:
-                left[-1].leaving.append(place)
+            if breakable:
+                breakable[-1].leaving.append(place)
         elif blocks and word in PARTS[blocks[-1].word]:
             yield from _part(blocks[-1], place, word, behind)
             if word in ENDS and blocks.pop().word != "IF":
-                left.pop()
+                breakable.pop()
 
 
 PARTS = {"IF": ("ELSEIF", "ELSE", "ENDIF"), "WHILE": ("LOOP",), "SWITCH": ("CASE", "DEFAULT", "ENDS")}

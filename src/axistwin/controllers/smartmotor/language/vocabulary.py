@@ -50,7 +50,7 @@ class Words:
             return
         self._quoted ^= byte == QUOTE
         if len(self._text) < LONGEST:
-            if byte >= SPACE or self._text:  # A control character before a command is ignored.
+            if byte >= SPACE or self._text:  # Control characters (below 20h) before a command are ignored.
                 self._text.append(byte)
         elif not self._dropping:
             self._dropping = True

@@ -109,9 +109,10 @@ class Channel:
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
-        # _record contains the received bytes of a binary record.
-        # _spoilt is True if a byte of the record was received with an error, e.g. a wrong parity.
-        self._record, self._spoilt = bytearray(), False
+        self._record = bytearray()
+        """The received bytes of an incomplete binary record."""
+        self._spoilt = False
+        """True if a byte of the present binary record was received with an error, e.g. a wrong parity."""
         self._timeout_ns = 0
         """Time in ns after its first character within which a command must end; 0 for no time-out."""
         self._begun_ns: int | None = None
@@ -196,12 +197,12 @@ class Channel:
 
         An address is valid until the next address.
         """
-        if self._words.forget() and not self.asleep:  # A byte above 7Fh discards an incomplete command.
+        if self._words.forget() and not self.asleep:  # A received byte above 7Fh discards an incomplete command.
             self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
-            # The address byte selects which motor obeys; this motor's own address ADDR does not change.
+            # An address byte from the host selects the motors that obey the next commands.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
-        elif byte in RECORDS:  # A binary record for another motor is received completely, and then ignored.
+        elif byte in RECORDS:  # A binary record for another motor is ignored only after its last byte.
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
@@ -255,7 +256,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # A flag of 0 means that older errors of this kind have been cleared: delete the stored errors.
+            # Delete the errors that were stored before the error flag was cleared.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

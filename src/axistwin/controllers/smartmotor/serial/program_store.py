@@ -27,14 +27,17 @@ class Download:
     """Receives a program that a host sends, and stores the program."""
 
     def __init__(self, motor: Processor, channel: Channel) -> None:
-        from axistwin.controllers.smartmotor.language.image import Decoder  # lazy import: needed only for downloads
+        # lazy import: only program downloads need a decoder
+        from axistwin.controllers.smartmotor.language.image import Decoder
 
         self.motor, self.channel = motor, channel
         self._decoder = Decoder()
-        # _size is the number of received bytes of the program.
-        # _fresh contains the received bytes that are not decoded yet.
-        self._size, self._fresh = 0, bytearray()
-        self._complete = False  # True after the byte FF at the end of the program's text.
+        self._size = 0
+        """Number of received bytes of the program."""
+        self._fresh = bytearray()
+        """Received bytes of the program that are not decoded yet."""
+        self._complete = False
+        """True after the byte FF, which ends the text of the program."""
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -46,7 +49,8 @@ class Download:
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
-        if self._size == self.motor.options.program_bytes:  # characters beyond the end of the memory are ignored
+        if self._size == self.motor.options.program_bytes:
+            # Characters of a program beyond the end of the motor's memory are ignored.
             self._sound &= self._complete
         elif not self._complete:
             self._keep(byte)
@@ -191,7 +195,8 @@ def upload_image(motor: Processor) -> None:
 
     For a locked program, nothing is sent and the flag Bs is set.
     """
-    from axistwin.controllers.smartmotor.language.image import encode  # lazy import: needed only for uploads
+    # lazy import: only program uploads need the encoder
+    from axistwin.controllers.smartmotor.language.image import encode
 
     _upload(motor, encode(motor.nonvolatile.program))
 
@@ -209,7 +214,8 @@ def checksum_report(motor: Processor) -> str:
 
     For a program of END alone the report is 000000 0000E1 P.  A report with F sets Bk.
     """
-    from axistwin.controllers.smartmotor.language.image import sums  # lazy import: needed only for RCKS
+    # lazy import: only the report RCKS needs the checksums
+    from axistwin.controllers.smartmotor.language.image import sums
 
     header, program = sums(motor.nonvolatile.program)
     if motor.nonvolatile.broken:
