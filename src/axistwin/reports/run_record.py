@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # leave out 0 V and full voltage, because `changes` already contains these voltages as level changes
+            # The record contains 0 V and full voltage as level changes, so leave out these two voltages.
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):
