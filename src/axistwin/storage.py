@@ -60,7 +60,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # contents of a failed write; None if the last write has succeeded
+        self._unwritten: bytes | None = None  # Contents of the last failed write; None after a successful write.
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -160,9 +160,9 @@ class _Directory:
     _held: ClassVar[WeakValueDictionary[tuple[int, Path], "_Directory"]] = WeakValueDictionary()
 
     def __init__(self, path: Path) -> None:
-        from filelock import FileLock, Timeout  # this import is lazy because only state directories need it
+        from filelock import FileLock, Timeout
 
-        (path / LOCK).touch()  # `touch` fails if the directory is read-only
+        (path / LOCK).touch()  # Creating the lock file fails in a read-only directory.
         self._lock = FileLock(path / LOCK, timeout=0, thread_local=False)
         try:
             self._lock.acquire()
@@ -219,7 +219,7 @@ def _holder(path: Path) -> str:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    # a killed process cannot remove its ID from the file, so this ID may belong to no process
+    # A killed process cannot remove its process ID from the file, so the ID may belong to no process.
     if not number.isdecimal() or not _alive(int(number)):
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"

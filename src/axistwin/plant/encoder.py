@@ -37,11 +37,11 @@ class Encoder:
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = self._began = 0  # load position at the start of the present motion
+        self._load = self._began = 0
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        # load position and encoder count at the time of the latest encoder fault
+        # Load position and encoder count at the latest encoder fault; None if there was no fault.
         self._counted: tuple[int, int] | None = None
         self._of, self._out_of = 1, 1
 

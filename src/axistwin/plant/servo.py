@@ -41,7 +41,7 @@ class ServoMotor:
     winding_time_constant_s: float
     housing_time_constant_s: float
     brake_torque_nm: float
-    winding_inductance_h: float = 0.0  # With an inductance of 0, the current follows the voltage at once.
+    winding_inductance_h: float = 0.0  # Without inductance, the motor current follows the voltage at once.
     kp: int = 42
     ki: int = 28
     kd: int = 550

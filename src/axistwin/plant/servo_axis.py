@@ -254,7 +254,7 @@ class ServoAxis:
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
 
-    # Methods that the motor's processor calls
+    # Interface to the motor's processor
 
     def connect(self, source: Source) -> None:
         """Connect the motor's processor to the shaft.  The processor then calculates the motion of the shaft."""
@@ -283,7 +283,7 @@ class ServoAxis:
         self._find_window()
         self._left_window.emit()
 
-    # Methods for the state of the axis, and for manual actions
+    # State of the axis, and manual actions
 
     @property
     def position(self) -> int:
@@ -559,6 +559,7 @@ def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad
     motor, load = given.get("motor"), given.get("load")
     if motor is None and load is None:
         return None, None
-    from axistwin.plant import servo  # lazy import: only an axis with a data sheet needs this module
+    # Only an axis with a data sheet of its motor or load needs the model of the servo.
+    from axistwin.plant import servo
 
     return None if motor is None else servo.servo_motor(motor), None if load is None else servo.servo_load(load)

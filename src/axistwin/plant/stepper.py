@@ -101,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # the property `count` updates the encoder to the present position
+        _ = self.count  # Reading the encoder count updates the encoder to the present position.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -151,15 +151,15 @@ class StepperAxis:
         self._jams = Override(False, self._replan)
         self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        # number of steps lost in finished moves; a step in the negative direction counts as -1
+        # Steps lost in finished moves; a lost step in the negative direction counts as -1.
         self._lost = 0
-        # number of pulses that the method `hold` had suppressed up to the last call of `let_go`
+        # Sum of the pulses that were suppressed while the step output was held.
         self._unmade = 0
-        # pulse count at which the method `hold` has stopped the step output; None if the output is not stopped
+        # Pulse count at which the step output is held; None while the output is not held.
         self._made: int | None = None
         self._was_held = False
 
-    # Methods that the controller calls
+    # Interface to the controller
 
     def start(self, profile: Profile, direction: int) -> None:
         """Begin a new move with the velocity profile `profile`; `direction` is +1 or -1."""
@@ -283,7 +283,7 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # Methods for the state of the axis, and for manual actions
+    # State of the axis, and manual actions
 
     @property
     def position(self) -> int:
@@ -436,7 +436,7 @@ class StepperAxis:
         """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # Methods that predict position crossings and lost steps
+    # Predictions: when the motor reaches a position or loses steps
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time in ns at which the present move next reaches `position`; None if never."""

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.layout_engine import LayoutEngine
 
 SUFFIXES = (".svg", ".png")
-# colour-blind readers can distinguish these colours
+# Colour-blind people can distinguish these colours of signals.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # `Any`, because Matplotlib's type hints do not accept a dict with keys of the type `str`
+STYLE: dict[Any, Any] = {  # Matplotlib's type hints reject a style of the type `dict[str, Any]`.
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
@@ -112,7 +112,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                # `set_position` has excluded this diagram from Matplotlib's automatic layout: include the diagram again
+                # Matplotlib's `set_position` excludes a diagram from the layout, so include the diagram again.
                 axes.set_in_layout(True)
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
@@ -220,8 +220,9 @@ class _Picture:
         if panel.per is not None:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
-        # show one count above and below a constant value, because Matplotlib would choose a range of only 1e-17
         if len(values) == 1:
+            # The scale of a constant signal shows one count above and below the value of the signal.
+            # Matplotlib would choose a scale of only 1e-17 for a constant signal.
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
@@ -283,7 +284,7 @@ class _Picture:
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,
                 )  # fmt: skip
-        if not speakers:  # a picture without signals shows this text
+        if not speakers:
             row.text(
                 0.5, 0.5, "no signal changes in this time", transform=row.transAxes, ha="center", va="center",
                 color=GREY, fontsize=WORDS_SIZE + 1,

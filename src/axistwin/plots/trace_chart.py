@@ -81,11 +81,11 @@ class _Drawn:
                     self.chart.panels[first:] = [in_units(panel, units) for panel in panels]
 
     def _units(self, scope: str) -> MachineUnits | None:
-        """Return the machine unit of an axis, e.g. mm, or None if the trace contains no unit."""
+        """Return the machine unit of an axis, e.g. mm, or None if the trace contains no valid unit."""
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
-        except UsageError:  # ignore an invalid unit in the trace file
+        except UsageError:
             return None
 
     def _add_axis(self, name: str, axis: dict[str, Track]) -> None:

@@ -211,7 +211,8 @@ def _compare(
     case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
 ) -> Result:
     if (case.moves or case.stores) and not end.exact:
-        # do not compare answer times: tests with motion or stored data run only once, which is too inaccurate
+        # A test case that moves the motor or stores data is executed only once.
+        # A single measurement of an answer time is too inaccurate for a comparison.
         tolerance = None
     verdict, reason, received = Verdict.SAME, "", expected
     best: list[Answer] = []
@@ -220,7 +221,8 @@ def _compare(
             end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
-        if _only_late(expected, received):  # a busy computer can delay answers: keep the shortest time of all attempts
+        if _only_late(expected, received):
+            # A busy computer can delay an answer, so keep the shortest answer time of all attempts.
             best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
             received = tuple(best)
         verdict, reason = _judge(case, expected, received, family, settings, tolerance)
@@ -298,7 +300,7 @@ def _fits(
                 left += verdict is Verdict.DIFFERS
                 if left > best:
                     break
-        except AxistwinError:  # ignore this option value, because the simulated controller does not answer
+        except AxistwinError:  # Skip an option value with which the virtual controller does not answer.
             continue
         if left > best:
             continue

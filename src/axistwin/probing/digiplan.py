@@ -68,7 +68,7 @@ def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         back = b"%s%d%s" % (code.encode(), LEGAL[code], end)
         values: dict[str, object] = {"legal": LEGAL[code], **around(parameter.low, parameter.high)}
         if code == "D":
-            del values["highest"]  # do not test D255, because D255 delays each character by 2.55 s
+            del values["highest"]  # Do not test command D255, which delays each character by 2.55 s.
         for words, value in values.items():
             sent = f"{code}{value}".encode() + end
             found.append(_setting(f"{code}{value}: {command.name}, {words}", command.chapter, sent, back, end))
@@ -142,7 +142,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # do not request the end position, which depends on when the host stops the continuous motion
+        # Do not request the end position, because the end position depends on when the host stops the motor.
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip

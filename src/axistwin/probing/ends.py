@@ -125,9 +125,8 @@ class VirtualEnd(End):
             controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
         self.messages = controller.product.attend is not None
         if self.messages:
-            self.grain_s = (
-                self._BUS_GRAIN_S
-            )  # a board answers at once; a SmartMotor answers at the end of a sample period
+            # A board on a bus answers at once, but a SmartMotor answers at the end of a sample period.
+            self.grain_s = self._BUS_GRAIN_S
         self.has_line = not self.messages
 
     def set_line(self, line: UartFormat) -> None:
@@ -158,7 +157,7 @@ class VirtualEnd(End):
         """
         clock = self.bench.clock
         end_ns = clock.later(max(1, int(silence_s / self._STEP_S) - 1) * self._STEP_NS)
-        # advance virtual time from event to event, because the controller sends data only at events
+        # A virtual controller sends data only at an event, so virtual time advances from event to event.
         while not self._messages:
             due_ns = clock.next_event_ns()
             if due_ns is None or due_ns > end_ns:

@@ -62,7 +62,7 @@ def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str
     """Send the commands to the board one by one.  Returns a note if not all commands were sent."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        # read each message of the board, because the board sends a message only after the previous one has been read
+        # Read all messages, because the board sends a message only after the host has read the previous message.
         host.subscribe_received(lambda message: None)
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False

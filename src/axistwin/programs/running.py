@@ -58,7 +58,7 @@ def load(path: Path, target: str = "") -> Program:
 
     `target`: the model or scene that runs the program.  Raises ProgramError if the file cannot be read.
     """
-    # DOS writes file suffixes in capitals, so suffixes are compared in lower case
+    # DOS writes file suffixes in capitals, so suffixes are compared in lower case.
     match path.suffix.lower():
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)

@@ -58,7 +58,7 @@ def as_sent(text: str) -> bytes:
 def _lines(text: str) -> str:
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
-        lines.pop()  # a text that ends with LF has an empty last line, which is not sent
+        lines.pop()  # A program that ends with LF has an empty last line, which is not sent to the motor.
     return "".join(f"{_odd_end.sub('?', line.expandtabs(1))}\n" for line in lines)
 
 

@@ -78,7 +78,7 @@ def of_recorded_files(
     lines = conversation.read_text(encoding="utf-8").splitlines() if conversation.exists() else []
     try:
         found = read(trace)
-    except (TraceError, UsageError):  # `read` raises an error if the trace file has no level changes
+    except (TraceError, UsageError):  # A report has no chart if the trace file contains no signal changes.
         return Page(title, verdict, good, lines, {}, details=details)
     return Page(title, verdict, good, lines, found.about, of_trace(found), details=details)
 
@@ -104,7 +104,7 @@ def _html(page: Page) -> str:
 def _picture(chart: "Chart | None") -> list[str]:
     if chart is None:
         return []
-    from axistwin.plots.picture import as_svg  # lazy import, because Matplotlib is slow to import
+    from axistwin.plots.picture import as_svg  # Only a report with a chart imports Matplotlib, which loads slowly.
 
     return [f"<figure>{as_svg(chart)}</figure>"]
 

@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # 0 V and 5 V are already recorded as the levels low and high
+            # The record contains 0 V and full voltage as level changes, so leave out these two voltages.
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

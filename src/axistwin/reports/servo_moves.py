@@ -74,12 +74,10 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        # `_latest`: the expected time of the next servo sample, and the positions of the last `WINDOW` samples
+        # Expected time of the next servo sample in ns, and the shaft positions of the latest samples.
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
-        # `_direction` is the sign of the commanded velocity; 0 before the motion begins
-        self._direction = 0
-        # `_farthest` is the farthest commanded position of the present move
-        self._farthest = 0
+        self._direction = 0  # Sign of the commanded velocity: +1, -1, or 0 before the motion begins.
+        self._farthest = 0  # Farthest commanded position of the present move.
 
     def add_samples(self, samples: Samples) -> None:
         """Find the moves of the axis in the next position samples."""
@@ -96,7 +94,7 @@ class ServoMoves:
             self._find_moves(samples, times, whole, commanded, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
-            self.moves[-1].target = self._position  # the position of a servo still changes while the servo settles
+            self.moves[-1].target = self._position  # The shaft still moves until the servo has settled.
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
         """Return the new positions of a servo axis, preceded by the last `WINDOW` earlier positions.
@@ -128,7 +126,7 @@ class ServoMoves:
         import numpy as np
 
         positions = whole[WINDOW:]
-        # trajectory[0] is the position before sample 0, so trajectory[i + 1] is the position at sample i
+        # The list of commanded positions begins with the position before the first sample.
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
         for first, end, is_new in self._spans(samples, times, trajectory, active):
             if is_new:

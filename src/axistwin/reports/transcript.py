@@ -35,7 +35,7 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *run.faults, *levels, *run.turned, *run.moves()]
-    # at equal times, `sorted` keeps the order of `told`, e.g. a message comes before a move
+    # A move follows the messages and level changes of the same time, because sorting is stable.
     for item in sorted(told, key=_time_ns):
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
@@ -182,7 +182,7 @@ def _words(item: Item, codec: Codec) -> str:
             return f"! {item.act} {item.words}"
         case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
-    # round the speed of a servo move, because it is only an average over several samples
+    # Round the speed of a servo move, because this speed is only an average over several samples.
     rate = f"{float(item.top_rate):g}" if item.unit == "pulses" else f"{item.top_rate:.0f}"
     units = item.units
     way = f" ({_way(item.origin, item.target, units)})" if units is not None else ""

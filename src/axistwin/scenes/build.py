@@ -245,7 +245,7 @@ class Builder:
             raise self.source.error(f"{owner} has no {kind} {name!r}: expected one of {', '.join(known)}", path)
         return known[name]
 
-    # Methods that add faults, scripted actions and simulated hosts to the simulation
+    # Faults, scripted actions and simulated hosts of a scene
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
@@ -286,7 +286,7 @@ class Builder:
             faults.trigger(table.when, self._only())
         with self.source.placing_errors_at_key(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
             seed, whole = table.seed, self.contents.seed
-            if seed is None and whole is not None:  # derive a different seed for each fault
+            if seed is None and whole is not None:  # Each fault of a scene gets a different random seed.
                 seed = FAULTS_A_SCENE * whole + number
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()

@@ -65,7 +65,7 @@ class Copy:
         """
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
-    # Methods that copy a scene file
+    # Copy of a scene file
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
         """Return the text of a new scene file: the original text and the recorded actions.
@@ -128,7 +128,8 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                del self.files.texts[name]  # delete the unchanged copy, which would load files by their old names
+                # Remove the conversation with the old names of program files, which no host uses.
+                del self.files.texts[name]
             text = moved
         return self.files.add(name, text)
 
@@ -155,7 +156,7 @@ class Copy:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Methods that write a scene file with the controllers of a simulation
+    # New scene file for a simulation that was not built from a scene
 
     def of_bench(self, note: str) -> str:
         """Return the text of a scene file that describes the controllers of the bench."""

@@ -169,7 +169,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    # look up the fault only when the action is due, because an earlier action may create the fault
+                    # Find a fault by name only when the action is due, because an earlier action may create the fault.
                     if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
@@ -249,7 +249,7 @@ class _ControllerHost:
             (act, prepared_action(controller, act, file) if isinstance(act, Do) else lambda: None) for act in acts
         ]
 
-    # Methods of a simulated host on a serial line
+    # Simulated host on a serial line
 
     def send_lines(self) -> Procedure:
         """Initialise the interface (IF1 or IF2), then send the program lines.

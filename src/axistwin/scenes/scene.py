@@ -219,7 +219,7 @@ class Scene:
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
 
-    # Checks that compare several tables of the scene
+    # Checks that compare several TOML tables of the scene
 
     def _check_names(self) -> None:
         count: Counter[str] = Counter()

@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # pydantic reports "missing" if a list of two numbers has only one number
+    "missing": "expected two numbers",  # Pydantic reports "missing" if a list has one number instead of two.
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
@@ -52,7 +52,7 @@ class Source:
             raise self._not_toml(message=str(error)) from None
         except RecursionError:
             nested = True
-        except ValueError as error:  # `tomllib` raises ValueError for a number with thousands of digits
+        except ValueError as error:  # Python's TOML parser raises ValueError for a number with thousands of digits.
             raise self._not_toml(message=str(error).partition(":")[0]) from None
         if nested:
             raise self._not_toml(f"tables or lists are nested too deeply: expected at most {MOST_NESTED} levels")
@@ -84,7 +84,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # TOML has no tuples; in JSON mode, pydantic accepts a list as a tuple, and an integer as a float
+        # TOML has lists but no tuples; in its JSON mode, the library pydantic accepts a list as a tuple.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)

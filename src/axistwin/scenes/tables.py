@@ -89,7 +89,7 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     """Convert a position with a unit, e.g. "12.5 mm", to counts."""
     if not isinstance(given, str):
         return given
-    if "units" not in info.data:  # pydantic already reports the invalid key `units`
+    if "units" not in info.data:  # The library pydantic has already reported the invalid key `units`.
         return 0
     table = info.data["units"]
     units = None if table is None else MachineUnits.given(table.model_dump())

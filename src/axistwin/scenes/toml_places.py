@@ -56,7 +56,7 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # number of headers up to now, e.g. 2 after two headers [[controller]]
+        self.tables: dict[Path, int] = {}  # Number of headers, e.g. [[controller]], for each list of TOML tables.
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""

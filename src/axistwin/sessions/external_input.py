@@ -134,14 +134,14 @@ class ExternalInput:
         try:
             do()
         except AxistwinError:
-            # if a program cannot be loaded, record the action, so that a replay fails in the same way
+            # Record the failed load of a program, so that a replay fails in the same way.
             if isinstance(act, Do) and act.target == LOAD:
                 self._record(act)
             raise
         else:
             self._record(act)
         finally:
-            self.pacer.work()  # even a failed action may schedule events
+            self.pacer.work()  # Even a failed action may schedule events of the simulation.
 
     def replay(self, act: Act) -> None:
         """Repeat a recorded action.  If the action fails, log the error."""

@@ -123,7 +123,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        # delete from `_acts` the actions that no longer occur in the journal
+        # Delete stored actions that no longer occur in the journal.
         for act in self._acts[cursor.known :]:
             del self._numbers[act]
             self._texts -= _size(act)

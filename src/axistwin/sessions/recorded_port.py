@@ -146,7 +146,7 @@ class RecordedPort:
         if not on:
             now_ns = self.present.clock.now
             for set_ns, repeat in tuple(self._settings.values()):
-                if set_ns > now_ns:  # the replay has ended before this setting, e.g. of the baud rate
+                if set_ns > now_ns:
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
@@ -188,7 +188,7 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # during a replay, discard characters, because the host has received them before
+            self.present.read()  # During a replay, discard the characters that the host has already received.
         else:
             self._receives.emit(byte, errors)
 

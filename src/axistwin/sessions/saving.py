@@ -34,16 +34,17 @@ def files(
     """
     found = Files()
     if scene is not None:
-        # keep the names of the program files, because the scene's script may contain an action such as `load a.if1`
+        # Keep the names of program files, because the scene's script may contain a name, e.g. `load a.if1`.
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # give the new hosts the highest rank: at equal times, they act after all earlier hosts
+    # The host of the recorded actions gets the highest rank: at equal times, the host acts last of all hosts.
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # no script if the scene has saved conversations: at equal times, the script would act before the conversations
+        # At equal times, a script of the scene acts before the saved conversations of the scene.
+        # Recorded actions are saved as a script only if the scene has no saved conversations yet.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]

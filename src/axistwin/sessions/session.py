@@ -187,9 +187,9 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # raise ProgramError if the command cannot be written as text and read again
+            codec.read(codec.show(data))  # Raise ProgramError for a bus command that has no text form.
         else:
-            self.bench.port(name)  # `port` raises UsageError for an unknown endpoint
+            self.bench.port(name)  # Raise UsageError for the name of an unknown endpoint.
         self._do(Say(data, controller=name))
 
     def load(self, name: str, filename: str, text: str) -> None:
@@ -275,7 +275,8 @@ class Session:
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        self.pacer.agenda_ns = self.bench.agenda_ns  # virtual time must not stop before the end of the scene's script
+        # Virtual time must not stop before the end of the scene's script.
+        self.pacer.agenda_ns = self.bench.agenda_ns
         self.pacer.start()
 
     def pause(self) -> None:
@@ -492,7 +493,7 @@ class Session:
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # an error in `_build` must leave the session unchanged
+        bench = self._build()  # Build new controllers first, because an error must leave the session unchanged.
         self.input.mute()
         self.bench = bench
         for attach in self._attached:
@@ -553,7 +554,7 @@ class Session:
         if self.pacer.passes % DRAIN_EVERY == 0:
             for name, port in self.bench.ports.items():
                 if not self.client(name):
-                    port.read()  # discard the characters sent to a port that has no client
+                    port.read()
 
     def _end_replay(self) -> None:
         """End the replay, and unblock the hosts outside this process."""

@@ -22,7 +22,7 @@ Procedure = Generator[Event, Any, Any]
 
 LAST = 9
 """Rank of external events, which come after all events of the bench itself."""
-_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes the smallest priority number first: 0 is urgent, 1 is normal
+_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes events with small priority numbers first, usually 0 or 1.
 
 
 class _Call(Event):
@@ -38,7 +38,7 @@ class _Call(Event):
 class Clock(Environment):
     """Clock that counts virtual time in whole nanoseconds, from 0."""
 
-    now: int  # `now` is an integer, although SimPy also allows floats
+    now: int  # Virtual time is an integer, although the library SimPy also allows floats.
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,11 +71,11 @@ class Clock(Environment):
         end = self._last_at(_possible(end_ns))
         self._unobserved = not self._ends
         try:
-            while end.callbacks is not None:  # SimPy sets `callbacks` to None when an event happens
+            while end.callbacks is not None:  # SimPy sets the callbacks of an event to None when the event happens.
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # after an exception, the event `end` is still in SimPy's queue
+            self._withdraw(end)  # After an exception, the end event must not stay in SimPy's queue of events.
 
     @property
     def free_ns(self) -> int:
@@ -129,7 +129,7 @@ class Clock(Environment):
         The event happens after all other events up to this time.
         """
         event = Event(self)
-        event._ok, event._value = True, None  # a scheduled event in SimPy needs `_ok` and `_value`
+        event._ok, event._value = True, None  # SimPy expects a success flag and a value in each scheduled event.
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 

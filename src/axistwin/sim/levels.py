@@ -85,16 +85,14 @@ class Levels:
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            # `first` is the index of the first sample within the space (time at low level)
-            first = max(0, (space.begin * per - since + width - 1) // width)
-            if first >= count:
+            first_low = max(0, (space.begin * per - since + width - 1) // width)
+            if first_low >= count:
                 break
-            # `last` is the index of the first sample after the space (time at low level)
-            # `last` is limited to `count`, because `1 << last` would be very large for a break signal of one hour
-            last = min(count, (space.end * per - since + width - 1) // width)
-            if last > first:
-                levels &= ~((1 << last) - (1 << first))
-            forgotten += last <= count - 2
+            # A break signal can last for hours, so limit the number of bits to the number of samples.
+            next_high = min(count, (space.end * per - since + width - 1) // width)
+            if next_high > first_low:
+                levels &= ~((1 << next_high) - (1 << first_low))
+            forgotten += next_high <= count - 2
         for _ in range(forgotten):
             self._spaces.popleft()
         return levels

@@ -161,7 +161,7 @@ def check_byte(parameter: str, value: object, highest: int = 0xFF) -> None:
         raise UsageError(f"invalid {parameter} {value!r}: expected an integer from 0 to {highest}")
 
 
-# Actions of a host on the bus: read data, write to a register, and reset the bus
+# Actions of a host on the bus
 
 
 @dataclass(frozen=True, slots=True)

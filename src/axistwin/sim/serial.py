@@ -71,13 +71,13 @@ class Line:
         self._levels = Levels()
         self._whole: Whole | None = None
         self._reading: Reading | None = None
-        # earliest time of the next start bit in ns, as a fraction (numerator, denominator)
+        # Earliest time of the next start bit in ns, as the numerator and denominator of a fraction.
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # virtual time in ns at which the last delayed character ends and the wire is free
+        self._free_ns = 0  # Virtual time in ns at which the wire is free after the last delayed character.
 
-    # Methods that inject faults into the serial line
+    # Faults of the serial line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
         """Begin a disturbance of the serial line, e.g. the loss of characters.
@@ -128,7 +128,7 @@ class Line:
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
 
-    # Methods that transmit characters on the wire
+    # Transmission of characters on the wire
 
     @property
     def ready(self) -> bool:
@@ -202,7 +202,7 @@ class Line:
         else:
             arrive(frame)
 
-    # Methods that receive characters from the wire
+    # Reception of characters from the wire
 
     def _append(self, frame: Frame) -> None:
         """Put a frame, i.e. a character or another signal, on the wire at the present time.
@@ -225,7 +225,7 @@ class Line:
             reading.left <= (1 if self.receiver.resynchronises else 0)
             or frame.end * reading.per > reading.next * frame.per
         ):
-            self._levels.put(frame)  # a signal that ends before the receiver samples the next bit has no effect
+            self._levels.put(frame)  # A pulse that ends before the receiver samples the next bit has no effect.
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
         """Try to receive a complete character in one step.  Return False if its bits must be sampled one by one.
@@ -251,7 +251,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # `take` may change the baud rate for the next character
+        self.receiver.take(whole.byte, SOUND)  # The receiver may change its baud rate after a character.
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -321,12 +321,12 @@ class Line:
         Called at the end of the first stop bit.
         """
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # the start bit was too short, so there is no character to deliver
+        if reading is not self._reading:  # The start bit was too short, so the receiver gets no character.
             return
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # `take` may change the baud rate for the next character
+        self.receiver.take(byte, errors)  # The receiver may change its baud rate after a character.
         self._reading = None
         self._find_start_bit()
 

@@ -28,7 +28,7 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-# Classes for the actions of a host at a serial line
+# Actions of a host at a serial line
 
 
 class Write(NamedTuple):

@@ -309,7 +309,7 @@ class Board:
         elif given.controller not in self.stopped:
             self._stop_at_change(given)
 
-    # Methods that stop and resume the axes of controllers
+    # Stopping and resuming the axes of a controller
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
         """Stop the axes of the given controllers immediately.

@@ -36,8 +36,8 @@ class Channel:
         self.window = window
         """Size of the board's receive buffer in bytes."""
         self._reader = frames.Reader()
-        self._first = 0  # number of the oldest message block that the board has not acknowledged
-        self._agreed = False  # True after the first acknowledgement of a message block by the board
+        self._first = 0  # Number of the oldest message block that the board has not acknowledged.
+        self._agreed = False  # True after the board has acknowledged any message block.
         self._unacknowledged: deque[_Sent] = deque()
         self._waiting: deque[tuple[bytes, Callable[[float], None]]] = deque()
         self._timeout_s = LEAST_TIMEOUT_S

@@ -122,7 +122,7 @@ class _Reader:
             outputs.append(Switched(output.source, safe=output.safe == "high"))
         return HalWiring(board.name, tuple(axes), tuple(inputs), tuple(outputs), file)
 
-    # Tables of the scene that describe one board
+    # TOML tables of the scene that describe one board
 
     def _axes(self, board: BoardTable) -> Iterator[tuple[int, BoardAxisTable]]:
         for number, axis in enumerate(self._table.axis):

@@ -38,6 +38,6 @@ def _schedule(priority: int) -> bool:
     except OSError:
         return False
     for thread in os.listdir("/proc/self/task"):
-        with suppress(OSError):  # a thread may end before its priority is set
+        with suppress(OSError):  # A thread of the process may end before its priority is set.
             os.sched_setscheduler(int(thread), policy, os.sched_param(priority))
     return True

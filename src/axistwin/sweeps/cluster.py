@@ -45,7 +45,7 @@ class Cluster:
         """Real time of a run, on average over the latest runs."""
 
     def __enter__(self) -> Self:
-        from distributed import Client  # this import is lazy because Dask loads slowly
+        from distributed import Client  # Only a sweep on a cluster imports Dask, which loads slowly.
 
         self._levels = _silence()
         try:
@@ -60,7 +60,7 @@ class Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(Exception):  # closing the connection fails if the Dask scheduler has ended
+        with suppress(Exception):  # Closing the connection fails if the Dask scheduler has ended.
             self._client.close()
         for logger, level in self._levels.items():
             logger.setLevel(level)
@@ -166,7 +166,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        # a Dask scheduler sends a message to each new client: a program that sends nothing is not a Dask scheduler
+        # A Dask scheduler sends a message to each new client, so a silent program is not a Dask scheduler.
         if found.scheme == "tcp" and not connection.recv(1):
             raise OSError(f"the program at {address} is not a Dask scheduler")
 

@@ -110,7 +110,7 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    # a Sobol sequence covers the space evenly only after 2**n points, so round up the number of points
+    # Round up to a power of 2, because only 2**n points of a Sobol sequence cover the space evenly.
     power = max(count - 1, 1).bit_length()
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 
@@ -137,7 +137,7 @@ def _count(runs: int | None) -> int:
 
 def _qmc() -> Any:
     require("scipy", "sweeps")
-    from scipy.stats import qmc  # this import is lazy because SciPy loads slowly
+    from scipy.stats import qmc
 
     return qmc
 

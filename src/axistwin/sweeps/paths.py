@@ -217,12 +217,12 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
     if isinstance(node, list):
         assert isinstance(key, int), "lists have numbers as keys"
         return [*node[:key], _put(node[key], rest, value), *node[key + 1 :]]
-    # a model name, e.g. "frame23", is short for the table { model = "frame23" }
+    # In a scene, the model name "frame23" is short for the TOML table { model = "frame23" }.
     table = {"model": node} if isinstance(node, str) else node or {}
     return {**table, key: _put(table.get(key), rest, value)}
 
 
-# Functions that set values in SmartMotor programs
+# Settings in SmartMotor programs
 
 
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:

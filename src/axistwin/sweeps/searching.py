@@ -100,6 +100,6 @@ def _start(dimensions: int, chance: Chance, *, first: bool = False) -> Any:
     import numpy as np
     from cmaes import CMA
 
-    size = max(2, dimensions)  # the CMA-ES library needs at least two dimensions
+    size = max(2, dimensions)  # The search method CMA-ES needs at least two dimensions.
     mean = np.array([0.5 if first else chance.unit() for _ in range(size)])
     return CMA(mean, SIGMA, bounds=np.array([[0.0, 1.0]] * size), seed=chance.below(1 << 31))

@@ -32,7 +32,7 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
     if paths < 2:
         raise UsageError(f"the design {DESIGN} needs two or more varied settings: add another --vary PATH=VALUES")
     require("SALib", "sensitivity")
-    from SALib.sample import sobol  # this import is lazy because SALib loads slowly
+    from SALib.sample import sobol
 
     found = sobol.sample(_problem(list(map(str, range(paths)))), runs, calc_second_order=False, seed=seed)
     return [[min(max(float(x), 0.0), 1 - 2**-53) for x in row] for row in found]
@@ -54,7 +54,7 @@ def _indices(paths: Sequence[str], given: Sequence[Any]) -> dict[str, dict[str, 
     if None in flat or len(set(flat)) == 1:
         return None
     require("SALib", "sensitivity")
-    from SALib.analyze import sobol  # this import is lazy because SALib loads slowly
+    from SALib.analyze import sobol
 
     found = sobol.analyze(_problem(paths), np.array(flat, float), calc_second_order=False, seed=_SEED)
     columns = {"first": "S1", "total": "ST", "first_95": "S1_conf", "total_95": "ST_conf"}

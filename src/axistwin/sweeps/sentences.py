@@ -211,7 +211,7 @@ def _energy(text: str, parts: Mapping[str, str]) -> Sentence:
     return Sentence(text, (), (), lambda record: Finding(record.energy(axis)), (axis,))
 
 
-# Functions that parse claims
+# Functions that parse claims, e.g. "table.X.velocity <= 4000 until table.output1 high"
 
 
 def _verdict(truth: bool, robustness: float, at_ns: int | None) -> Finding:
@@ -370,9 +370,8 @@ def _until_value(first: Series, second: Series, end_ns: int) -> float:
     """
     both = combined(lambda a, b: np.stack((a, b), axis=1).astype(float), first, second)
     values = both.values[both.times <= end_ns]
-    # `before[i]`: minimum of `first` at the indices below i
-    before = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
-    return float(np.max(np.minimum(values[:, 1], before)))
+    smallest_earlier = np.concatenate(([np.inf], np.minimum.accumulate(values[:-1, 0])))
+    return float(np.max(np.minimum(values[:, 1], smallest_earlier)))
 
 
 def _ns(seconds: str) -> int | None:

@@ -179,7 +179,7 @@ def _distribution(values: Values) -> Any:
 
 def _optuna() -> Any:
     require("optuna", "tune")
-    import optuna  # this import is lazy because Optuna loads slowly
+    import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     return optuna

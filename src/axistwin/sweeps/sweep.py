@@ -67,7 +67,7 @@ class Sweep:
             self.scene = scene
         else:
             self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
-        self.scene.build()  # `build` reads the program files of the scene
+        self.scene.build()  # Building a scene also reads the scene's program files.
         self.program, self.host = None if program is None else Path(program), host
         self.varied: dict[str, Values] = {}
         self.measures: dict[str, str] = {}
@@ -220,7 +220,7 @@ def engine_for(
         return Cluster(runner, scheduler, limit)
     count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
     count = (os.cpu_count() or 1) if count is None else count
-    prepare(runner)  # the servo code is compiled once, before the workers start
+    prepare(runner)  # The servo code is compiled once, before the worker processes start.
     return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
 

@@ -201,7 +201,7 @@ class _Worker:
         self.process = subprocess.Popen(
             [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C must interrupt only the parent process
+            start_new_session=True,  # Ctrl-C must interrupt only the parent process, not its workers.
         )  # fmt: skip
         with suppress(OSError):
             self._pipe(self.process.stdin).write(self._setup)
@@ -223,7 +223,7 @@ class _Worker:
 
     def _write(self, task: Task) -> None:
         assert self.process is not None, "the worker has been started"
-        with suppress(OSError):  # if the process has ended, `receive` raises an error
+        with suppress(OSError):  # If the worker process has ended, the next read of results raises an error.
             pickle.dump(task, self._pipe(self.process.stdin))
             self._pipe(self.process.stdin).flush()
 
@@ -286,13 +286,13 @@ def work() -> None:
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # the output of the user's code goes to stderr, because stdout carries the results
+    os.dup2(2, 1)  # The output of the user's code goes to stderr, because stdout carries the results.
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     prepare(runner)
-    # EOFError and BrokenPipeError mean that the parent process has ended
+    # EOFError or BrokenPipeError means that the parent process has ended.
     with suppress(EOFError, BrokenPipeError):
-        pickle.dump(True, rows)  # report to the parent process that this worker is ready
+        pickle.dump(True, rows)  # Report to the parent process that the worker process is ready.
         rows.flush()
         while True:
             number, values = pickle.load(tasks)  # noqa: S301

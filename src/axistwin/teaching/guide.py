@@ -91,7 +91,7 @@ class Guide(ABC):
             if command.implemented and not str(command.code).isspace()
         ]
 
-    # Methods that are the same for all controller families
+    # Explanations that are the same for all controller families
 
     def restored(self, name: str, level: str, *, then: str = "", away: str = "") -> str:
         """Return an instruction to set an input to the level that permits motion.

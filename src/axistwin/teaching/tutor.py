@@ -179,7 +179,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # power-off cancels the effect of all lines typed so far
+        if act == ManualAct.POWER:  # Power-off cancels the effect of all command lines typed before.
             self._lines.clear()
 
 

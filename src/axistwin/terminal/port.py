@@ -54,7 +54,7 @@ class PortEnd:
     def close(self) -> None:
         """Close the port."""
         self._closing = True
-        self._thread.join()  # the reading thread ends soon, because it checks `_closing` ten times per second
+        self._thread.join()  # The thread that reads the port ends within 0.1 s.
         self._port.close()
 
     def _subscribe(self) -> None:

@@ -54,7 +54,7 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
 
     Yields the `Twin`.
     """
-    from axistwin.testing.twin import serve  # lazy import, because most tests do not use this fixture
+    from axistwin.testing.twin import serve  # Only tests with this fixture need the import, which slows pytest down.
 
     what, keywords = _marker_arguments(request)
     files = request.node.stash[RECORDED_FILES] = (tmp_path / "axistwin.talk", tmp_path / "axistwin.csv")
@@ -103,7 +103,6 @@ def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> 
 
     The file name is the name of the test, with `-` instead of special characters.
     """
-    # lazy import, because only the option --axistwin-report needs this module
     from axistwin.reports.page import of_recorded_files, write_page
 
     outcome, failure = item.stash.get(VERDICT, ("error", ""))

@@ -261,7 +261,7 @@ def _bench(
         raise UsageError(f"invalid options for a scene: {', '.join(options)}; only a model such as if1 accepts options")
     if isinstance(what, Bench):
         return what, []
-    from axistwin.scenes.scene import Scene  # lazy import, because pydantic is slow to import
+    from axistwin.scenes.scene import Scene  # Only scenes need the library pydantic, which loads slowly.
 
     scene = Scene.given(what) if isinstance(what, Mapping) else Scene.load(what)
     return scene.build(served=True), scene.ports
@@ -284,7 +284,6 @@ def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -
 
 def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[str, str] | None) -> Iterator[Writer]:
     if record is not None:
-        # lazy import, because only the option `record` needs this module
         from axistwin.conversations.recorder import recording_to
 
         yield partial(recording_to, path=Path(record), headers=headers)

@@ -149,7 +149,7 @@ class StepperTrace:
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
                 moves.append(move)
-            # if a move starts exactly at `since_ns`, the last pulse of the previous move can be at the same time
+            # The last pulse of a move can have the same time as the start of the next move.
             if move.start_ns < since_ns:
                 break
         for move in reversed(moves):
@@ -182,7 +182,7 @@ class ServoTrace:
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        # assume that the commanded position equals the position at the start of the trace
+        # At the start of a trace, assume that the commanded position equals the actual position.
         self._last = {"position": axis.position, "commanded": axis.position}
         self.rows = Rows(3)
 

@@ -144,7 +144,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    # append an element, because `reduceat` rejects the index len(others), which `last` may contain
+    # Repeat the last value, because NumPy's `reduceat` does not accept the index after the last value.
     ended = np.append(others, others[-1])
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)

@@ -233,7 +233,7 @@ def _identifier(n: int) -> str:
 
 
 def _parquet(*arguments: object) -> Sink:
-    from axistwin.traces.parquet import ParquetSink  # lazy import: only Parquet files need pyarrow
+    from axistwin.traces.parquet import ParquetSink
 
     return ParquetSink(*arguments)  # type: ignore[arg-type]
 

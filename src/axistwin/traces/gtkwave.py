@@ -30,7 +30,7 @@ def write_save_file(waves: Path, signals: Sequence[Signal], begin_ns: int, end_n
 
 
 def _contents(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int) -> str:
-    from vcd.gtkw import GTKWSave  # lazy import: only VCD files need pyvcd
+    from vcd.gtkw import GTKWSave
 
     text = io.StringIO()
     save = GTKWSave(text)

@@ -67,9 +67,8 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        # `_place`: position in the Parquet file at which the present row group (block of rows) begins
-        # `_rewritable`: number of bytes, at the end of the file, that `flush` replaces by new contents
-        self._place, self._rewritable = (len(MAGIC), 0)
+        self._place = len(MAGIC)  # Position in the Parquet file at which the present block of rows begins.
+        self._rewritable = 0  # Number of bytes at the end of the Parquet file that the next flush replaces.
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
         for n, value in enumerate(first):
@@ -171,7 +170,7 @@ class ParquetSink:
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        # the footer contains positions relative to the start of the file
+        # The footer of a Parquet file contains positions relative to the start of the file.
         while (missing := self._place - file.tell()) > 0:
             file.write(NOTHING[:missing])
         tail.parts = []
@@ -222,4 +221,4 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-_shown = lru_cache(1 << 14)(CHARACTERS.show)  # a cache saves time, because hosts often send the same messages again
+_shown = lru_cache(1 << 14)(CHARACTERS.show)  # The cache saves time, because hosts often repeat the same messages.

@@ -150,7 +150,7 @@ class _Rows:
         self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
 
     def _counted(self, lines: Iterator[str]) -> Iterator[str]:
-        for self.line, line in enumerate(lines, start=1):  # `self.line` counts the lines for error messages
+        for self.line, line in enumerate(lines, start=1):  # Error messages contain the line number in the trace file.
             yield line
 
     def __iter__(self) -> Iterator[list[str]]:
@@ -316,7 +316,7 @@ def _parquet_table(path: Path) -> Any:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    with path.open("rb"):  # `open` raises OSError if the file cannot be read
+    with path.open("rb"):  # Opening a trace file raises OSError if the file cannot be read.
         pass
     try:
         table = pq.ParquetFile(path).read()
@@ -324,7 +324,7 @@ def _parquet_table(path: Path) -> Any:
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         read_error = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
         raise TraceError(f"{path} is damaged or is not a Parquet file ({read_error})") from None
-    # for a dictionary-encoded column, `value_type` is the type of the values
+    # The attribute `value_type` of a dictionary-encoded Parquet column is the type of the column's values.
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:

@@ -149,10 +149,11 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []  # servo axes: call `catch_up` before each write
+        # Servo axes that must report their position samples before changes are written to the trace.
+        self._computing_ahead: list[ServoAxis] = []
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []  # these objects receive the changes that axes and controllers report
+        self._rows: list[Rows] = []  # Buffers for the signal changes that axes and controllers report.
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -333,7 +334,7 @@ class Tracer:
 
     def _poll_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:  # this loop avoids method calls, because it runs at every event
+        for register in self._registers:  # The loop avoids method calls, because the loop runs at every event.
             value = register.read()
             if value != register.known:
                 register.record(now_ns, value)
@@ -341,7 +342,7 @@ class Tracer:
     def _write(self, before_ns: int) -> None:
         """Write the stored signal changes with times before `before_ns` to the trace."""
         for axis in self._computing_ahead:
-            axis.catch_up()  # record the axis's samples up to the present time
+            axis.catch_up()
         self._moves = 0
         self._write_span(before_ns)
 

@@ -60,7 +60,7 @@ def read(exchange: Exchange) -> Contents:
             if not listed:
                 found.missing.append("sequences: the board does not list them, because a sequence is running: end it")
                 break
-            if commands := listed[:-1]:  # the board ends each list of commands with a null command
+            if commands := listed[:-1]:  # A null command ends the board's list of the commands in a sequence.
                 found.values[f"sequence {number}"] = " / ".join(commands)
     return found
 

@@ -40,7 +40,7 @@ def read(exchange: Exchange) -> Contents:
         raise LinkError(f"the interface does not answer request E: check {LINE_OR_RESTART}")
     found = Contents(depends=set("FKQNOE"), missing=list(MISSING))
     found.values["format"] = _format(exchange, end)
-    for request in "FIONEK":  # request F comes first, because F clears the data fault bit
+    for request in "FIONEK":  # Request F comes first, because F clears the data fault bit of the interface.
         found.values[request] = exchange.needed(request.encode() + end, LINE_OR_RESTART)
     found.values["Q"] = exchange.ask(b"Q" + end, complete=bool).hex().upper()
     answer = found.values["K"]
@@ -63,7 +63,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # the parity bits of `E` and `N` differ, so a wrong parity setting corrupts either `E` or `N`
+        # The letters E and N have opposite parity bits, so a wrong parity setting corrupts request E or N.
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None

@@ -55,7 +55,7 @@ def read(exchange: Exchange) -> Contents:
         found.values[f"al[{index}]"] = exchange.line(f"Ral[{index}]\r".encode())
     found.program = _upload(exchange, found)
     if before == "0" and exchange.line(b"RBs\r") == "1":
-        exchange.end.send(b"Zs\r")  # Zs clears the flag Bs, which an unknown request has set
+        exchange.end.send(b"Zs\r")  # Command Zs clears the flag Bs, which an unknown request has set.
     silent = [name for name, value in found.values.items() if not value]
     if silent:
         found.missing.append(f"no answer to {', '.join(silent)}")
@@ -77,7 +77,7 @@ def _first(exchange: Exchange) -> None:
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    if answer.removeprefix(FIRST).count(b"\r") > 2:  # a single motor answers each request at most once
+    if answer.removeprefix(FIRST).count(b"\r") > 2:  # One motor answers each request at most once.
         raise LinkError("several motors answer: connect one motor at a time")
 
 
@@ -120,7 +120,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
     if values["RP"] not in ("", "0"):
         changed["O"] = int(values["RP"])
     if "D" in changed:
-        # write P after D: D selects relative moves, and P selects absolute moves again
+        # Write P after D, because D selects relative moves, and P selects absolute moves again.
         changed["P"] = changed.pop("P", int(values["P"] or 0))
     if changed:
         found.controller["variables"] = changed

@@ -246,7 +246,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
-        # `ADDRESS_ALL` selects all motors again: garbled test data may have selected another motor
+        # Address all motors, because the motor may have misread a character as another motor's address.
         lines = ("Zb Zc Zf Zs", f"GOSUB{label}", *sent, ADDRESS_ALL, *then)
         return case(name, commands[code].chapter, *lines, stores=True, waits=((1 + len(sent), CHANNEL_S),))
 
@@ -310,7 +310,7 @@ def restore(end: End, condition: Condition) -> str:
     Return an error message if the checksum of the program is not the checksum from before the tests; otherwise "".
     """
     for request in condition.saved:
-        # the motor acknowledges each block of a program except the last block
+        # Wait for the acknowledgement of a program block; the motor acknowledges all blocks except the last.
         end.ask(request, wait_s=0.1)
     now = end.ask(b"RCKS\r", expected=16).data.strip().decode("latin-1")
     if now == condition.facts["checksum"]:

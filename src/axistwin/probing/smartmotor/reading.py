@@ -46,8 +46,8 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
             if not -0x8000_0000 <= value <= 0x7FFF_FFFF:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
-            # the test case saves the tested setting in the motor's variable zzz, and finally restores the setting
-            # PRINT reports the value that was set; RV and RP would report the actual velocity and position
+            # The test case saves the setting in the motor's variable zzz, and restores the setting at the end.
+            # PRINT reports the value of a setting; RV and RP would report the actual velocity and position.
             shown = f"PRINT({code[:-1]},#13)"
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))

@@ -51,7 +51,7 @@ class HalBoard:
         self._reasons: dict[str, str] = {}
         """Reasons of stops by the host that the component has not yet reported, by controller."""
 
-    # Reports of the HAL component
+    # Reports of the HAL component in LinuxCNC
 
     def receive(self, report: Mapping[str, Any]) -> None:
         """Process a report of the HAL component."""
@@ -116,7 +116,7 @@ class HalBoard:
             self._note(f"failed {reason}")
             self.events.append(Failed(reason))
 
-    # Methods that stop and resume the axes of controllers
+    # Stopping and resuming the axes of a controller
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
         """Stop the axes of the given controllers immediately.

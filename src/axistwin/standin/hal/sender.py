@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # use files instead of pipes: rtapi_app keeps pipes open, so a read of a pipe would never end
+        # Use files, because LinuxCNC's program rtapi_app would keep a pipe open, and a read would never end.
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
