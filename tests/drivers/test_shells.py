@@ -74,7 +74,7 @@ def test_a_disconnected_port_is_opened_again():
         motor.axes["shaft"].move_to(40)
         motor.axes["shaft"].wait(5)
         motor._port._port._socket.shutdown(2)
-        with pytest.raises(PortError, match="the next call opens the port again"):
+        with pytest.raises(PortError, match="the driver opens the port again for the next command"):
             motor.axes["shaft"].status()
         assert motor.axes["shaft"].position() == 40
 

@@ -25,7 +25,7 @@ PATIENCE_S = 10.0
 
 @dataclass(frozen=True)
 class Difference:
-    """The first difference between a conversation and its replay."""
+    """The first point at which a replay differs from the recorded conversation with a controller."""
 
     file: str
     line: int
@@ -136,7 +136,7 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                # An invalid expected value must raise ProgramError before the action is played.
+                # Check the expected value in advance: `agrees` raises ProgramError for an invalid value, e.g. "abc".
                 agrees(read_value(), act.value)
                 return lambda: self._expect(act, read_value())
         raise AssertionError(f"unknown action {act!r}: expected an object from axistwin.bench.acts, e.g. a Wait")

@@ -176,7 +176,7 @@ class Recorder:
         self._add(act)
 
     def _flush_reply(self) -> None:
-        """Record the received characters as one line."""
+        """Add one `<` line to the recording: the characters that were received from the controller."""
         if self._reply:
             name, time_ns = self._name(self._speaker), self._round_down(self._last_ns)
             self._add(Hear(bytes(self._reply), controller=name))

@@ -131,7 +131,7 @@ def diagnose_named(
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for the first invalid header of a conversation."""
+    """Yield a diagnostic for the first invalid header of a `.talk` file, e.g. for `; patience: long`."""
     lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
     head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
@@ -228,7 +228,10 @@ class _SentData:
 
 
 def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> dict[str, Sequence[Session]]:
-    """Return the characters that a conversation sends to each controller, by the name of the controller."""
+    """Return the characters that the host in a `.talk` file sends to each controller.
+
+    The keys of the dict are the names of the controllers.
+    """
     hosts: dict[str, _SentData] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _SentData())

@@ -62,7 +62,7 @@ class Trail:
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        # If too many moves are new, the drawing begins a new path without the older moves.
+        # If an axis has made too many moves since the previous update, draw only the newest moves.
         if since_ns > self._seen_ns:
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))

@@ -91,7 +91,7 @@ class TcpPort(WallClock):
         return data
 
     def _lost(self, why: object) -> PortError:
-        return PortError(f"{self._url} was disconnected ({why}): the next call opens the port again")
+        return PortError(f"{self._url} was disconnected ({why}): the driver opens the port again for the next command")
 
     async def close(self) -> None:
         """Close the connection."""

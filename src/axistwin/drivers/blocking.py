@@ -69,7 +69,9 @@ class SerialPort:
         try:
             return act()
         except (OSError, ValueError, TypeError) as error:  # The library pyserial raises TypeError for a closed port.
-            raise PortError(f"{self._url} was disconnected ({error}): the next call opens the port again") from None
+            raise PortError(
+                f"{self._url} was disconnected ({error}): the driver opens the port again for the next command"
+            ) from None
 
     def close(self) -> None:
         """Close the port."""
@@ -222,8 +224,9 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Return a procedure without commands, to synchronise the driver with the controller.
+    """Return a procedure that sends no commands to the controller.
 
-    `run(nothing())` has no effect if the driver is synchronised already.
+    `run(nothing())` only synchronises the driver with the controller.  The call has no effect if the driver is
+    synchronised already.
     """
     yield from ()

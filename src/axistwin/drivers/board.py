@@ -146,7 +146,8 @@ class Board(Core):
             yield from self._status_until(READY)
             yield from self._send_command(0x09, self.marker_bit)
             yield from self._status_until(READY)
-            yield from self._request(0x8C)  # The answer to request 8Ch confirms that the board has set its marker bit.
+            # The board answers request 8Ch only after command 09h has set the marker bit of the status byte.
+            yield from self._request(0x8C)
         self._known = True
 
     def _status_until(self, bit: int, poll: float = POLL_S) -> Procedure[None]:

@@ -300,8 +300,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # A power cut sets the acceleration to 0; adding the old acceleration would then hide the power cut.
-            # With one more unit, the acceleration differs from its old value, so the driver detects the power cut.
+            # Do not change A from 100 to 200 by A=A+100: after a power cut (A=0), the result would be the old A.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
@@ -355,7 +354,8 @@ class Shaft(AxisCore):
 
         At the end of the search, the position of the pulse becomes 0.
         """
-        yield from self._line.ask(self.prefix, "RI")  # The report RI enables the motor to capture the next index pulse.
+        # The command RI reads the captured index position, and then arms the capture of the next index pulse.
+        yield from self._line.ask(self.prefix, "RI")
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
         self._homing = direction
 

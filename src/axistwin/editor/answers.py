@@ -55,7 +55,7 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """Interface for the language support of one kind of file.
+    """Interface of an object that helps the user to edit one type of file, e.g. `.talk` files.
 
     `line`: from 1; `at`: index of the character.
     """

@@ -46,7 +46,10 @@ class Background:
         return await asyncio.wrap_future(done)
 
     def close(self) -> None:
-        """End the background process of the language server; an unfinished function returns no result."""
+        """End the background process of the language server.
+
+        A function that the process is still executing returns no result.
+        """
         self._closed = True
         self._end()
 

@@ -34,7 +34,7 @@ class Snapshot(NamedTuple):
 
     @property
     def text(self) -> Text:
-        """The copied document, as an object of the class `Text`."""
+        """The editor's document, with methods that convert positions in the text."""
         return Text(TextDocument(self.uri, self.source, position_codec=PositionCodec(self.encoding)))
 
 

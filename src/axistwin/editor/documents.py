@@ -34,7 +34,7 @@ class Text:
         self.suffix = self.path.suffix.lower()
         try:
             self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # The document is closed in the editor, and its file cannot be read.
+        except (OSError, UnicodeDecodeError):  # If the file of a closed document cannot be read, use an empty text.
             self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
@@ -73,7 +73,7 @@ class Text:
         """
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # A text line with only ASCII characters has the same columns in all encodings.
+            return here  # In a line of ASCII text, column numbers are the same in UTF-8 and UTF-16.
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

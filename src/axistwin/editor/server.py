@@ -113,9 +113,9 @@ def make() -> Server:
 
 
 def _load_languages(server: Server) -> None:
-    """Prepare the completions for each kind of file.
+    """Load the suggestions for word completion in each type of file, e.g. in `.talk` files.
 
-    Without this call, the user's first completion in each kind of file would be slow.
+    Without this call, the user's first completion in each type of file would be slow.
     """
     for name, lines in EXAMPLES.items():
         text = Text(TextDocument(f"file:///{name}", lines))
@@ -126,17 +126,17 @@ def _load_languages(server: Server) -> None:
 
 
 def did_open(server: Server, params: lsp.DidOpenTextDocumentParams) -> None:
-    """Handle an opened document."""
+    """Check a document that the user has opened in the editor."""
     server.publish(params.text_document.uri)
 
 
 def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
-    """Handle a change of a document's text."""
+    """Check a document again after a change of its text."""
     server.publish_soon(params.text_document.uri)
 
 
 def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
-    """Handle a closed document."""
+    """Remove the diagnostics of a document that the user has closed in the editor."""
     server.close_document(params.text_document.uri)
 
 
@@ -171,7 +171,7 @@ def _completions(text: Text, line: int, at: int) -> lsp.CompletionList:
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
-    """Convert a completion to the form of the Language Server Protocol.
+    """Convert a suggestion for word completion to an object of the Language Server Protocol.
 
     The editor sorts the completions by `number`, in the order of the manual.
     """

@@ -65,7 +65,7 @@ def outline(line: str) -> Outline:
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Replace each character of a string by a dot, and each character of a comment by a blank."""
+    """Mask a string by dots, or a comment by blanks, so that no label is found inside, e.g. in `'go to C10`."""
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 

@@ -29,7 +29,7 @@ MARKS = {
 
 
 class Conversations:
-    """Language support for conversations (`.talk` files)."""
+    """Helps to edit `.talk` files, each of which is a recorded conversation between a host and a controller."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the word under the cursor, e.g. a command, a pin or an axis.
@@ -84,7 +84,10 @@ def _masked(text: str) -> str:
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    """Yield each message of a text line, with the index at which the message begins."""
+    r"""Split the data that a host sends into messages, e.g. at `\r`.
+
+    Yield the start index and the text of each message.
+    """
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
@@ -113,10 +116,12 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the commands that change the mode of one controller, from the lines of a conversation.
+    """Return the commands that change a controller's mode in a `.talk` file.
 
-    The mode decides which commands are valid next.  The result is a session, i.e. data that a host sends between
-    power-on and power-off.
+    The mode decides which commands are valid next.  The result is a session, i.e. data that a host
+    sends between power-on and power-off.
+
+    `name`: the name of the controller in the file.
     """
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
@@ -143,7 +148,7 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that a conversation can contain for a model: targets of actions, values and pins.
+    """Return the names that a `.talk` file for a controller model can contain, e.g. names of pins.
 
     The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.  All names depend
     on the controller model.

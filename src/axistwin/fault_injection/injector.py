@@ -89,7 +89,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # While a fault is still beginning, its end is postponed to the next event.
+            if self._mend is None:  # The fault is just being started, so end the fault a little later.
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -285,7 +285,8 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # A fault that waits for its start time does not keep the simulation busy.
+            # The start of a planned fault is a background event: the simulation may end before the fault begins.
+            clock.background += 1
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:

@@ -74,7 +74,10 @@ class World(Protocol):
         """The fault injector of the bench."""
 
     def port(self, name: str) -> SerialPort:
-        """Return the host's serial port on the line with the given name."""
+        """Return the serial port through which a host is connected to a controller or to a shared serial line.
+
+        `name`: e.g. `motor`, `motor.rs485` or `chain`.
+        """
 
 
 @dataclass(frozen=True)
@@ -134,7 +137,7 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return a dict of pins, axes, lines or controllers by name, e.g. by `if1.X` and by the short name `X`.
+    """Return a dict with full and short names of the objects that a fault can affect, e.g. `if1.X` and `X` for an axis.
 
     `found`: the full names.  The name of a pin or an axis of the controller `here` is short without the controller's
     name. The name of a controller is a short name of its serial port, or of its only pin or axis.

@@ -78,7 +78,7 @@ def _split(text: str) -> list[str]:
 
 
 def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
-    """Sort the words after the name of a fault: pairs such as `count=3`, and single values such as `3`."""
+    """Separate the named values of a fault, e.g. `count=3`, from the values without a name, e.g. `3`."""
     named: dict[str, Any] = {}
     bare: list[str] = []
     for word in words:

@@ -214,9 +214,9 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError if a program line cannot trigger a fault, e.g. because the line takes no time.
+    """Raise UsageError if a program line cannot trigger a fault, e.g. because the line contains only a label.
 
-    A line that is not yet stored is valid.
+    A program line that is not stored yet is valid.
     """
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
@@ -232,9 +232,10 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
 
 
 def _timed_line(listing: Listing, after: int) -> str:
-    """Return the next program line that takes virtual time, e.g. "line 4 (a=a+1)".
+    """Return the next program line that can trigger a fault, e.g. "line 4 (a=a+1)".
 
-    A label, for example, takes no time.  The result is "another line" if no such line follows.
+    A line that contains only a label, for example, cannot trigger a fault.  The result is "another line" if no such
+    line follows.
     """
     number = next((n for n in range(after, len(listing.lines)) if n not in listing.silent), None)
     return "another line" if number is None else f"line {number + 1} ({listing.lines[number]})"

@@ -84,7 +84,7 @@ def _model_name(out: Path) -> str:
 
 
 def _alone(scene: Scene) -> Scene:
-    """Return a copy of the scene without ports and without stored state."""
+    """Copy a scene (a description of a machine), but leave out the settings of its serial ports and state files."""
 
     def without(value: Any) -> Any:
         if not isinstance(value, list):

@@ -82,5 +82,5 @@ def _examples(root: Path) -> Iterator[Example]:
 
 
 def _title(path: Path) -> str:
-    """Return the title of a page or a scene: its first line without the `#`."""
+    """Return the title of a docs page or a scene file: the first line of the file, without `#`."""
     return path.read_text(encoding="utf-8").partition("\n")[0].strip("# .")

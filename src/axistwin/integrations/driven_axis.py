@@ -165,7 +165,7 @@ class DrivenAxis:
         try:
             while self.goal is goal and not await self._begins(goal):
                 await self.station.polled()
-            if self.goal is None:  # A client has requested a stop while the motion of the axis began.
+            if self.goal is None:  # Stop the axis if a client has requested a stop while the motion was being started.
                 self._stop = self.core.stop
         except DriverError as error:
             goal.failure = str(error)
@@ -231,7 +231,7 @@ class DrivenAxis:
             self._rest.set()
 
     async def _moving(self, *, slower: bool) -> None:
-        """Process the result of a poll during a motion.
+        """Update the state of a moving axis, and stop the axis if a client has requested a stop.
 
         A board ignores a stop before the motion has begun, so the stop is sent again.
         """
@@ -264,4 +264,4 @@ class DrivenAxis:
 
 
 async def _nothing() -> None:
-    """Do nothing: the default function in `DrivenAxis.changed`."""
+    """Empty callback function: does nothing when the state of the axis changes."""

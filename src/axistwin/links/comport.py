@@ -223,7 +223,7 @@ class ComPort:
     def _answer(self, code: Code, value: bytes) -> None:
         self.replies += bytes(Subnegotiation(Option.COM_PORT, bytes((SERVER + code,)) + value))
 
-    # The answer to a client's command with an invalid value contains the present value of the setting.
+    # If a client requests an invalid baud rate, the server answers with the present baud rate.
 
     def _report_signature(self, value: bytes) -> None:
         if not value:  # A command SIGNATURE without text requests the server's identification.
@@ -312,7 +312,7 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of received characters to the client."""
-        # Shifted left by 2, the line errors have the bit positions of an RFC 2217 line state.
+        # Example: a parity error is bit 0 of `LineError`, and bit 2 of the line state in RFC 2217.
         state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()

@@ -85,7 +85,7 @@ def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> 
 
 
 class DescriptorStream:
-    """Transfers the characters of a device in the event loop.
+    """Reads and writes a serial device in the asyncio event loop, without a thread.
 
     The device must have a file descriptor.
     """

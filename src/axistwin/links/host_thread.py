@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            # Python's function `time.sleep` raises the same error.
+            # `time.sleep(-1)` of Python raises ValueError with the same text.
             raise ValueError("sleep length must be non-negative")
         self.slept_ns = to_ns(seconds)
         self._due.clear()
@@ -62,7 +62,10 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """Let the host program return from `time.sleep`, and wait until the host program runs again."""
+        """End the `time.sleep` of the host program in virtual time.
+
+        This method returns after the host's thread has resumed.
+        """
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()
@@ -108,7 +111,7 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # The status file of a thread exists only on Linux, and only while the thread runs.
+        except FileNotFoundError:  # The thread has ended, or the operating system is not Linux.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

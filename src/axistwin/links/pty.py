@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # This packet only reports that the server itself has emptied the buffers of the pseudo terminal.
+            return  # The function `tcflush` of the server caused this packet, not a client.
         if self._connect():
             self._take(packet[0], packet[1:])
 

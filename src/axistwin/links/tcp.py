@@ -132,7 +132,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the client has read most of the pending replies."""
+        """Record that the client reads the replies fast enough again."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()

@@ -48,7 +48,6 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
     # Pulse times of each velocity profile that occurs more than once
-    # These arrays of pulse times need at most half the memory of the output array.
     patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):

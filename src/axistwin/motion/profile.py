@@ -72,7 +72,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # To save time, an equal duration of consecutive segments is converted to ticks only once.
+            # Convert the duration to ticks only if the duration differs from that of the previous segment.
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -116,7 +116,7 @@ class Profile:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
             return self.pulses
-        # A pulse within the next nanosecond is also counted, because pulse times are rounded down.
+        # Pulse times are rounded down to whole nanoseconds, e.g. a pulse at 5.9 ns counts as a pulse at 5 ns.
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:

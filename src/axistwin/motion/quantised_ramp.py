@@ -34,17 +34,17 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels (step rates) of a fast ramp, whose level changes in each time interval.
+    """Yield each step rate of a fast ramp, whose rate changes in each time interval.
 
-    Each level comes with its duration, which is 1 interval.
+    Each step rate comes with its duration, which is 1 interval.
     """
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the levels (step rates) of a slow ramp, each with its duration in time intervals.
+    """Yield each step rate of a slow ramp, with the number of time intervals for which the rate lasts.
 
-    A slow ramp stays at each level for one or more intervals.
+    A slow ramp keeps each step rate for one or more intervals.
     """
     if steps < 1:
         return

@@ -128,17 +128,19 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Return a smaller search range for the change of the pulse interval from one pulse to the next.
+    """Return a smaller search range for the parameter `add` of a step command.
 
-    `add`: a change of the interval, in ticks, with which no step command was found.  The smaller range has only changes
-    with which one step command can output two given pulses at permitted times.  If `add` is such a change, the range
-    stays as it is.
+    With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
+
+    `add`: a value, in ticks, with which no step command was found.  The smaller range has only values with
+    which one step command can output two given pulses at permitted times.  If `add` is such a value, the range stays as
+    it is.
 
     `lowest`, `highest`: the present range.  `late`: number and earliest permitted tick of the first pulse.  `early`:
     number and latest permitted tick of the second pulse.
     """
     (m, low), (n, high) = late, early
-    # The pulse times are possible if the minimum of the first pulse interval does not exceed its maximum.
+    # One step command can output both pulses at permitted times if `gap <= add * slope`.
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest

@@ -67,14 +67,14 @@ def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
 
 
 class Common:
-    """The objects that all pages of one session share."""
+    """Objects that all open web pages of a simulation share, e.g. the oscilloscope's recorder."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the object that `make(session)` creates at the first call, for all pages of the session."""
+        """Call `make(session)` once, and return the same object at each later call."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])

@@ -15,7 +15,7 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Connect all lessons to a new simulation, and keep the present step of each lesson."""
+        """Continue the lessons of the tutorial in a new simulation, each lesson at its present step."""
         for name, (number, pupil) in self._pupils.items():
             pupil.close()
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)

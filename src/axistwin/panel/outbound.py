@@ -42,9 +42,9 @@ class Outbound:
         del self._outbox.enqueue_update, self._outbox.enqueue_message
 
     async def send(self) -> None:
-        """Send all held-back messages to the browser, beginning with the new elements of the page.
+        """Send the new elements of a web page to the browser, and then the delayed messages.
 
-        The elements that contain new elements are sent after the new elements.
+        The older elements that contain new elements are sent after the new elements.
         """
         there = list(self._client.elements.values())
         inside = [each for each in there if each.id not in self._before]

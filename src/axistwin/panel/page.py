@@ -83,7 +83,7 @@ async def build_page(enter: Callable[[], Context]) -> None:
 
 
 class Visits:
-    """Stores the pages of a session: all open pages, and a few disconnected pages."""
+    """Stores the web pages in all browsers: the open pages, and a few pages whose browsers have disconnected."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
@@ -93,7 +93,7 @@ class Visits:
         """Update task of each page; None while the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
-        """Register a new page of a browser that has connected."""
+        """Register the web page of a browser that has just connected to the server."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
         client.on_delete(lambda: self._forget(client))
@@ -101,7 +101,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the background task that updates a page in a browser.
+        """Store the background task that updates a web page, so that the task can be cancelled later.
 
         Called when the page has been shown.  If the page has already been removed, the task is cancelled.
         """
@@ -141,9 +141,9 @@ def _released(elements: list[ui.element]) -> None:
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build a page without a browser, to load all files and modules of the page in advance.
+    """Build the web page once without a browser, so that all files are loaded before a user opens the page.
 
-    Nothing needs to be loaded later, while a host is connected.
+    Loading files later, while a host is connected, would delay the simulation.
     """
     client = Client(ui.page(""), request=request)
     made = _built(client, context)
@@ -170,7 +170,7 @@ def _text(*place: str) -> str:
 
 
 def build_views(context: Context) -> Iterator[Refresh]:
-    """Build the views of the page, and yield an update function for each view."""
+    """Build the web page, and yield a function for each section of the page that updates the section."""
     yield from _header(context)
     yield from _body(context)
 
@@ -228,7 +228,7 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """Updates one page repeatedly.
+    """Sends updates of the simulation's state to the web page in one browser.
 
     Each update waits until the browser has drawn the previous update.
     """
@@ -332,10 +332,10 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update views of a browser page until about `TURN_S` seconds of real time have passed.
+    """Update a web page for about `TURN_S` seconds of real time.
 
-    `left`: the queue of the functions that update a view each.  Updated views are removed from the queue.  Virtual time
-    does not advance in this function.
+    `left`: a queue of functions, each of which updates one section of the page.  Called functions are removed from the
+    queue.  Virtual time does not advance meanwhile.
     """
     until_s = perf_counter() + TURN_S
     while left and perf_counter() < until_s:

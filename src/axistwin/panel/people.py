@@ -30,11 +30,11 @@ class Person:
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Record that a page of this user has connected."""
+        """Increase the number of web pages that the user has open by 1."""
         self.pages += 1
 
     def left(self) -> None:
-        """Record that a page of this user has disconnected."""
+        """Decrease the number of web pages that the user has open by 1, and store the time."""
         self.pages -= 1
         self.left_s = monotonic()
 
@@ -83,7 +83,7 @@ class People:
 
     @property
     def there(self) -> list[Person]:
-        """Users who have at least one connected page."""
+        """Users who have opened the web page in at least one browser."""
         return [person for person in self._all.values() if person.pages]
 
     @property

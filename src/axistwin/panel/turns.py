@@ -25,9 +25,9 @@ class _Abandoned(BaseException):
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Execute `compute()` with pauses for other tasks, and return the result.
+    """Execute `compute()` in short pieces, and return the result of `compute()`.
 
-    In each pause, other tasks of the event loop run.  Raises the exception of `compute()`.
+    Other tasks of the event loop run between two pieces.  Raises the exception of `compute()`.
     """
     work = _Work(compute)
     try:
@@ -75,7 +75,7 @@ class _Work(Generic[T]):
         return self._found[0]
 
     def breathe(self) -> None:
-        """Pause the computation if the last pause was at least `TURN_S` seconds ago.
+        """Pause the long computation if the computation has run for `TURN_S` seconds without a pause.
 
         Called in the thread of the computation.
         """
@@ -89,7 +89,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # This thread may use the event loop, because the event loop's own thread waits meanwhile.
+        # The computation may use the event loop, because the loop's thread is blocked while the computation runs.
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

@@ -115,7 +115,7 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # An earlier panel in the same process may have left its middleware.
+    app.user_middleware.clear()  # Remove the middleware of an earlier panel in the same process.
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 

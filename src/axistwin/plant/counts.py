@@ -45,7 +45,7 @@ Listener = Callable[[Samples], None]
 
 @dataclass(slots=True)
 class _Stretch:
-    """Consecutive samples of an axis in motion.
+    """Position samples of a moving axis at regular intervals of time.
 
     `before`: the position before the first sample.
     """
@@ -89,7 +89,7 @@ class CountHistory:
         """Changes up to this time have been discarded; None if no change has been discarded."""
 
     def add(self, samples: Samples) -> None:
-        """Append samples to the history."""
+        """Append position samples of the encoder to the stored encoder counts."""
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)
         if positions[0] == positions[-1] == self._last and positions.count(self._last) == len(positions):

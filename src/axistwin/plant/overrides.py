@@ -28,7 +28,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The normal value of a machine setting, followed by the values of the active defects."""
+        """The normal value of a setting, e.g. 1.0, followed by one changed value for each active defect, e.g. 0.5."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:

@@ -53,7 +53,7 @@ class Source(Protocol):
         """
 
     def replan(self) -> None:
-        """Discard predicted positions, because a cause of motion has changed, e.g. the load on the shaft."""
+        """Discard all predicted positions of the shaft, e.g. after a change of the load."""
 
     def position(self) -> int:
         """Position of the shaft in encoder counts, initially 0.
@@ -119,9 +119,9 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return only the present position, because later positions of the shaft cannot be predicted.
+        """Return a list that contains only the present position of the shaft.
 
-        A person can turn the shaft at any time.
+        Later positions cannot be predicted, because a person can turn the shaft at any time.
         """
         return [self._axis.shaft]
 
@@ -138,7 +138,7 @@ class AtRest:
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Time of the next sample of the position.  Always None, because a shaft without power is not sampled."""
+        """Return None, because a motor without power does not sample its position."""
         return None
 
     def temperature(self) -> float:
@@ -156,9 +156,9 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Ignore a slip of the encoder on its shaft.
+        """Do nothing if the encoder slips on the shaft.
 
-        A motor without power does not count the motion of the encoder.
+        A motor without power does not count encoder pulses.
         """
 
 
@@ -247,7 +247,7 @@ class ServoAxis:
         self._source: Source = AtRest(self)
 
     def _make_overrides(self) -> None:
-        """Create the quantities that simulated faults can change, e.g. the motor torque and the supply voltage."""
+        """Create the settings that a simulated fault can override, e.g. the motor torque and the supply voltage."""
         self._outside = Override(0.0, self._replan, self._catch_up)
         self._jams = Override(False, self._replan, self._catch_up)
         self._torque = Override(1.0, self._replan, self._catch_up)
@@ -257,7 +257,7 @@ class ServoAxis:
     # Interface to the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Connect the motor's processor to the shaft.  The processor then calculates the motion of the shaft."""
+        """Let the motor's processor calculate the motion of the shaft from now on."""
         self._source = source
 
     def disconnect(self) -> None:
@@ -334,7 +334,7 @@ class ServoAxis:
 
     @property
     def predictable(self) -> bool:
-        """Always False, because `positions_at` cannot predict positions of a servo axis."""
+        """True if future positions of the axis can be calculated.  Always False for a servo axis."""
         return False
 
     @property

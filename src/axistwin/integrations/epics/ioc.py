@@ -43,7 +43,7 @@ class Ioc:
     async def serving(
         self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None, *, pv_access: bool = False
     ) -> AsyncIterator[str]:
-        """Serve the records and poll the machine during a `with` block.
+        """Run the EPICS servers, and poll the controllers of the machine, during a `with` block.
 
         Yields the address of the Channel Access server.
         """

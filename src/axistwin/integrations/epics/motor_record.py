@@ -286,7 +286,10 @@ class MotorRecord:
         await self._post("", None)
 
     async def _poll(self, on: int) -> None:
-        """Read the status of the axis from the controller without delay, if `on` is not 0."""
+        """Read the status of the axis from the controller now, instead of at the next regular poll.
+
+        A call with `on=0` has no effect.
+        """
         if on:
             self.axis.station.wake()
             await self.axis.station.polled()

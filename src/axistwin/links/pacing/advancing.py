@@ -60,7 +60,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # If an error in an action interrupts the advance of virtual time, the advance continues.
+        while not found:  # An error of a controller can end `advance` early.  Then repeat `advance`.
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]

@@ -21,7 +21,10 @@ class FullSpeed:
         self._ended = False
 
     def sync(self) -> None:
-        """Do nothing.  At full speed, virtual time is independent of the wall clock."""
+        """Leave virtual time unchanged.
+
+        At full speed, virtual time does not follow the wall clock.
+        """
 
     def work(self) -> None:
         """Advance virtual time as far as possible in about 2 ms of real time.

@@ -56,7 +56,7 @@ class Pacer(Advancer):
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start virtual time in an event loop.
+        """Start virtual time; an asyncio event loop then advances the simulation.
 
         `loop`: the event loop; None selects the event loop that calls this method.
         """
@@ -76,7 +76,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Advance a new virtual clock instead of the present virtual clock.
+        """Replace the virtual clock that this pacer advances by another virtual clock.
 
         Do not call this method while virtual time is advancing.
         """

@@ -13,7 +13,7 @@ class Slice:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if this slice of real time is over.
+        """True if `SLICE_S` seconds of real time have passed since this object was created.
 
         The simulation then pauses, so that sockets are served.
         """

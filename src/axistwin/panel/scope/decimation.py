@@ -108,10 +108,10 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot old changes of a signal, of which only the minimum and the maximum are stored.
+    """Plot old changes of a signal as vertical lines from the minimum to the maximum of the signal.
 
-    Several old changes are stored together as a merged interval.  In each pixel column that the interval covers, the
-    plot extends at least from the minimum to the maximum.
+    Several old changes are stored together as one interval, with their minimum and maximum.  In each pixel column
+    that the interval covers, the plot extends at least from the minimum to the maximum.
     """
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
@@ -137,7 +137,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # In each pixel column, the line is drawn first to the extreme value that is nearer to the previous value.
+    # If the signal's previous value is nearer to the maximum, draw the pixel column from the maximum to the minimum.
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
@@ -153,9 +153,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Divide a time span into equal parts, and return the first message of a text signal in each part.
+    """Return the first message of a text signal in each interval of time.
 
-    `most`: the number of parts.  Each message is returned with its start time.
+    The time span is divided into `most` equal intervals, so that the plot shows at most `most` messages.  Each message
+    is returned with its start time.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

@@ -52,9 +52,9 @@ def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
 
 
 def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
-    """Return the horizontal position of a time on the screen, from 0 to 1.
+    """Convert a time to a horizontal position on the oscilloscope screen, from 0 (left) to 1 (right).
 
-    Returns None outside the screen.
+    Returns None for a time outside the screen.
     """
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 

@@ -135,7 +135,7 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """Return the part of a signal's history that a picture shows.
+    """Return the values of a signal between two times, for a saved picture of the oscilloscope screen.
 
     Messages before the start of the picture are left out.
     """

@@ -155,7 +155,7 @@ class Screen:
         return from_ns + round((to_ns - from_ns) * place)
 
     def pause(self) -> None:
-        """Pause the screen.
+        """Freeze the oscilloscope screen.
 
         The screen then shows a copy of the recorded signals.
         """
@@ -197,7 +197,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """The earliest time from which on all signals on the screen are recorded."""
+        """Time since which all signals on the oscilloscope screen have been recorded."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -230,7 +230,7 @@ class Screen:
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Find the newest trigger edge after which the recorded data fill the screen."""
+        """Find the newest edge of the trigger signal that is followed by enough data to fill the screen."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
@@ -253,9 +253,9 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the history of the trigger signal, and the time up to which edges are searched.
+        """Return the recorded trigger signal, and the latest time at which the trigger may find an edge.
 
-        After this time, the data after an edge would not fill the screen yet.
+        The data after a later edge would not fill the oscilloscope screen yet.
         """
         record = self.recorder.record
         if record is not self._known:  # A new recording makes the trigger time of the old recording invalid.

@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # Add the integral of the signal over the duration of each interval; single changes have no duration.
+    # A row for a single change (`begin` is `end`) has no duration, so the integral over the row is 0.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -120,9 +120,9 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Beginning of the detailed history of a signal, in ns.
+        """Time in ns since which each change of the signal is stored.
 
-        Each change after this time is stored.  Earlier changes are merged into intervals.
+        Earlier changes are merged into intervals.
         """
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
@@ -186,9 +186,10 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest changes of the signal into intervals, which need less memory.
+        """Merge the oldest changes of the signal into intervals of time, to save memory.
 
-        The intervals have the first resolution in `SHIFTS`, or the second resolution if the changes are rare.
+        An interval has e.g. the minimum and the maximum of the signal, but no single changes.  The intervals
+        have the first length in `SHIFTS`, or the second length if the changes are rare.
         """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
@@ -208,7 +209,7 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # The remaining rows are copied, because a slice would keep the whole array in memory.
+            # Copy the newer rows, because a NumPy slice would keep the complete old array in memory.
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
@@ -257,7 +258,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Beginning of the complete history of a text signal, e.g. of a signal with messages, in ns.
+        """Time in ns since which each text of the signal is stored.
 
         Earlier texts may have been deleted.
         """

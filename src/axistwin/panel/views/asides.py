@@ -25,7 +25,7 @@ NO_LESSON = "no lesson has begun: select one with the button Lessons"
 
 
 class Asides:
-    """Comments of the tutor on the lines that one user types at one terminal."""
+    """Explains the commands that a user types at a terminal in the web page."""
 
     def __init__(self, context: Context, name: str) -> None:
         self._context, self._name = context, name
@@ -63,9 +63,9 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the switch and the buttons of the tutor, which explains a controller to the user.
+        """Create the controls of the tutor in the web page, e.g. the button "Why?".
 
-        The buttons ask questions, e.g. "Why?" (why nothing moves).
+        The tutor explains a controller to the user.  For example, "Why?" asks why nothing moves.
         """
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
@@ -107,7 +107,7 @@ class Asides:
         return None
 
     def show_solution(self) -> None:
-        """Show the lines that solve the present task of the lesson."""
+        """Show the commands that the user has to type for the present step of a lesson."""
         found = self._context.common(Lessons).of(self._name)
         self.add([f"type  {line}" for line in found[1].solution] if found is not None else [NO_LESSON])
 

@@ -54,7 +54,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # The next update of the page then shows the actual ambient temperature.
+        known = None  # Show the simulation's ambient temperature at the next update, even if the input is refused.
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 

@@ -80,7 +80,7 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the name of the button that is drawn as pressed: "low", "high" or "release".
+    """Return the name of the button to highlight: "low", "high" or "release" (if nothing drives the pin).
 
     The buttons set the level of a terminal.  Returns "" at a voltage between low and high.
     """

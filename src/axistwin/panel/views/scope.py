@@ -39,9 +39,10 @@ class Scopes:
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """Record that a user has opened a page, and return the user's oscilloscope screen.
+        """Return the oscilloscope screen of a user who has opened the web page.
 
-        A new screen shows the signals that the scene uses, or motion signals.
+        The number of open pages is stored for each screen.  A new screen shows the signals that the scene
+        uses, or motion signals.
         """
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
@@ -52,7 +53,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # If all users together show too many signals, this screen begins without signals.
+        except AxistwinError:  # If all users together show too many signals, begin with an empty oscilloscope.
             screen.show(())
         return screen
 
@@ -67,7 +68,7 @@ class Scopes:
 
 
 def scope(context: Context) -> Refresh:
-    """Build the oscilloscope of a page."""
+    """Add the oscilloscope to the web page that is being built."""
     all_ = context.common(Scopes)
     screen = all_.come(context.person)
     breathe()
@@ -126,7 +127,7 @@ class _Scope:
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if this update of the page includes the table of measured values."""
+        """True if the present update of the oscilloscope includes the table of measured values."""
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Functions that handle messages from the browser
@@ -141,7 +142,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    screen.pause()  # On a paused screen, the time under the mouse pointer stays the same.
+                    screen.pause()  # Pause the screen, so that zooming does not shift the time under the mouse pointer.
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))

@@ -39,7 +39,7 @@ def attempt(action: Callable[[], object]) -> bool:
 
 
 def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
-    """Build the first row of the oscilloscope's controls: pause, time base, lanes and saving."""
+    """Build the first row of controls above the oscilloscope, e.g. the button "Pause" and the time base."""
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
         pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())

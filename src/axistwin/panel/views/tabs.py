@@ -39,7 +39,7 @@ def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
 
     def refresh() -> None:
         kind = str(bar.value)
-        if kind not in made:  # A tab is built after the page update, when the size of the tab is known.
+        if kind not in made:  # Build the contents of a tab only when the user opens the tab.
             made[kind] = None
             context.unbuilt.append(partial(build, kind))
         elif view := made[kind]:
