@@ -280,7 +280,7 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return the targets that are valid in an action `! target value`.
+    """Return all names that can follow `!` (an action) in a conversation file, e.g. `input1` in `! input1 high`.
 
     AXIS stands for the name of an axis.
     """
@@ -363,7 +363,7 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the names of all signals and quantities that a conversation file can check, e.g. `X.position`.
+    """Return all names that can follow `=` (a check) in a conversation file, e.g. `X.position` in `= X.position 5`.
 
     PIN stands for the name of a pin.
     """
@@ -391,7 +391,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # The precision is sufficient for the longest permitted number.
+    with localcontext(prec=3 * MOST_CHARACTERS):  # A number has at most 100 characters, so 300 digits are enough.
         return round(Decimal(value), _decimals(number)) == number
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Act:
-    """Base class for the lines of a conversation file.
+    """Base class: one line of a conversation file (a recorded exchange between a host and a controller).
 
     `line`: number of the line in the file.  `controller`: the controller that the line names.
     """
@@ -23,7 +23,7 @@ class Comment(Act):
 
 @dataclass(frozen=True)
 class Wait(Act):
-    """A line of a conversation file that advances virtual time."""
+    """A waiting time in a conversation file: `+ 0.25` advances virtual time by 0.25 s."""
 
     ns: int
 

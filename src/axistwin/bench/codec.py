@@ -89,7 +89,7 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return "": the characters of a serial line need no explanation."""
+        """Return "", because the user can read the characters of a serial line without an explanation."""
         return ""
 
 

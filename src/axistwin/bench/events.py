@@ -155,7 +155,7 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
-    """Report manual actions at a controller, e.g. a connected test lead, a power-off or a push of an axis."""
+    """Report the actions of a person at a controller, e.g. switching the power off or pushing an axis by hand."""
 
     def handled(target: str, *values: float) -> None:
         sink(ManualAction(bench.now, controller.name, target, action_value(target, *values)))

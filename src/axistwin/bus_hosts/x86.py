@@ -74,7 +74,7 @@ class Computer:
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:
-        """Set the address of the first instruction.
+        """Set the address at which the emulated processor starts to execute the program.
 
         DS, ES and SS become equal to CS; `stack` is the initial stack pointer.
         """
@@ -195,5 +195,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # An OUT instruction can cause an early event on the board, so stop the processor after OUT.
+        # Stop the emulated processor after OUT, because the board may have scheduled a new event.
         self._stop_ns = 0

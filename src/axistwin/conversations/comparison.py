@@ -70,9 +70,9 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Actions of the emulated controller, sorted by their delays in ns.
+        """Pairs (delay in ns, action) for the actions of the emulated controller, e.g. replies, sorted by delay.
 
-        Each item is a pair of delay and action.  A delay is relative to the same action of the real controller.
+        A delay is relative to the same action of the real controller.
         """
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
@@ -84,7 +84,7 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """The action with the largest difference in time between the emulated and the real controller."""
+        """Action, e.g. a reply, whose time differs most between the emulated controller and the real controller."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
@@ -176,7 +176,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Playing an action of a conversation file, and recording the result
+    # Methods that execute or skip one line of a conversation file (a recording of host and controller)
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):
@@ -184,10 +184,10 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """True if a line of the conversation file is not compared with the emulated controller.
+        """True if a line of the conversation file is neither executed nor compared, e.g. `= clock 2.5`.
 
-        Not compared are `= clock` lines, which `recorded_times` reads, and control lines that the emulated controller
-        lacks.
+        The function `recorded_times` reads `= clock` lines.  Also skipped are serial control lines that the emulated
+        controller lacks.
         """
         if isinstance(act, Expect) and act.subject == "clock":
             return True
@@ -285,7 +285,7 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record the virtual controller's last replies that the conversation file does not contain."""
+        """Record additional replies of the emulated controller, which the real controller did not send."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

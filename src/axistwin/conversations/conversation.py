@@ -52,7 +52,7 @@ class Conversation:
 
     @property
     def headers(self) -> dict[str, str]:
-        """Headers of the conversation file as a dict, e.g. {"model": "if1"} for the comment `; model: if1`.
+        """Settings in the first comments of a conversation file, e.g. {"model": "if1"} from `; model: if1`.
 
         Headers are comments at the beginning of the file, e.g. `; options: …` or `; line: …`.
         """
@@ -101,9 +101,9 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Context manager that adds the line number of the header `key` to each error.
+        """Context manager that adds the line number of a header comment, e.g. `; model: if1`, to each error.
 
-        If the conversation does not have this header, errors do not change.
+        `key`: key of the header, e.g. `model`.  If the conversation does not have this header, errors do not change.
         """
         if key not in self.headers:
             yield

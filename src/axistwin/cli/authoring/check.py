@@ -138,7 +138,7 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
     for endpoint, file, models in named_programs(scene):
         try:
             text = load(file)
-        except ProgramError:  # The check of the scene reports a program file that cannot be read.
+        except ProgramError:  # `diagnose_scene` reports each program file that is unreadable.
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
         one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))

@@ -237,9 +237,10 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace and the recording when a new simulation replaces `bench`.
+        """Return a function that ends the trace and the recording of the simulation `bench`.
 
-        The session calls the function with each new simulation (bench), e.g. after the user has gone back in time.
+        The session calls the function with each new simulation, e.g. after the user has gone back in time.  The trace
+        and the recording end if the new simulation is not `bench`.
         """
 
         def end(another: Bench) -> None:
@@ -336,9 +337,9 @@ async def _serve(
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
-    """Start virtual time, either at once or at the first connection.
+    """Start the simulation at once, or when the first browser or host connects.
 
-    `waits`: start at the first connection.  `to`: run at full speed to this time in seconds, and pause.
+    `waits`: start when the first browser or host connects.  `to`: run at full speed to this time in seconds, and pause.
     """
     if shown is not None and to is not None:
         await shown.session.advance_to(to)

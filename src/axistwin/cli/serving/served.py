@@ -18,7 +18,7 @@ Ports = list[tuple[str, PortUrl]]
 
 
 class Served(NamedTuple):
-    """A model or a scene whose controllers `axistwin serve` connects to ports.
+    """A controller model or a scene that `axistwin serve` simulates, with the ports of the controllers.
 
     Each call of `build` returns a bench with new controllers.
     """
@@ -70,8 +70,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"no controller in {path} is free for a real host: "
-                "remove a simulated host, or add ports to a controller"
+                f"each controller in {path} has a simulated host but no ports: "
+                'remove the key host, or add a key ports, e.g. ports = ["tcp://127.0.0.1:6001"]'
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]

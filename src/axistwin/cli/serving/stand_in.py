@@ -168,7 +168,7 @@ class _Run:
             return 1
         import_module("numpy")  # Import numpy before the motors start, because this import is slow.
         gc.collect()
-        gc.freeze()  # Later garbage collections are short, because they ignore the present objects.
+        gc.freeze()  # Exclude the present objects from all later garbage collections, to make these short.
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
@@ -181,7 +181,7 @@ class _Run:
         return code
 
     def _state(self) -> dict[str, Any]:
-        """Return values for the page with the stop button, e.g. the positions of the motors.
+        """Return the values that the web page of `axistwin stand-in` shows, e.g. the positions of the motors.
 
         Called in any thread, so this method reads only objects that other threads replace as a whole.
         """
@@ -252,7 +252,7 @@ def _tell(line: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Call the function `said` with each line of text that the user types."""
+    """Pass each line that the user types to a function (the parameter `said`)."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            # Traces omit the jumper pins by default, because every command changes their levels.
+            # Record the jumper pins in a trace only on request, because their levels change at every command.
             self.pins[name].restless = True
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,

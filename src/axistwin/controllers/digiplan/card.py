@@ -58,7 +58,7 @@ class NoBattery:
         return None
 
     def save(self, contents: bytes) -> None:
-        """Discard the given data, because an IF1 has no battery-backed memory."""
+        """Do nothing, because an IF1 loses its data at power-off."""
 
 
 class Card:

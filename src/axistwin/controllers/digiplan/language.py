@@ -320,7 +320,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # The parser later reports an invalid character after a number.
+            return  # A digit or comma follows the number.  The parser reports this surplus character next.
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -338,7 +338,7 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Do nothing, as the handler of a character that is not a command, e.g. `:` between two steps.
+    """Handler without effect, for a character that is not a command, e.g. `:` between two steps.
 
     The parser has already evaluated the character.  Such a character separates steps, starts or ends a message, or
     belongs to a command.

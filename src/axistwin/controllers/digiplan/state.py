@@ -118,7 +118,7 @@ class State(ABC):
             self.pins["led"].set(on)
 
     def set_parameters(self, step: Step) -> None:
-        """Store the parameters of a direct message.
+        """Store the parameter values from a direct message (a message that is not a sequence).
 
         New ramp data take effect when no move, run or sequence is in progress.
         """

@@ -41,7 +41,7 @@ class Problem(NamedTuple):
 
 @dataclass
 class Step:
-    """One direct message, or one step of a sequence.
+    """Commands of one sequence step, or of one message that is carried out at once.
 
     The fields are in the order of execution.  Directions are +1 and -1.
     A field that was not stated is None, False or empty.
@@ -89,8 +89,8 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Length of a preset move in steps; in linear interpolation: on the major axis.
-    minor_distance: int = 0  # Length of a linear interpolation on each minor axis in steps.
+    distance: int = 0  # Distance of the next move in steps.  With interpolation: distance of the major axis.
+    minor_distance: int = 0  # Distance of each minor axis in an interpolated move, in steps.
     backlash: int = 0  # Backlash distance in steps; its sign is the direction in which preset moves end.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
@@ -100,7 +100,7 @@ class Parameters:
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the parameters in which the distances of a preset move are zero.
+        """Return a copy of the parameters with the distances of all axes set to 0.
 
         A run (continuous move) sets these distances to zero.
         """

@@ -69,17 +69,14 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A process cannot interrupt itself, so interrupt the present process at its next pause.
+            # A process that calls `cancel` itself is interrupted when the process next waits for an event.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """End all work and delete the waiting messages at once, because the power is off.
-
-        The work is a move, run or sequence.
-        """
+        """Abort the present move, run or sequence at power-off, and delete all waiting messages."""
         for process in (self.held, self.process):
             if process is not None:
                 kill(process)
@@ -95,7 +92,7 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """Take the control of a paused sequence back from the host.
+        """End the host's control, so that the paused sequence can continue.
 
         Return the event on which the sequence waits: the sequence continues when the caller triggers this event.
         Return None if the host has no control.

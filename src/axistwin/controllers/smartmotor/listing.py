@@ -56,7 +56,7 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the statements whose start the program must report.
+        """Return the numbers of the statements at which the motor must report its progress, e.g. for a breakpoint.
 
         `rows`: the lines that subscribers observe; None means all lines.
         """
@@ -157,7 +157,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return a compiled copy of the program that reports when an observed line is executed."""
+        """Return a copy of the program with code that reports the execution of the observed program lines."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -166,10 +166,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the motor's compiled program by another compiled copy of the same program.
+    """Replace the motor's compiled program by a copy that reports the execution of other program lines.
 
-    `after`: the copy, which reports the execution of other statements, e.g. for a new breakpoint.  A running program
-    continues at the same statement.
+    `after`: the copy, e.g. for a new breakpoint.  A running program continues at the same statement.
     """
     if after is motor.program:
         return
@@ -183,7 +182,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a dictionary: for each statement, the index in `before` and the index in `after`.
+    """Return a dictionary from code positions in the program `before` to the same positions in the program `after`.
 
     `before` and `after` are compiled copies of the same program.  Their code differs only in the operations that report
     the execution of a statement.

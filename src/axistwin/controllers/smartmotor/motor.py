@@ -139,7 +139,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The compiled program is already in use, or was replaced by a newer program.
+            return  # The program is already compiled, or the host has loaded a newer program.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -177,7 +177,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # While the power is off, all latched fault flags are 1, so that no new fault is reported.
+            # At power-off, set all latched fault flags: only a change from 0 to 1 would report a new fault.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -278,7 +278,7 @@ class Motor(Processor):
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # A pending call of the subroutine C2 ends a WAIT command early.
+        i[s.WAIT_UNTIL] = 0  # End a WAIT command early, so that the program calls the subroutine C2.
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:

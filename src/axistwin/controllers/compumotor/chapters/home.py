@@ -113,7 +113,7 @@ class Search:
         return pulses.position == target and not board.motion.stopped
 
     def _approach(self, direction: int) -> Procedure:
-        """Move at the final velocity, and stop at the edge that defines HOME.  Return True if the edge is found."""
+        """Move slowly until an edge of the home signal is detected, and stop.  Return True if an edge was detected."""
         seen_at = yield from self._until_seen(self._slow, direction)
         if seen_at is not None:
             self._board.pulses.kill()

@@ -28,7 +28,7 @@ MARKER_ATTRIBUTES = Accept.STREAMING | Accept.DURING_STREAMING
 
 
 class StreamOutput:
-    """Outputs the contents of the streaming buffer in one of the streaming modes."""
+    """Moves the motor according to the data in the streaming buffer, e.g. velocities from the host."""
 
     def __init__(self, board: State, setting: Setting) -> None:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
@@ -46,12 +46,12 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # If several markers follow each other, only the last marker has an effect.
+                marker = met  # Keep only the last of several consecutive markers (commands in the buffer).
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # A callback has ended the stream during the output of the velocity.
+            if not stream.performing:  # A function that is called at each new velocity has ended the stream.
                 return
             if duration_ns is None:
                 break

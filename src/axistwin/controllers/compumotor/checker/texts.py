@@ -48,7 +48,7 @@ class Words:
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """Convert the text of a command to bytes.  Return each byte with the column of its text."""
+        """Return the bytes of a command, each with its column in the command text."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
             raise ProgramError(

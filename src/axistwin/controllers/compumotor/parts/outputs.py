@@ -21,7 +21,7 @@ class Outputs:
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
-        # Command 0Fh assigns a state to an output bit, and an active level (True: active high).
+        # Assignments by command 0Fh: number of the output bit → (code of a board state, True if active high).
         self._tracked: dict[int, tuple[int, bool]] = {}
         for number in (1, 2):
             self.write(number + 2, True)

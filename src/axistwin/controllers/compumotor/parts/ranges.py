@@ -49,7 +49,7 @@ class VelocityRange:
 
     @cached_property
     def highest(self) -> int:
-        """Highest velocity number of the range.
+        """Highest number that a command may contain for a velocity in this velocity range.
 
         The number is that of the maximum rate, rounded: 1,092,267 for 1,092,266.67.
         """

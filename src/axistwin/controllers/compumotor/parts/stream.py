@@ -144,7 +144,7 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the next entries of the streaming buffer whose output does not cause the alarm "buffer empty".
+        """Return the next entries of the streaming buffer that can be removed without the alarm "buffer empty".
 
         The board sends this alarm when the buffer is almost empty.  The result has at most `most` entries.  Each entry
         is one word.
@@ -191,13 +191,13 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # The output process cannot kill itself, but it returns because the stream has ended.
+            # If the process that outputs the buffer calls `end`, the process returns without being killed.
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
 
     def abandon(self) -> None:
-        """Stop the output of the streaming buffer and the command of a marker at once.
+        """Stop streaming at once, and also stop any command that a marker in the buffer has started.
 
         A marker is a special value in the buffer that starts a command.  Called at power-off and before the test
         function.

@@ -13,7 +13,7 @@ from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
-    """Return the value of a signed 32-bit counter after an overflow, e.g. -2³¹ for the count 2³¹."""
+    """Return the value of a signed 32-bit counter after `count` pulses, e.g. -2³¹ after 2³¹ pulses."""
     return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
 
 
@@ -123,7 +123,7 @@ class Tracking:
         """True if a stall ends a move (19h)."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        # Use of the motor in the present move or, at rest, in the last move.
+        # Kind of the present move, or of the last move if the motor is at rest, e.g. a search for HOME.
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0
@@ -191,7 +191,7 @@ class Tracking:
 
     @property
     def watches(self) -> bool:
-        """True while a stall of the present move can be detected."""
+        """True while the board checks the present move for a stall."""
         return self.ended is None and self.reference is not None and self.detects_stalls
 
     @property

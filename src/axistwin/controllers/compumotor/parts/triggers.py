@@ -20,7 +20,7 @@ class Triggers:
         `response_ns`: time in ns for which an input must stay high before its action is performed.
         """
         self.clock, self._response_ns = clock, response_ns
-        # For each trigger: opcode of the command that has assigned an action, and this action.
+        # Number of a trigger → (opcode of the command that assigned an action, function that performs the action).
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}

@@ -65,7 +65,7 @@ class Frame:
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Give bit 8 of a character the value that the data format requires.  Return the character."""
+        """Set or clear bit 8 of a character as the data format requires, and return the character."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 

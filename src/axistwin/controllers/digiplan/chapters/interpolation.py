@@ -15,11 +15,11 @@ ONLY_RANGE = 1
 
 
 def minor_axis(step: Step) -> str | None:
-    """Command `/`: declare the next one or two axes of the message as minor axes of an interpolation.
+    """Command `/`: the axes after `/` are the minor axes of an interpolated move, e.g. axis Y in `X/Y$`.
 
-    The minor axis runs its own distance at speed x minor / major.  The speed must be at most 10,000 steps/s, the
-    acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed range 1; otherwise the move
-    is out of range. Chapter Linear interpolation mode.
+    One or two minor axes follow.  The minor axis runs its own distance at speed x minor / major.  The speed must be at
+    most 10,000 steps/s, the acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed
+    range 1; otherwise the move is out of range. Chapter Linear interpolation mode.
     """
     if step.interpolated:
         return "/ is repeated"

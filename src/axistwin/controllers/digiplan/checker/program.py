@@ -87,7 +87,7 @@ class _Checker:
         self.parameters, self.set_in, self.sequence, self.locked_in = Parameters(), {}, None, None
 
     def _initialise(self, rest: Iterator[Sent]) -> None:
-        """Read the characters of the initialisation, up to a valid data format message."""
+        """Check the host's first characters: `(`, and a data format message such as `U61 <CR>`."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
             self._say(rules.TOO_EARLY, [first], "characters before ( are ignored, because the baud rate is unknown")

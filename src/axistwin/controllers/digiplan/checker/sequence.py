@@ -22,7 +22,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """State of the interface when a sequence step begins.  A repeated step can begin in several states.
+    """Parameters and motion of an IF1 or IF2 at the beginning of a sequence step.
+
+    A repeated step can begin with different parameters and motions.
 
     `running`: number of the step that has begun the present run, or 0 if no axis runs.
     """

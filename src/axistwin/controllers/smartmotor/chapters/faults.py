@@ -68,7 +68,10 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """End the deceleration after a fault: apply MTB, or hold the position if MTB is deactivated (manual, table 4.2)."""
+    """Set the mode of the motor after it has decelerated because of a fault (manual, table 4.2).
+
+    The mode is torque brake (command MTB) if this mode is enabled.  Otherwise the motor holds its position.
+    """
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0
     i[s.MODE] = s.M_HOLD

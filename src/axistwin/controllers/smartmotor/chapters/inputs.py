@@ -125,9 +125,9 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return a list: the external encoder's present count, followed by the predicted counts.
+        """Return a list of the external encoder's present count and its counts at the future times `times_ns`.
 
-        The predictions are for `times_ns`.  The list ends before the first count that is not certain.
+        The list ends before the first count that is not certain.
         """
         if not self._follows():
             self.motor.core.read_ahead = None
@@ -147,7 +147,7 @@ class Inputs:
         return [count + self.motor.i[s.PIN_EDGES] for count in counts]
 
     def refresh(self) -> None:
-        """Advance the motor's state to the present time, before a value is read."""
+        """Update the simulated motor to the present time, so that other code can read e.g. the position."""
         self.motor.core.catch_up(changing=False)
 
     def catch_up(self) -> None:

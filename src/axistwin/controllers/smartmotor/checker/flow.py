@@ -142,7 +142,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index directly after an expression in the compiled code.
+        """Return the index of the first element after an expression in the compiled code.
 
         `at`: index of the first element of the expression.
         """
@@ -256,7 +256,7 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """Report F=32 in a program without the label C1, and F=64 in a program without the label C2.
+    """Report a program that enables an interrupt but lacks its subroutine, e.g. F=32 without the label C1.
 
     With F=32, faults call C1.  With F=64, pin G calls C2.
 

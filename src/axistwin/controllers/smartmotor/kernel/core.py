@@ -82,7 +82,7 @@ class _Block(NamedTuple):
 
 
 class Core:
-    """Simulates one motor: stores the motor's state, and computes servo samples ahead of the clock.
+    """Simulates one motor: stores the present state, and computes the state in future servo samples.
 
     The stored (committed) state does not include samples in the future.
 
@@ -120,7 +120,7 @@ class Core:
 
     @property
     def due(self) -> int:
-        """Number of the last sample at or before the present time."""
+        """Index of the latest servo sample; the servo takes a sample every 245.76 µs of virtual time."""
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
@@ -156,7 +156,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # If the first time is in the present servo sample, the first predicted position is the present position.
+        # The first requested time is before the next servo sample, so the shaft still has the present position.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
@@ -174,7 +174,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of servo samples that were computed ahead of time, but are now in the past.
+        """Return the number of servo samples that were computed in advance and whose time has passed.
 
         All these samples belong to the present block, i.e. the series of samples that was computed last.
         """
@@ -306,7 +306,7 @@ class Core:
                 self._follower(array("q", times.tobytes()), which, values)
 
     def _compute_ahead(self) -> None:
-        """Compute the next block of samples, and schedule the end of this block."""
+        """Compute the motor's next servo samples in advance, and schedule the next call."""
         if self._phase is Phase.STOPPED:
             return
         self._phase = Phase.BETWEEN
@@ -331,7 +331,7 @@ class Core:
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the counts that the external encoder will certainly have in the next servo samples.
+        """Read the external encoder's counts in the next servo samples, as far as the counts are certain.
 
         Returns the number of these samples, at most `most`.
         """
@@ -443,8 +443,8 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST
-        # A command from the host discards all servo samples that were computed in advance.
-        # Hosts often send commands at equal intervals, so compute only 25 % more samples than in the last interval.
+        # After a command from the host, all servo samples that were computed in advance are invalid.
+        # Compute in advance only 25 % more samples than were due between the host's last two commands.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -538,7 +538,10 @@ class Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Prepare the output arrays of the kernel for `most` servo samples."""
+        """Prepare the arrays for the results of the next servo samples.
+
+        `most`: the largest number of servo samples.
+        """
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -548,7 +551,10 @@ class Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Create new NumPy views of the motor's arrays for compiled code, if an array has been replaced."""
+        """Update the NumPy views through which compiled code accesses the arrays of the motor.
+
+        Nothing happens if no array has been replaced.
+        """
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return

@@ -266,7 +266,7 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 
 @sampled
 def call_again(i: Ints) -> None:
-    """Request a second call of the fault routine C1 after a fault within C1.
+    """Request another call of the fault routine C1, if a fault has occurred during C1.
 
     The function is called when C1 returns or the stack is cleared.
     """

@@ -224,7 +224,7 @@ Compiler = Callable[[FunctionType], Callable[..., Any]]
 
 
 def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -> Callable[..., Any]:
-    """Compile a function that uses the global variables in `space`."""
+    """Compile a copy of a function.  The copy uses the global variables in the dictionary `space`."""
     copy = FunctionType(function.__code__, space, function.__name__, function.__defaults__)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return compiler(copy)

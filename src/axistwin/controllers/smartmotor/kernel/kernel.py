@@ -245,7 +245,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # In the first servo sample of a block, check all traced values: commands may have changed them.
+            # A command may have changed any traced value since the last call, so first check all traced values.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

@@ -77,7 +77,7 @@ def moving(operation: int, place: int) -> bool:
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Create a log that records changes of the given processor values.
+    """Create an array for recording changes of some values in the motor, e.g. of the commanded position.
 
     A value is given by its kind and its index.  Last values are taken from `before`, if known.
     """
@@ -100,7 +100,7 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """Finds the traced values that differ from their last recorded values.
+    """Finds the values in a trace that have changed since they were last recorded.
 
     In plain Python, a Snapshot is faster than the function `note`.
     """
@@ -129,7 +129,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return a slice for the first part of a log, i.e. for the header and the list of traced values."""
+    """Return the slice of a log (an integer array) that contains the header and the list of traced values."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

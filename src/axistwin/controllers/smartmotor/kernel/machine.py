@@ -42,23 +42,22 @@ PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, i
 # AMPS_PER_SPEED is the current in A by which back-EMF reduces the motor current at a speed of 1 count/sample.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the motor windings at the end of the latest servo sample, in A.
-# The motor current after a servo sample contains the fraction AMPS_KEPT (0 to 1) of the previous motor current.
+# Current at the end of a servo sample = AMPS_KEPT * (current at its start) + (1 - AMPS_KEPT) * (steady current).
 AMPS_KEPT = next(_slots)
-# The mean current of a servo sample contains the fraction MEAN_KEPT (0 to 1) of the previous motor current.
-# The mean current of a servo sample contains the fraction MEAN_REACHED (0 to 1) of the steady-state motor current.
+# Mean current in a servo sample = MEAN_KEPT * (current at its start) + MEAN_REACHED * (steady current).
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-# The mean shaft speed of a servo sample contains the fraction LAG (0 to 0.5) of the previous shaft speed.
+# Mean shaft speed in a servo sample = LAG * (speed at its start) + (1 - LAG) * (speed at its end).
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 # Temperatures of the motor's winding, of the motor's housing, and of the air, in °C
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))
 # WINDING_RISE is the steady temperature difference between winding and housing at a motor current of 1 A, in K.
 # HOUSING_RISE is the steady temperature difference between motor housing and air at a motor current of 1 A, in K.
-# The steady temperature differences in the motor are proportional to the square of the motor current.
+# WINDING_RISE and HOUSING_RISE are multiplied by the square of the motor current (in A²).
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
-# In 256 servo samples, the winding temperature approaches its steady value by the fraction WINDING_STEP (0 to 1).
-# In 256 servo samples, the housing temperature approaches the winding temperature by the fraction HOUSING_STEP.
-# In 256 servo samples, the housing temperature approaches the air temperature by the fraction AIR_STEP (0 to 1).
+# Every 256 servo samples, winding temperature += WINDING_STEP * (steady winding temperature - winding temperature).
+# Every 256 servo samples, housing temperature += HOUSING_STEP * (winding temperature - housing temperature).
+# Every 256 servo samples, housing temperature += AIR_STEP * (air temperature - housing temperature).
 WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))
 # MEAN_SQUARE is the mean square of the motor current, in A².
 # RATED_SQUARE is the square of the motor's continuous current, in A².

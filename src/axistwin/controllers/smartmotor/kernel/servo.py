@@ -207,7 +207,10 @@ def tracked(i: Ints) -> int:
 
 @sampled
 def ideal_rests(i: Ints, f: Floats) -> int:
-    """Return 1 if the shaft of an ideal motor rests in the next servo sample, otherwise 0."""
+    """Return 1 if an ideal motor (one without position error) will not turn in the next servo sample.
+
+    Otherwise return 0.
+    """
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return 1
     if i[s.MODE] == s.M_TORQUE:

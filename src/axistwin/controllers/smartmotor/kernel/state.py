@@ -30,7 +30,7 @@ SWITCHES, *_ = islice(_slots, 11)
     TWAITING,  # 1 while the command TWAIT pauses the program until the motor's trajectory ends.
     PAUSED,  # 1 while the command ! pauses the program until a serial character arrives.
     RUN_GIVEN,  # 1 if the command RUN has started the program; 0 if the program has started at power-up.
-    C2_CALLED,  # 1 from a call of the subroutine C2 until the next command RETURNI, STACK or END.
+    C2_CALLED,  # Flag: 1 while the interrupt subroutine C2 runs, i.e. until RETURNI, STACK or END.
 ) = islice(_slots, 4)
 
 # Parameters that commands set, e.g. A=100 (chapters 4 and 13 of the guide to the base language)
@@ -80,7 +80,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
-    PIN_EDGES,  # Forward minus backward edges on pins A and B that the external encoder has not caused.
+    PIN_EDGES,  # Edge count of signals at pins A and B, without the external encoder: forward minus backward.
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Change of the counter CTR after four edges: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
@@ -111,7 +111,7 @@ BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # Captured position of the index mark, which the program reads as the variable I.
     INDEX_ARMED,  # 1 if the next index mark will be captured; 0 from a capture until the captured position is read.
-    INDEX_FORCED,  # 1 while an external signal forces the index input high.
+    INDEX_FORCED,  # Flag: 1 while an external signal holds the index input of the motor high.
 ) = islice(_slots, 3)
 
 # Protection
@@ -121,7 +121,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
     OVERLOAD,  # Number of consecutive servo samples in which the motor current or the temperature was too high.
     STOPPING,  # 1 while the motor decelerates after a fault; the command F=1 enables this deceleration.
-    PENDING,  # Pending calls of the program's subroutines: 1 for C1 (fault), 2 for C2 (input), 3 for both.
+    PENDING,  # Subroutines to be called next: 0 none, 1 C1 (after a fault), 2 C2 (after an input edge), 3 both.
     FAULT_AGAIN,  # 1 if a fault has occurred during the fault subroutine C1, so that C1 must be called again.
     OBSERVE_INDEX,  # 1 if each change of the index signal must be an event of the simulation.
 ) = islice(_slots, 5)
@@ -137,7 +137,7 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
     LATCHES,  # Output levels set by the commands UA= to UG=, from bit 0 (pin A) to bit 6 (pin G).
     GO_PIN,  # 1 if a falling edge of pin G starts a motion, as the command G does.
     BRAKE_PIN,  # Bit mask of the pin for the brake signal: pin C after BRKC, pin G after BRKG, otherwise 0.
-    BRAKE_READ,  # 1 if an assignment, e.g. a=UG, has read the pin of the brake signal (manual, section 5.1, note 2).
+    BRAKE_READ,  # Flag: 1 after e.g. a=UG has read the pin that outputs the brake signal (manual, section 5.1).
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog readings of the pins A to G, from 0 to 1023.
 # No switch of the axis changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
@@ -162,11 +162,11 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# COUNTS_OF and COUNTS_OUT_OF are both 0 for an encoder without a defect.
+# For an encoder without a defect, COUNTS_OF is 0 and COUNTS_OUT_OF is 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Fraction of a count that a defective encoder still has to report, times COUNTS_OUT_OF.
+UNCOUNTED = next(_slots)  # Remainder of the division by COUNTS_OUT_OF, which is added in the next servo sample.
 ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
-HOT = next(_slots)  # 1 from an overload (current or temperature) until the motor has cooled down.
+HOT = next(_slots)  # Flag: 1 while the motor is overloaded (by current or temperature) or still too hot.
 
 # Number of unread received bytes for each serial channel, which the program reads as LEN and LEN1.
 LENGTHS, *_ = islice(_slots, 2)

@@ -59,7 +59,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if wanted <= 0:
         return wanted * way  # The motor is at rest or moves away from the target.
     # The stopping distance is at most w²/(2A) + w/2 + A/8 for the velocity w and the acceleration A.
-    # To avoid divisions, the upper limit of the stopping distance is multiplied by 8A (A is the acceleration).
+    # Multiply the stopping distance and the remaining distance by 8A (A: acceleration), to avoid divisions.
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
         best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)

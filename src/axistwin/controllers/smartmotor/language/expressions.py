@@ -216,7 +216,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Two minus signs do not cancel, because the negation of the lowest integer overflows.
+            # `--a` is not the same as `a`: for a=-2147483648, the first negation overflows.
             # An even number of minus signs is compiled as two negations, and an odd number as one negation.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()

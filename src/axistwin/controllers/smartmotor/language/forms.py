@@ -9,10 +9,10 @@ from axistwin.controllers.commandset import Command
 class Accept(Flag):
     """Sources from which a command is valid: a host or a stored program."""
 
-    HOST = auto()  # A host may send the command to a serial port of the controller.
-    PROGRAM = auto()  # A stored program may contain the command.
-    BLOCK = auto()  # Only a stored program may contain the command, e.g. LOOP or a label.
-    REMOVED = auto()  # Firmware 4.76 no longer has the command (manual, section 1.3).
+    HOST = auto()  # Marks a command that a host may send to a serial port of the controller.
+    PROGRAM = auto()  # Marks a command that a stored program may contain.
+    BLOCK = auto()  # Marks a command that only a stored program may contain, e.g. LOOP or a label.
+    REMOVED = auto()  # Marks a command that firmware 4.76 no longer has (manual, section 1.3).
 
 
 class Form(Enum):

@@ -192,7 +192,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps whose targets become known at a keyword: at ENDIF, for example, the jump of IF.
+    """Yield the jumps that a keyword completes, e.g. ENDIF completes the jump from IF to the end of the block.
 
     Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """

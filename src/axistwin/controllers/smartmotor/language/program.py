@@ -54,9 +54,9 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the number of the next statement that divides or ends the block, e.g. of ELSE or ENDIF.
+        """Return the statement number of the next keyword of the block, e.g. of ELSE or ENDIF in an IF block.
 
-        The search begins after the statement with the given number.
+        The search begins after the statement `number`.
         """
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
@@ -94,9 +94,9 @@ class Program:
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return a compiled copy of the program that reports when selected statements are executed.
+        """Return a copy of the program with code that reports the execution of some statements, e.g. for a breakpoint.
 
-        `numbers`: the numbers of the selected statements.
+        `numbers`: the numbers of these statements.
         """
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of integers of the code that reports the start of a statement.
+        """Return the size of the code with which a statement reports its start, in integers.
 
-        `head`: index in `code` at which the code of the statement begins.  The number is 0 if the start of the
-        statement is not reported.
+        `head`: index in `code` at which the code of the statement begins.  The size is 0 if the
+        statement does not report its start.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -249,7 +249,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Store that a BREAK statement leaves the innermost open SWITCH or WHILE block."""
+        """Assign a BREAK statement to the innermost open SWITCH or WHILE block, which BREAK ends."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
@@ -323,7 +323,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the generated code already contains the beginning of the statement `number`.
+        """True if code for the beginning of the statement with the given number has already been generated.
 
         The report to subscribers is then not generated again.
         """

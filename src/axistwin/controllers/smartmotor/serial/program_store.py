@@ -195,7 +195,7 @@ def upload_image(motor: Processor) -> None:
 
     For a locked program, nothing is sent and the flag Bs is set.
     """
-    # lazy import: only program uploads need the encoder
+    # lazy import: the function `encode` is needed only to send a program to the host
     from axistwin.controllers.smartmotor.language.image import encode
 
     _upload(motor, encode(motor.nonvolatile.program))
