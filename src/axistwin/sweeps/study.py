@@ -134,7 +134,7 @@ def is_study(path: Path) -> bool:
 def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
     """Read the results that the command `axistwin tune` has written to a file.
 
-    Return the plan (the arguments of the command), the trial with the original values, and all trials.  Raises
+    Return the plan (the data of the tuning, e.g. its goal), the trial with the original values, and all trials.  Raises
     UsageError.
     """
     stored = _open(path, create=False)
