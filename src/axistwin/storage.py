@@ -42,7 +42,7 @@ class MemoryStore:
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing, because memory in RAM needs no last write to a file."""
+        """Do nothing, because contents in RAM are not written to a file."""
 
 
 class FileStore:

@@ -54,9 +54,9 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
     [
         ("table.X.lod.torque", "did you mean 'load'?"),
         ("tabel", "is not in the scene"),
-        ("table.limits.5", "invalid path table.limits.5: leave out the index 5, because"),
+        ("table.limits.5", "invalid setting table.limits.5: the scene has no list for the index 5"),
         ("table.X.limits.5", "expected an index below 2, the length of the list"),
-        ("table.X.home.0", "invalid path table.X.home.0: leave out the index 0, because"),
+        ("table.X.home.0", "invalid setting table.X.home.0: the scene has no list for the index 0"),
         ("fault.cash.at", "did you mean 'crash'?"),
         ("fault.crash", "expected e.g. fault.NAME.parameter"),
         ("fault.crash.kind", "a sweep cannot vary the setting fault.crash.kind: "),

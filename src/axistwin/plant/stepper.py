@@ -84,9 +84,9 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count differs from the count at an earlier motor position.
+        """True if the encoder count has changed since the motor passed the position `since`.
 
-        `since`: the earlier position, which the motor has passed in the present move.
+        `since`: a position, in pulses, that the motor has passed in the present move.
         """
         return self.count != self._encoder.count_at(since)
 
@@ -343,7 +343,10 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Sum of all pulses that the method `hold` has suppressed: +1 or -1 for each pulse, by its direction."""
+        """Net number of suppressed pulses of the step output.
+
+        The method `hold` suppresses pulses.  Each suppressed pulse counts +1 or -1, depending on the direction.
+        """
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:

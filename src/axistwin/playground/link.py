@@ -28,9 +28,9 @@ class Shared:
 
 
 def encode(shared: Shared) -> str:
-    """Convert a scene and a time to the part of a share link that follows the `#`.
+    """Encode the files of a scene and a time as text that a web address can contain.
 
-    Raises UsageError for contents that are too large.
+    A share link contains this text after the `#`.  Raises UsageError for contents that are too large.
     """
     data = json.dumps(asdict(shared), ensure_ascii=False, separators=(",", ":"), sort_keys=True).encode()
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
@@ -47,16 +47,21 @@ def decode(fragment: str) -> Shared:
     `fragment`: the part of the link that follows the `#`.  Raises UsageError for a damaged link.
     """
     if len(fragment) > LONGEST_LINK:
-        raise UsageError(f"the link has {len(fragment)} characters: expected at most {LONGEST_LINK}")
+        raise UsageError(f"the URL of the shared scene has {len(fragment)} characters: expected at most {LONGEST_LINK}")
     inflater = zlib.decompressobj()
     try:
         packed = urlsafe_b64decode(fragment + "=" * (-len(fragment) % 4))
         data = inflater.decompress(packed, LONGEST_CONTENTS)
         if not inflater.eof:
-            raise UsageError("the link is incomplete or too long: copy the whole link again, or open the scene's files")
+            raise UsageError(
+                "the URL of the shared scene is incomplete or too long: "
+                "copy the whole URL again, or open the scene files instead"
+            )
         return _shared(json.loads(data))
     except (Error, zlib.error, ValueError, RecursionError):
-        raise UsageError("the link is damaged: copy the whole link again, or open the scene's files") from None
+        raise UsageError(
+            "the URL of the shared scene is damaged: copy the whole URL again, or open the scene files instead"
+        ) from None
 
 
 def _shared(found: object) -> Shared:

@@ -39,7 +39,7 @@ _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
 
 
 class Playground:
-    """Functions with which the playground's page opens a scene and runs a session.
+    """Opens and simulates a scene (virtual controllers and machines) for the playground's web page.
 
     `folder`: directory for the files of the scene; its contents are replaced.
 

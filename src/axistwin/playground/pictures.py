@@ -31,7 +31,7 @@ class Pictures:
         return acts | {*self._of[name].switches.outputs}
 
     def changes(self) -> dict[str, list[Change]]:
-        """Return the changes of all drawings since the last call.
+        """Return all changes of the machine drawings on the page since the previous call of `changes`.
 
         The keys are the names of the drawings.
         """
@@ -53,7 +53,7 @@ class Pictures:
 
 
 class _Machine:
-    """The drawings of one controller: its axes, X-Y table, switches and lamps."""
+    """Drawings of the machine that a controller drives: axes, X-Y table, switches and lamps."""
 
     def __init__(self, session: Session, controller: Controller) -> None:
         press = partial(session.do, controller.name)

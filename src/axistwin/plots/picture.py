@@ -112,7 +112,7 @@ def _layout_engine() -> "LayoutEngine":
             super().execute(fig)
             for axes in fig.axes:
                 axes.set_position(Bbox(axes.get_position(original=True).get_points().round(6)), which="original")
-                # Matplotlib's `set_position` excludes a diagram from the layout, so include the diagram again.
+                # Matplotlib's `set_position` switches a diagram's automatic layout off; switch the layout on again.
                 axes.set_in_layout(True)
 
     return Rounded(hspace=0.02, h_pad=0.05, w_pad=0.12)
@@ -222,7 +222,6 @@ class _Picture:
         values = {value for line in panel.lines for value in line.curve.values}
         if len(values) == 1:
             # The scale of a constant signal shows one count above and below the value of the signal.
-            # Matplotlib would choose a scale of only 1e-17 for a constant signal.
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
@@ -295,7 +294,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield the messages that fit into the chart without an overlap.
+        """Yield each message of the host or controller whose text fits into the diagram without an overlap.
 
         The elements are the time, the row in the chart, and the text.
         """

@@ -153,7 +153,10 @@ def _permitted(case: Case, settings: Settings) -> bool:
 
 
 def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
-    """Return the reason why a test case is impossible in the controller's present state; None for a possible case."""
+    """Return the reason why a test case cannot be run on the controller at present.
+
+    Return None if the test case can be run.
+    """
     reasons = [condition.no_writes if case.writes else "", condition.no_motion if case.moves else "",
                condition.no_memory if case.stores else ""]  # fmt: skip
     if not settings.as_new and (case.moves or case.stores):
@@ -300,7 +303,7 @@ def _fits(
                 left += verdict is Verdict.DIFFERS
                 if left > best:
                     break
-        except AxistwinError:  # Skip an option value with which the virtual controller does not answer.
+        except AxistwinError:  # Leave out an option value that causes an error of the virtual controller.
             continue
         if left > best:
             continue

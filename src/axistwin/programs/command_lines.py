@@ -32,7 +32,7 @@ _PARITIES = {"N": 1, "O": 3, "E": 4}
 
 
 def read_command_lines(text: str, file: str = "") -> Iterator[Act]:
-    """Yield the actions of all lines of an `.if1` file.
+    """Parse an `.if1` file (a list of commands), and yield the command or action of each line.
 
     A line is a command, a pause (`+` line) or an operator's action (`!` line).
 

@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # The record contains 0 V and full voltage as level changes, so leave out these two voltages.
+            # Record only voltages between 0 V (low) and 5 V (high); level changes are recorded anyway.
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

@@ -148,9 +148,9 @@ class ServoMoves:
         trajectory: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> "Iterator[tuple[int, int, bool]]":
-        """Yield each span of samples in which the axis moves in one direction.
+        """Yield each time span in which the servo axis moves in one direction.
 
-        A span is its first index, its end, and True if a new move begins.
+        The elements are the index of the first sample, the index after the last sample, and True if a new move begins.
         """
         import numpy as np
 

@@ -200,8 +200,8 @@ class Builder:
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
-                f"the step pulses of {from_} are too fast for a simulated wire: "
-                'use the key `master` of a SmartMotor instead of a wire, e.g. master = "feeder.X"',
+                f"a wire cannot begin at the step output {from_}: "
+                'if a SmartMotor shall follow the step pulses, set its key `master`, e.g. master = "feeder.X"',
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -271,7 +271,7 @@ class Builder:
             if is_in_loop(name, waits_for):
                 event = table.when
                 raise self.source.error(
-                    f"the fault {name} can never begin, because its event {event!r} waits for the same fault: "
+                    f"the fault {name} can never begin, because its event {event!r} occurs only after {name} begins: "
                     "expected another event, e.g. 'table.X passes 1000'",
                     ("fault", number, "when"),
                 )

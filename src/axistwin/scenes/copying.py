@@ -128,7 +128,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                # Remove the conversation with the old names of program files, which no host uses.
+                # Delete the copy of the conversation file that still contains the old names of program files.
                 del self.files.texts[name]
             text = moved
         return self.files.add(name, text)

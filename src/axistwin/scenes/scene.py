@@ -156,7 +156,10 @@ class Scene:
 
     @property
     def models(self) -> dict[str, Product]:
-        """The controller model at each endpoint of the scene, by the name of the endpoint."""
+        """Dictionary of the controller models in the scene.
+
+        The keys are the names of the serial ports and buses, e.g. `table`, `table.rs485` or the name of a shared line.
+        """
         found = {table.called: product(table.model) for table in self._contents.controller}
         found |= {f"{name}.rs485": made for name, made in found.items()}
         return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}

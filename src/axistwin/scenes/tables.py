@@ -59,8 +59,8 @@ def _valued(check: Callable[[Any], object]) -> AfterValidator:
     def checked(given: Any) -> Any:
         try:
             check(given)
-        except UsageError as invalid_unit:
-            raise ValueError(str(invalid_unit)) from None
+        except UsageError as error:
+            raise ValueError(error) from None
         return given
 
     return AfterValidator(checked)
@@ -95,8 +95,8 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     units = None if table is None else MachineUnits.given(table.model_dump())
     try:
         return machine_units.position(given, units)
-    except UsageError as what_was_expected:
-        raise ValueError(str(what_was_expected)) from None
+    except UsageError as error:
+        raise ValueError(error) from None
 
 
 Count = Annotated[int, BeforeValidator(_in_counts)]

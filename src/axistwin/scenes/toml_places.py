@@ -109,7 +109,7 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas, comments, and a closing bracket that follows them.
+        """Skip blanks, commas and comments in a TOML text, and then the closing bracket, if present.
 
         Return True after a closing bracket, and at the end of the text.
         """

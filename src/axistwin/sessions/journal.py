@@ -31,7 +31,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Cursor:
-    """A place in the list of recorded actions: the point between two actions at which reading begins."""
+    """Reading position in a journal (the list of recorded actions of users and hosts)."""
 
     offset: int = 0
     time_ns: int = 0
@@ -90,9 +90,10 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Read the next recorded actions after the place `cursor`.  All these actions have the same time.
+        """Read the next group of recorded actions.  All actions of a group have the same virtual time.
 
-        Return the actions with their time, and the place after these actions.  Return None at the end of the journal.
+        Reading begins at the position `cursor`.  Return the actions with their time, and the position after the
+        actions.  Return None at the end of the journal.
         """
         if cursor.offset >= len(self._data):
             return None
@@ -115,7 +116,7 @@ class Journal:
             yield moment
 
     def truncate(self, cursor: Cursor) -> Tail:
-        """Delete all recorded actions after the place `cursor` in the journal.  Return the deleted actions.
+        """Delete all recorded actions after the position `cursor`, and return the deleted actions.
 
         `restore` can restore the deleted actions.
         """
@@ -123,7 +124,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        # Delete stored actions that no longer occur in the journal.
+        # Delete the texts of actions that occurred only in the deleted part of the recording.
         for act in self._acts[cursor.known :]:
             del self._numbers[act]
             self._texts -= _size(act)
@@ -150,9 +151,9 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Append a whole number to the journal; small numbers need only one byte.
+        """Append a whole number to the recorded data as one or more bytes.
 
-        Each byte contains seven bits, the low bits first.  The highest bit is clear in the last byte.
+        Each byte contains seven bits of the number, the low bits first.  The highest bit is 0 in the last byte.
         """
         while number > 0x7F:
             self._data.append(number & 0x7F | 0x80)

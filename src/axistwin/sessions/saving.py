@@ -34,17 +34,17 @@ def files(
     """
     found = Files()
     if scene is not None:
-        # Keep the names of program files, because the scene's script may contain a name, e.g. `load a.if1`.
+        # Keep the file names of the scene's programs, because actions contain these names, e.g. `load a.if1`.
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # The host of the recorded actions gets the highest rank: at equal times, the host acts last of all hosts.
+    # Hosts that act at the same time act in order of rank; the host of the new recording acts last.
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # At equal times, a script of the scene acts before the saved conversations of the scene.
-        # Recorded actions are saved as a script only if the scene has no saved conversations yet.
+        # Save manual actions as a script of the scene, unless the scene has conversations of an earlier session.
+        # At equal times, a script in the scene file acts before the conversations of an earlier session.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -117,7 +117,10 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the controller or bus whose conversation file shall contain the given actions."""
+        """Return the name of the controller or bus in whose conversation file the actions `acts` are saved.
+
+        A controller with a serial port is preferred to a controller at a bus.
+        """
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))

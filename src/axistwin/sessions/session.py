@@ -446,9 +446,9 @@ class Session:
             self.run()
 
     def forget_rest(self) -> None:
-        """Delete the part of the recording after the present virtual time, and accept new input.
+        """Delete the part of the recording after the present virtual time.
 
-        `undo` restores the deleted part.
+        The session then accepts new input.  `undo` restores the deleted part.
         """
         self._check_free()
         self.pacer.sync()
@@ -459,7 +459,10 @@ class Session:
 
     @property
     def undo_seconds(self) -> float:
-        """Time that is left for `undo`, in seconds of real time; 0 if no deleted recording can be restored."""
+        """Number of seconds (real time) in which `undo` can still restore the deleted recording.
+
+        0 if no deleted recording can be restored.
+        """
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
@@ -544,11 +547,18 @@ class Session:
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """Interrupt the pacer, which advances virtual time.  The pacer then calls `_after_advance`."""
+        """Interrupt the advance of virtual time.
+
+        The pacer, which advances virtual time, then calls `_after_advance`.
+        """
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """End a finished replay.  Discard the characters sent to ports without a client."""
+        """Update the session after each advance of virtual time.
+
+        End the replay if all recorded actions have been replayed.  Discard the characters sent to ports without a
+        client.
+        """
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:

@@ -77,7 +77,10 @@ def double(passage: Passage) -> None:
 
 
 def flip(mask: int) -> Effect:
-    """Return an effect that inverts the data bits given by `mask`, but not the parity bit."""
+    """Return a function that inverts data bits of a character on a serial line.
+
+    `mask`: the inverted data bits, e.g. 1 for bit 0.  The parity bit is not inverted.
+    """
 
     def effect(passage: Passage) -> None:
         passage.flips ^= mask

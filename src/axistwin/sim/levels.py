@@ -34,7 +34,7 @@ class Space:
 
 
 class Levels:
-    """Stores the present and future levels of a wire.
+    """Levels of a serial wire over time, stored as the time spans in which the wire is low.
 
     The levels must be read in order of time.
     """
@@ -43,7 +43,7 @@ class Levels:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of stored spaces, i.e. of times at which the wire is low."""
+        """Return the number of stored low pulses of the wire."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
@@ -88,7 +88,7 @@ class Levels:
             first_low = max(0, (space.begin * per - since + width - 1) // width)
             if first_low >= count:
                 break
-            # A break signal can last for hours, so limit the number of bits to the number of samples.
+            # Index of the next high sample, at most `count`: a break signal can be longer than the sampled time.
             next_high = min(count, (space.end * per - since + width - 1) // width)
             if next_high > first_low:
                 levels &= ~((1 << next_high) - (1 << first_low))
@@ -102,7 +102,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard each low-level interval of a wire that has ended by a given time.
+        """Discard each low pulse of a wire that ends at a given time or earlier.
 
         The time is `at/per` ns.
         """
@@ -115,9 +115,9 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield each low-level interval of a wire that may begin with the start bit of a character.
+        """Yield each low pulse of a wire whose falling edge may begin a serial character.
 
-        Only intervals that begin at `since/per` ns or later are yielded, and each interval at most once.
+        Only low pulses that begin at `since/per` ns or later are yielded, and each low pulse at most once.
         """
         for space in self._spaces:
             if space.unread:
@@ -126,7 +126,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all low-level intervals that overlap the interval `first` or begin later."""
+        """Remove and return all stored low pulses that end after the beginning of the low pulse `first`."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

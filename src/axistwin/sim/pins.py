@@ -228,7 +228,10 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """Level calculated from the motion, unless a test lead or a defect forces another level."""
+        """Level of the output, calculated from the motion of the axis.
+
+        A test lead or a defect can force another level.
+        """
         return super().level if self._holds or self.driven else self._read()
 
 

@@ -50,7 +50,7 @@ class Wire(Protocol):
 
 
 class _Nowhere:
-    """Placeholder for the wire of a transmitter that is not connected."""
+    """Replaces the missing wire of an unconnected serial transmitter.  All characters are lost."""
 
     instant, ready = False, True
 
@@ -75,7 +75,7 @@ class Line:
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # Virtual time in ns at which the wire is free after the last delayed character.
+        self._free_ns = 0  # Earliest virtual time (ns) at which a character can follow a delayed character.
 
     # Faults of the serial line
 
@@ -174,7 +174,9 @@ class Line:
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """Deliver a character to the receiver `passage.copies` times: 0 times if the character is lost.
+        """Deliver a character to the receiver of the serial line.
+
+        The character is delivered `passage.copies` times: 0 times if the character is lost.
 
         Later characters do not overtake delayed characters.
         """

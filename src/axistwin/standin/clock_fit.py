@@ -48,7 +48,9 @@ class ClockFit:
         return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
-        """Store one reading of the board's clock, and fit the conversion between the clocks again.
+        """Store one reading of the board's clock.
+
+        The conversion between host time and board time is then calculated again.
 
         The board read the 32 bits of `clock` between `sent_s` and `received_s` of the host's clock.
         """

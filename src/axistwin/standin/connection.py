@@ -55,9 +55,10 @@ class Connection:
         self._clock_from_s = self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
-        """Discard the message channel and the data dictionary, because the board may have been reset.
+        """Begin the communication with the board again, because the board may have been reset.
 
-        The data dictionary lists the commands of the board's firmware, which may have changed.
+        The message channel and the data dictionary are replaced.  The data dictionary lists the commands of the board's
+        firmware, which may have changed.
         """
         self.now_s = now_s
         self.channel, self.dictionary = Channel(), Dictionary()

@@ -172,7 +172,7 @@ class Driver:
             if any(self._motors[whole].moving for whole in wholes):
                 self._at_rest_ns.pop(group, None)
             elif self._at_rest_ns.setdefault(group, self.bench.now) < self.bench.now:
-                # The interrupted motion has ended, because all axes were at rest at two consecutive checks.
+                # All axes were at rest at two consecutive checks, so the interrupted motion has ended.
                 del self._at_rest_ns[group]
                 self._held.discard(group)
                 for whole in wholes:

@@ -139,9 +139,10 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return the encoder position at each time in `marks`, averaged over `MARK_NS` around the time.
+        """Return the average encoder position around each time in the array `marks`.
 
-        Encoder samples before the last of these times are then discarded.
+        The average covers `MARK_NS` (5 ms), with the given time in the middle.  Encoder samples before the last of
+        these times are then discarded.
         """
         import numpy as np
 

@@ -60,7 +60,10 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to clock ticks, rounded to an even number of periods."""
+        """Convert a duration in seconds to ticks of the board's clock.
+
+        The result is rounded to 2, 4, 6, ... times the property `period`.
+        """
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
@@ -86,9 +89,9 @@ class Timetable:
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the clock tick in the middle of the time slot with the number `slot`.
+        """Return the time of a periodic event of the board, in clock ticks.
 
-        The tick is at `soon` or later.
+        The time is in the middle of the time slot `slot` of a period, at `soon` or later.
 
         `periods` counts from the first pair of periods that begins at `soon` or later.
         """

@@ -42,7 +42,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions that evaluate a comparison, e.g. "> 100", for the values of a signal.
+    """Return two functions that compare the values of a signal with a number, e.g. "> 100".
 
     The first function returns 1 (true) or 0 (false).  The second function returns the margin, e.g. 20 for the value
     120.  The margin is negative if the comparison is false.
@@ -53,7 +53,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions that check whether the values of a signal are high (or low).
+    """Return two functions that compare each value of a logic signal with the level high or low.
 
     `high`: True selects the condition "high".  The first function returns 1 (true) or 0 (false).  The second function
     returns the margin: infinity if the condition is true, and minus infinity if the condition is false.

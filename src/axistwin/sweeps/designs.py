@@ -30,7 +30,7 @@ def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: in
     Raises UsageError if the design is not possible with the given values.
     """
     if design not in DESIGNS:
-        raise UsageError(f"unknown design {design!r}: expected one of {', '.join(DESIGNS)}")
+        raise UsageError(f"unknown sweep design {design!r}: expected one of {', '.join(DESIGNS)}")
     found = DESIGNS[design](varied, runs, seed)
     if len(found) > MOST:
         raise UsageError(f"the sweep has {len(found):,} runs: expected at most {MOST:,}")
@@ -77,13 +77,17 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        raise UsageError(f"no number of runs for the random values {path}={varied[path].text}: add e.g. --runs 100")
+        random_values = varied[path].text
+        raise UsageError(
+            f"the setting {path} has random values ({random_values}), but the number of runs is missing: "
+            "add e.g. --runs 100"
+        )
 
 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random values to each combination of settings that have fixed values.
+    """Add random setting values to each combination of fixed setting values.
 
     Each setting with a distribution gets a random value.  The path of each setting has its own random sequence.
     """
@@ -120,7 +124,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert each fraction from 0 to 1 to the value of a setting.
+    """Scale fractions from 0 to 1 to the value ranges of the varied settings.
 
     The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
 

@@ -38,7 +38,7 @@ _CODE = r"""(?:"[^"]*"|[^'"])*?"""
 
 @dataclass(frozen=True)
 class Place:
-    """Location of a varied value: a key in the scene file, or a variable in a program file."""
+    """Location of a setting that a sweep varies: a key in the scene file, or a variable in a program file."""
 
     path: str
     keys: Keys
@@ -123,7 +123,7 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
     tables = scene.data.get(kind, [])
     if len(rest) < 2:
         example = LISTS[kind]
-        raise UsageError(f"the path {path} is not complete: expected e.g. {example}")
+        raise UsageError(f"the setting {path} is incomplete: expected e.g. {example}")
     if kind == "fault":
         names: list[str] = []
         for table in tables:
@@ -197,7 +197,9 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
-                raise UsageError(f"invalid path {path}: leave out the index {key}, because only a list has indexes")
+                raise UsageError(
+                    f"invalid setting {path}: the scene has no list for the index {key}; leave out the index"
+                )
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
             at = at[key] if isinstance(key, int) else None
@@ -234,7 +236,7 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"{path} would change the program {program}, which {controllers} share: "
+            f"a sweep cannot vary {path}, because {controllers} use the same program file {program}: "
             "give each controller its own program file"
         )
     file = str(scene.file.parent / Path(table["program"]))

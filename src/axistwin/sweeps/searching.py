@@ -51,7 +51,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin of the required conditions (claims) in a simulation run.
+    """Return the smallest margin by which a simulation run meets the required conditions (claims).
 
     The margin (robustness) is negative if the condition is violated.  A smaller number means a worse run, so the search
     minimises the number.  The number is limited to ±`FAR`; it is `FAR` if no condition has a margin.

@@ -20,9 +20,11 @@ _SEED = 1
 
 
 def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
-    """Return the points of a Saltelli design as rows of fractions from 0 to 1.  Raises UsageError.
+    """Return the sample points for a sensitivity analysis with Sobol indices (Saltelli design).
 
-    The design has `runs` * (`paths` + 2) points.
+    Each of the `runs` * (`paths` + 2) points is a row of fractions from 0 to 1, one for each varied setting.
+
+    Raises UsageError if `runs` is not a power of 2, or if fewer than two settings are varied.
     """
     if runs & (runs - 1):
         power_of_2 = 1 << runs.bit_length()
@@ -30,7 +32,10 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
             f"invalid --runs {runs} with the design {DESIGN}: expected a power of 2, e.g. --runs {power_of_2}"
         )
     if paths < 2:
-        raise UsageError(f"the design {DESIGN} needs two or more varied settings: add another --vary PATH=VALUES")
+        raise UsageError(
+            f"too few varied settings for the sweep design {DESIGN}: expected two or more, "
+            "e.g. add --vary table.X.load.torque=0.05..0.4"
+        )
     require("SALib", "sensitivity")
     from SALib.sample import sobol
 

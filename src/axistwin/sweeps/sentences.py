@@ -25,7 +25,7 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """The value of a measure, or the result of a claim, in one run.
+    """Result of a measurement or of a required condition (claim) in one simulation run.
 
     `reason`: why a result is missing; `at_ns`: time at which a claim fails.
     """
@@ -39,7 +39,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Sentence:
-    """A measure (e.g. `final table.X.position`) or a claim of a sweep, after parsing.
+    """A parsed measurement or requirement, e.g. `final table.X.position` or `never table.X.position > 24000`.
 
     Contains the names of the signals, events and axes that a run must record.
     """
@@ -317,9 +317,9 @@ def _eventually(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _after(text: str, parts: Mapping[str, str]) -> Sentence:
-    """Parse a claim about the time after an event, e.g. "always for TIME after EVENT: CONDITION".
+    """Parse a requirement, e.g. "always for 0.5 s after table.output1 rises: table.X.velocity = 0".
 
-    The other form is "always within TIME after EVENT: CONDITION".
+    The other form has the word "within" instead of "for".
     """
     what, event, span_ns = condition(parts["what"]), _event(parts["event"]), _ns(parts["span"])
     assert span_ns is not None, "the form has a time"
@@ -363,7 +363,7 @@ def _until(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _until_value(first: Series, second: Series, end_ns: int) -> float:
-    """Evaluate the condition "FIRST until SECOND", either as true or false, or as a margin.
+    """Evaluate the requirement "FIRST until SECOND" for the signals of a simulation run.
 
     If the two signals are truth values, the result is 1 or 0.  If the two signals are margins, the result is the margin
     by which the claim holds: the maximum over time of min(`second`, earlier `first`).

@@ -132,9 +132,10 @@ def is_study(path: Path) -> bool:
 
 
 def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
-    """Read the file of a tuning: return its plan, the trial of the original values, and all trials.
+    """Read the results that the command `axistwin tune` has written to a file.
 
-    Raises UsageError.
+    Return the plan (the data of the tuning, e.g. its goal), the trial with the original values, and all trials.  Raises
+    UsageError.
     """
     stored = _open(path, create=False)
     told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)

@@ -33,7 +33,10 @@ def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], pat
 
 
 def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial]) -> None:
-    """Plot the score of each tested combination of values; a cross marks a violated condition."""
+    """Plot the score of each trial of a tuning.
+
+    A cross marks a trial that violates a required condition.
+    """
     for feasible, colour, marker, label in ((True, COLOURS[0], "o", "trial"), (False, ALARM, "x", "a claim fails")):
         shown = [(n, trial.score) for n, trial in enumerate(trials) if trial.feasible is feasible and _drawable(trial)]
         if shown:

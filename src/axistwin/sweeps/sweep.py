@@ -74,12 +74,13 @@ class Sweep:
         self.claims: dict[str, str] = {}
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary the value at a path, e.g. `.vary("table.X.load.torque", "0.05..0.4:8")`.
+        """Vary a setting of the scene, e.g. a load torque: `.vary("table.X.load.torque", "0.05..0.4:8")`.
 
-        Raises UsageError for invalid values, or if the path is already varied.
+        The example gives 8 values from 0.05 to 0.4.  Raises UsageError for invalid values, or if the setting is already
+        varied.
         """
         if path in self.varied:
-            raise UsageError(f"the path {path} is varied twice: expected one range or list, e.g. --vary seed=0..99")
+            raise UsageError(f"the setting {path} is given twice: expected only one --vary per setting")
         try:
             self.varied[path] = read_values(values)
         except UsageError as error_of_values:
@@ -225,7 +226,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return some values of a setting, e.g. the extremes, for a check of the scene before the sweep."""
+    """Return the values of a setting to check before the sweep, e.g. the smallest and the largest value."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

@@ -63,7 +63,7 @@ class Tuning:
         self.changed: dict[str, Values] = {}
 
     def change(self, path: str, values: Value) -> Self:
-        """Add a setting whose value the tuning optimises, e.g. `.change("knife.KP", "10..400")`.
+        """Add a setting to optimise, e.g. the gain KP from 10 to 400: `.change("knife.KP", "10..400")`.
 
         `path`: the setting.  `values`: a range or a list of values.  Raises UsageError for invalid values, or if the
         path is given twice.

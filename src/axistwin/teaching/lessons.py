@@ -62,7 +62,7 @@ def is_clear(mask: int) -> Check:
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a condition that is true if the axis has moved by this distance and is at rest.
+    """Return a condition that is true if the axis has moved by the distance `by` and is at rest.
 
     The distance may be that of the whole step or of the last move.
     """

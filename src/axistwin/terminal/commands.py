@@ -78,9 +78,9 @@ class LocalCommands:
         return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
-        """Return the tutor's comments on the line that is sent next.
+        """Return explanations of a command line that the terminal is about to send.
 
-        Raises ProgramError for an unknown command.
+        The explanations come from the tutor, a help function for learners.  Raises ProgramError for an unknown command.
         """
         if self._virtual is None or not self._virtual.tutor.on:
             return []

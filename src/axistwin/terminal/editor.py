@@ -88,7 +88,7 @@ class LineEditor:
             complete_while_typing=True,
             bottom_toolbar=None if end is None else self.status,
             refresh_interval=0 if end is None else EVERY_S,
-            erase_when_done=True,  # Erase the typed line, because the terminal prints the line again.
+            erase_when_done=True,  # Avoid a double line: `Screen` also shows each line that the user has typed.
             input=source,
             output=target,
         )

@@ -54,7 +54,7 @@ class Screen:
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """Show a line of input.
+        """Show a line of text that the user has typed, or that was read from a file.
 
         A line is not shown again if the user's typing is still visible.
         """

@@ -50,7 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Run the virtual controller or scene that the marker of the test names, e.g. `axistwin("if1")`.
+    """Run a virtual controller or scene for a test with a marker, e.g. `@pytest.mark.axistwin("if1")`.
 
     Yields the `Twin`.
     """

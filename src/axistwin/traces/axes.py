@@ -126,9 +126,9 @@ class StepperTrace:
         return cached[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
-        """Return the edges of the step output: the rising edges, and the falling edges before `before_ns`.
+        """Return the rising and falling edges of the step output, in order of time.
 
-        `rises`: the times of the rising edges.
+        `rises`: the times of the rising edges.  Falling edges at `before_ns` or later are kept for the next call.
         """
         import numpy as np
 
@@ -198,7 +198,7 @@ class ServoTrace:
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the recorded changes before the time `before_ns`, as one `Part` for each signal.
+        """Return the position and the commanded position of the servo axis over time, before the time `before_ns`.
 
         The samples before this time are then deleted.
         """

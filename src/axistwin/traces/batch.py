@@ -40,11 +40,11 @@ class Batch:
         return len(self.times)
 
     def part(self, begin: int, end: int) -> "Batch":
-        """Return a part of the batch: from index `begin` up to, but not including, index `end`."""
+        """Return the signal changes from index `begin` up to, but not including, index `end`."""
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:
-        """Return an index that divides the changes of the signals into two parts of similar size.
+        """Return the index at which the list of signal changes can be split into two parts of similar size.
 
         Changes with equal times stay in one part.  If all changes have the same time, return the number of changes.
         """
@@ -110,7 +110,10 @@ class Rows:
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Append changes, given as one array of integers for each column."""
+        """Append changes of signals.
+
+        `columns`: one array of integers for each column.
+        """
         import numpy as np
 
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))

@@ -130,9 +130,10 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Return a boolean for each compared value of a signal in one trace: True if the other trace has no similar value.
+    """Find the values of a signal that differ between two traces.
 
-    Two values are similar if they differ by `most` or less.
+    Return a boolean for each compared value in `this`: True if `that` has no similar value.  Two values are similar if
+    they differ by `most` or less.
 
     `this`, `that`: the signal in the two traces.  `here`: the indices of the compared values in `this`.  `first` and
     `last`: for each compared value, the range of indices in `that`.
@@ -144,7 +145,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    # Repeat the last value, because NumPy's `reduceat` does not accept the index after the last value.
+    # Append a copy of the last value, because NumPy's `reduceat` rejects an index equal to the array length.
     ended = np.append(others, others[-1])
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)

@@ -60,7 +60,10 @@ class MemoryTrace:
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Append each change to its signal.  If a signal has too many changes, reduce the number of its changes."""
+        """Store new changes of signals in memory.
+
+        If a signal has too many changes, only some of its changes are kept.
+        """
         for part in parts:
             self._changes[part.signal].add(part, texts)
         for servo in self._servos:

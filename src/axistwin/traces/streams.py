@@ -70,9 +70,10 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the signal with the host's last message when the controller sends data, or the reverse.
+        """Clear the text signal of a message from the host or the controller.
 
-        The value of the signal becomes "".  `answered`: True if the stored message is deleted, too.
+        The value of the signal becomes "" because the other end of the line has transmitted.  `answered`: True if the
+        stored message is deleted, too.
         """
         if answered:
             self._message = b""

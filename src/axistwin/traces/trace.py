@@ -149,7 +149,7 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        # Servo axes that must report their position samples before changes are written to the trace.
+        # Servo axes whose latest position samples are collected before each write to the trace.
         self._computing_ahead: list[ServoAxis] = []
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []

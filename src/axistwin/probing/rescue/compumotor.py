@@ -107,7 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return scene entries that transfer the data of an old board to a new board.
+    """Return the actions and the file that copy the saved data of an old board to a new board.
 
     The actions set the levels of the trigger inputs, and load a file with commands.
     """

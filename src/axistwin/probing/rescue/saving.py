@@ -138,7 +138,7 @@ def new(model: str) -> Contents:
 
 
 def _twin(directory: Path, found: Found, contents: Contents) -> Contents:
-    """Start a twin from the scene, and return the programs and data that the twin reports."""
+    """Start a virtual controller from the saved scene file, and return its programs and data."""
     bench = Scene.load(directory / SCENE).build()
     (controller,) = bench.controllers.values()
     end = VirtualEnd(bench, controller)

@@ -76,7 +76,7 @@ def _set(end: End, flag: str) -> bool:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect closed limit switches to the twin if the limit switches of the real motor are closed."""
+    """Close the virtual motor's limit switches if the real motor's limit switches are closed."""
     if facts.get("limits") == CLOSED:
         for pin in "CD":
             controller.pins[pin].drive(False)

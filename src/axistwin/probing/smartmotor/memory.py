@@ -246,7 +246,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
-        # Address all motors, because the motor may have misread a character as another motor's address.
+        # With changed settings, a motor can misread a character as another address, so address all motors again.
         lines = ("Zb Zc Zf Zs", f"GOSUB{label}", *sent, ADDRESS_ALL, *then)
         return case(name, commands[code].chapter, *lines, stores=True, waits=((1 + len(sent), CHANNEL_S),))
 

@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # Use files, because LinuxCNC's program rtapi_app would keep a pipe open, and a read would never end.
+        # Write the output to files, because LinuxCNC's background program rtapi_app would keep a pipe open.
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
@@ -127,7 +127,10 @@ class HalSender:
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Call a function of the HAL board, then send the commands and deliver the events."""
+        """Call `act`, e.g. to stop the motion, and send the resulting commands to the HAL component.
+
+        Events of the board, e.g. a failure, are then passed to `deliver`.
+        """
         with self._lock:
             act(*values)
             self._flush()

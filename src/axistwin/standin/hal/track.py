@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """End time of the axis positions that the method `knots` has already returned, in seconds."""
+        """Time, in seconds, up to which the method `knots` has returned the positions of the axis."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
