@@ -131,8 +131,11 @@ def test_a_wrong_format_message_is_dropped_and_may_be_sent_again(bench, wrong):
     {
         'Initialisation: "allow a delay of at least 5mS for the UART to re-initialise": E 1.1 ms, CR 2.3 ms later':
         "detect; U61; E; 1.3 s; E: C",
-        'Initialisation: "allow a delay of at least 5mS": after four characters, a strobe and this delay E is received':
-        "detect; U61; 0.0106 s; E; 1.3 s; receives C<CR>",
+        # the format message ends after 3 x 11 + 10 bits, 4.5 ms, and is read by the strobe at 5 ms; E takes 1.04 ms
+        'Initialisation: "allow a delay of at least 5mS": a character that ends 9.9 ms after the begin is lost':
+        "detect; U61; 0.00886 s; sends E; 0.01 s; sends <CR>; 1.3 s; F: 0",
+        'Initialisation: "allow a delay of at least 5mS": a character that ends 10.1 ms after the begin is received':
+        "detect; U61; 0.00906 s; E; 1.3 s; receives C<CR>",
     }
 )  # fmt: skip
 def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench, script):
