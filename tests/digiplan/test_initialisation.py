@@ -127,6 +127,12 @@ def test_a_wrong_format_message_is_dropped_and_may_be_sent_again(bench, wrong):
     play(bench, bench.add("if1"), script)
 
 
+def test_an_overflow_before_the_data_format_leaves_no_bit_in_f(bench):
+    """R3: silent, no bit in F; 61 characters are lost while the answer to `(` waits for the control lines."""
+    flood = "detect; host RTS off; sends (; 0.01 s; fill 61; host RTS on; 0.1 s; receives U<CR>; U61; 1.3 s; K: 0; F: 0"
+    play(bench, bench.add("if1"), flood)
+
+
 @scripts(
     {
         'Initialisation: "allow a delay of at least 5mS for the UART to re-initialise": E 1.1 ms, CR 2.3 ms later':
