@@ -138,9 +138,9 @@ def test_an_overflow_before_the_data_format_leaves_no_bit_in_f(bench):
         'Initialisation: "allow a delay of at least 5mS for the UART to re-initialise": E 1.1 ms, CR 2.3 ms later':
         "detect; U61; E; 1.3 s; E: C",
         # the format message ends after 3 x 11 + 10 bits, 4.5 ms, and is read by the strobe at 5 ms; E takes 1.04 ms
-        'Initialisation: "allow a delay of at least 5mS": a character that ends 9.9 ms after the begin is lost':
+        'Initialisation: "allow a delay of at least 5mS": an E that ends 0.1 ms before the end of this delay is lost':
         "detect; U61; 0.00886 s; sends E; 0.01 s; sends <CR>; 1.3 s; F: 0",
-        'Initialisation: "allow a delay of at least 5mS": a character that ends 10.1 ms after the begin is received':
+        'Initialisation: "allow a delay of at least 5mS": after four characters, a strobe and this delay E is received':
         "detect; U61; 0.00906 s; E; 1.3 s; receives C<CR>",
     }
 )  # fmt: skip
