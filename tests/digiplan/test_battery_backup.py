@@ -60,6 +60,8 @@ def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: o
         'Changing: "The baud rate and data format can be reprogrammed even if the interface is in the locked-up mode"':
         "power up with DSR; host 300; sends (; 0.3 s; receives U<CR>; sends V61<LF>; 2 s; "
         "power up; sends E<LF>; 0.5 s; receives [<CR><LF>",
+        'Initialisation: the baud rate is detected once: a second `(` at another one is not answered with "U"':
+        "power up with DSR; ( -> U<CR>; host 4800; sends (; 0.1 s; host 9600; ( -> U<CR>",
         "Breaking in: a `(` that a broken wire cuts off is no `(`, and the next character is read as usual":
         "power up; host 1200; sends (; 0.0002 s; cut; 0.1 s; mend; host 9600; E: [; "  # a quarter of the start bit
         "host 1200; sends (; 0.005 s; cut; 0.1 s; mend; host 9600; sends <CR>; E: [",  # in its sixth bit
@@ -266,6 +268,11 @@ def test_no_breaking_in_while_dsr_is_low(bench, baudrate):
 def test_breaking_in_waits_for_no_terminator_and_forgets_what_was_typed_before(bench, if1):
     """Breaking in: "(" acts at once, without a terminator; an incomplete message before it is dropped."""
     play(bench, if1, "[; X10( -> U<CR>; *; U61; 1.5 s; receives U<CR>; E: C; F: 0")
+
+
+def test_bit_8_of_what_was_typed_before_a_break_in_does_not_count_for_the_unlock_command(bench, if1):
+    """Breaking in: an incomplete message before `(` is dropped; afterwards `]` has the format of `[`, and unlocks."""
+    play(bench, if1, "[; sends <D8>; 0.1 s; ( -> U<CR>; U61; 0.1 s; ]; E: C")
 
 
 # Breaking in

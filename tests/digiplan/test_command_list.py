@@ -27,6 +27,40 @@ def test_every_command_is_implemented_and_names_its_chapter():
     assert all(command.implemented and command.chapter for command in product("if1").commands)
 
 
+ALLOWED = {
+    "\n\r $+,-:": ["WRITTEN"],
+    "(*UV": ["SETUP"],
+    "<>D^": ["DIRECT"],
+    "=A": ["STEP"],
+    "%/@BGHLPRSXYZ": ["DIRECT", "STEP"],
+    "#[": ["DIRECT", "ALONE"],
+    "]": ["DIRECT", "ALONE", "LOCKED"],
+    "EFIKNOQ": ["DIRECT", "ALONE", "LOCKED", "REQUEST"],
+}
+"""Kinds of messages in which the manual's chapters allow each command, or in which it is only part of another one."""
+
+
+def test_where_each_command_is_allowed():
+    assert {command.code: command.as_dict()["accepted"] for command in product("if1").commands} == {
+        code: kinds for codes, kinds in ALLOWED.items() for code in codes
+    }
+
+
+@pytest.mark.parametrize(
+    "syntax",
+    ["@ speed", "= times,first step", "X[+|-][distance]", "P output[,length]", "axis G", "K", "U frame parity"],
+)
+def test_the_syntax_of_commands(syntax):
+    """The manual's examples: "@ 1500", "=5,2", "X-3000", "P4, 20", "X @ 5000 G", "K <CR>", "U 6 1"."""
+    assert syntax in {command.syntax for command in product("if1").commands}
+
+
+@pytest.mark.parametrize(("model", "more"), [("if1", ""), ("if2", " with battery backup")])
+def test_the_title_of_a_model(model, more):
+    """Title page: "IF1 & IF2 stepper motor interfaces"."""
+    assert product(model).title == f"Digiplan {model.upper()} stepper motor interface{more}"
+
+
 UNDEFINED = sorted({*range(0x80)} - {code for _, code in listed()})
 
 

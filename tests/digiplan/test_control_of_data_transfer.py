@@ -43,6 +43,16 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
     assert lines[1][0] >= received[-1][0]
 
 
+def test_rts_is_set_once_for_each_reply_on_a_line_without_transmission_times(bench):
+    """Control lines: RTS is "set prior to the start of transmission" of a reply, and reset after it."""
+    if1 = ready(bench, line="instant")
+    seen: list[object] = []
+    if1.serial.rts_line.subscribe(lambda pin: seen.append(pin.level))
+    if1.serial.subscribe_received(lambda byte, _: seen.append(chr(byte)))
+    play(bench, if1, "I<CR> -> 200<CR>; RTS is off")
+    assert seen == [True, "2", "0", "0", "\r", False]
+
+
 @pytest.mark.parametrize("wiring", ["5-wire", "Epson HX20 5-wire", "IBM PC 5-wire"])
 @pytest.mark.parametrize("line", ["DTR", "RTS"])
 def test_a_reply_waits_until_dsr_and_cts_are_set(bench, wiring, line):

@@ -17,6 +17,8 @@ from .talking import arrivals, initialise, play, ready, scripts
         'Default values: "All Direction O/P - High"; "the positive direction is assumed"': "XYZ10$; idle; at 10 10 10",
         'Default values: "Speed - 400 steps/second"; the start/stop speed is 400 too, so there is no ramp':
         "X100$; idle; X 100 pulses at 400",
+        'Default values: "Speed - 400 steps/second", exactly: in range 4 the resolution is 1 step/s':
+        ">4; 1.2 s; X100$; idle; X 100 pulses at 400",
         # levels 400, 500 ... 900 of 100/10000 s = 10 ms each: 39 steps; 922 steps at 1000/s
         'Default values: "Acceleration - 10,000 steps/sec2", "Start/Stop - 400 steps/sec"':
         "X1000@1000$; idle; X 1000 pulses from 400 to 1000 by 100 at 10000",

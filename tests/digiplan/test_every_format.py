@@ -6,7 +6,7 @@ import pytest
 
 from axistwin.units import S
 
-from .talking import BITS_7_OR_8, PARITY, send
+from .talking import BITS_7_OR_8, PARITY, play, send
 
 FORMATS = [f"U{frame}{parity}" for frame, parity in itertools.product(range(1, 9), range(1, 10))]
 
@@ -47,6 +47,12 @@ def test_a_host_that_keeps_its_format_establishes_it(bench, message, gap_s, opti
     """Initialisation: "the "U" format" with each X1 and X2; the host's own characters differ from 8 bits, no parity."""
     if1, reply = establish(bench, message, gap_s, **options)
     assert (reply, if1.registers["state"].read()) == (answer(message), "ready")
+
+
+@pytest.mark.parametrize("line", ["2400 8N2", "instant"])
+def test_the_data_format_may_follow_the_bracket_at_once(bench, line):
+    """Initialisation: a host that sends 8 bits, even parity and two stop bits, and does not wait for the answer `U`."""
+    play(bench, bench.add("if1", line=line), "1.1 s; host 8E2; (U44<CR> -> U<CR>; 1.2 s; F: 0")
 
 
 @pytest.mark.parametrize("message", [text for text in FORMATS if text[1] in "78"])

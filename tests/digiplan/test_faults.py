@@ -41,6 +41,8 @@ from .talking import edges, gaps, play, ready, scripts, times, until_idle, write
         "at 0 0 0; E: C",
         "Emergency stop: even a very short one is stored until the status has been read":
         "X4000@400$; 1 s; estop low; 0.002 s; estop released; 1 s; X between 1 449; K: 32",
+        'Limits: "Emergency stop or limit inputs will light the LED", but not without power':
+        "power off; estop low; x_fault low; led is low; estop released; x_fault released; power on; 1.05 s; led is low",
         "Clearing: a move that is requested after the status request is held until X is at rest":
         "X@20000G$; 5 s; Y20$; Z7$; 0.05 s; estop low; 0.01 s; estop released; K: 41; Z9@400$; 5 s; Y at 0; Z at 9",
     }

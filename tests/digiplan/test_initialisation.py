@@ -127,12 +127,21 @@ def test_a_wrong_format_message_is_dropped_and_may_be_sent_again(bench, wrong):
     play(bench, bench.add("if1"), script)
 
 
+def test_an_overflow_before_the_data_format_leaves_no_bit_in_f(bench):
+    """R3: silent, no bit in F; 61 characters are lost while the answer to `(` waits for the control lines."""
+    flood = "detect; host RTS off; sends (; 0.01 s; fill 61; host RTS on; 0.1 s; receives U<CR>; U61; 1.3 s; K: 0; F: 0"
+    play(bench, bench.add("if1"), flood)
+
+
 @scripts(
     {
         'Initialisation: "allow a delay of at least 5mS for the UART to re-initialise": E 1.1 ms, CR 2.3 ms later':
         "detect; U61; E; 1.3 s; E: C",
+        # the format message ends after 3 x 11 + 10 bits, 4.5 ms, and is read by the strobe at 5 ms; E takes 1.04 ms
+        'Initialisation: "allow a delay of at least 5mS": an E that ends 0.1 ms before the end of this delay is lost':
+        "detect; U61; 0.00886 s; sends E; 0.01 s; sends <CR>; 1.3 s; F: 0",
         'Initialisation: "allow a delay of at least 5mS": after four characters, a strobe and this delay E is received':
-        "detect; U61; 0.0106 s; E; 1.3 s; receives C<CR>",
+        "detect; U61; 0.00906 s; E; 1.3 s; receives C<CR>",
     }
 )  # fmt: skip
 def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench, script):

@@ -54,6 +54,23 @@ def test_waiting_for_inputs(bench, if1, script):
     play(bench, if1, script)
 
 
+@scripts(
+    {
+        # message and inputs, then the step and its next input
+        "Combining: until inputs 1 and 2 are high": "input1 high; H12X$; 0.1 s / the move waits for input2 high",
+        "Combining: H before L": "input1 high; :P0,1:H2L1X:$; 0.1 s / step 2 of the sequence waits for input2 high",
+        "Combining: L after H": "input1 high; input2 high; H2L1X$; 0.1 s / the move waits for input1 low",
+        "Combining: no wait": "input1 high; H1X$; 0.1 s / ",
+        "Power requirements: no wait without power": "H1X$; 0.1 s; power off / ",
+    }
+)  # fmt: skip
+def test_it_tells_for_which_input_it_waits(bench, if1, script):
+    """The hint for the user names the step, and the first input that keeps it waiting."""
+    acts, waits = script.split(" / ")
+    play(bench, if1, acts)
+    assert if1.hint.partition(":")[0] == waits
+
+
 @pytest.mark.parametrize("message", ["H1$", "L2$", "H1L2$", "H1S2$", "H1P0,5$", "H1R1$", "H12L3S1R2$"])
 def test_input_commands_need_a_move(bench, if1, message):
     """Combining: "Input commands can only be used in combination with move commands"."""

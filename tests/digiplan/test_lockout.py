@@ -36,6 +36,10 @@ from .talking import ask, play, ready, scripts
         'Battery backup: "power must be temporarily removed in order to reset the system" after an emergency stop':
         ":X100@400:=0,1:$; [; 1 s; estop low; 0.5 s; estop released; K: 32; K: 32; K: 32; X between 300 600; mark; "
         "5 s; moved 0 0 0; led is high",
+        "Lockout: all but status requests is ignored, `#` too while a reply waits for the control lines":
+        "X4000@400$; [; 0.1 s; host RTS off; E; 0.1 s; #; 0.5 s; moving; host RTS on; 0.1 s; receives [<CR>; moving",
+        'Lockout: "at exactly the same baud rate, number of bits etc.": bit 8 of `]` must be that of `[`, 0':
+        "[; sends <DD><CR>; E: [; ]; E: C",
         "Lockout: `X100[` is a data fault, so the interface is not locked (R7)":
         "sends X100; 0.1 s; [; X60$; 0.5 s; at 60 0 0; F: 8",
     }

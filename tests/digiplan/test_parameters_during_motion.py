@@ -69,6 +69,8 @@ def test_a_step_that_begins_before_the_new_ramp_is_calculated_has_the_old_one(be
         'Intervention: "as well as acceleration rate and start/stop speed data"; no answer during the calculation':
         ":P0,50:%:Y100@800:$; 0.1 s; <8; 0.5 s; receives %<CR>; E; 0.8 s; still; 0.2 s; receives C<CR>; %; 1 s; "
         "Y 100 pulses at 800",
+        'Acceleration: "has to calculate a new ramp", up to 1 second, which a held sequence waits for, too':
+        "X40@400$; ^20; :Y5:$; until X at 40; 0.98 s; Y at 0; 0.05 s; Y at 5",
         'Intervention: "start/stop speed data" sent during the host\'s move are in force for the host\'s next move':
         ":%:X1:$; 0.1 s; receives %<CR>; Y100@800$; <8; Y$; 3 s; Y 100 pulses at 800; Y at 200",
     }

@@ -25,6 +25,9 @@ from .talking import command, number, play, positions, scripts, write
         "X@10000G$; 10 s; #; 2 s; X between 70001 120000; N: X",
         'In linear interpolation: "If the speed is below the start/stop rate, ... approximately 4 x 10^9"':
         "X1000/Y250@400G$; 200 s; #; 2 s; X between 65538 90000; N: X",
+        # levels of 100 ms: 40 steps at 400/s, 50 at 500/s ...; the request is read 2.3 to 5 ms after 50 ms, 20 steps
+        'Position report-back: on the ramp "above the start/stop speed" begins with its second level':
+        "^1 @5000; 1.2 s; X40000$; until moving; 0.05 s; N: 20|21|22; 0.15 s; N: 0",
     }
 )  # fmt: skip
 def test_steps_of_the_last_move(bench, if1, script):

@@ -171,15 +171,14 @@ class _Reader:
                 self._wrong(rules.WAITS, "H and L need a move in the same message, e.g. H1X100$", 0)
         return self.message
 
-    def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
+    def _wrong(self, rule: Rule, message: str, at: int, end: int = 0, chapter: str = "") -> None:
         """Report a problem in a part of the text.
 
-        The problem begins at index `at` and ends before index `end`.  `at` None: the index of the next character.
+        The problem begins at index `at` and ends before index `end`.
         """
-        begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
-        behind = self.places[end - 1] + 1 if end > begin else 0
-        problem = Problem(rule, fault, self.places[begin], message, chapter or rule.chapter, end=behind)
+        behind = self.places[end - 1] + 1 if end > at else 0
+        problem = Problem(rule, fault, self.places[at], message, chapter or rule.chapter, end=behind)
         self.message.problems.append(problem)
 
     def _read_alone(self) -> bool:

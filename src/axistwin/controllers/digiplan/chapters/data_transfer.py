@@ -35,8 +35,8 @@ class InputBuffer:
         self.on_full: Callable[[bool], None] = lambda full: None
         self.on_cancel: Callable[[], None] = lambda: None
         """Function that is called when `# <CR>` is received."""
-        self.checking = True
-        """True if receive errors are reported as faults."""
+        self.checking = False
+        """True if receive errors are reported as faults: from the data format on, while the interface is not locked."""
         self.tolerant = False
         """True if characters with errors are accepted, because the data format is not known yet."""
         self.full = False

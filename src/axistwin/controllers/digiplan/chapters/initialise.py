@@ -51,7 +51,8 @@ def detect_baud_rate(state: State) -> Procedure:
     def receive(byte: int, _: LineError) -> None:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
-            state.buffer.open()
+            state.buffer.set_tolerant(True)
+            state.buffer.open()  # On an instant line, this call receives all characters that follow the character `(`.
             detected.succeed()
         else:
             state.drop(NO_BAUD_RATE)
@@ -66,7 +67,6 @@ def set_data_format(state: State) -> Procedure:
     assert uart.format is not None
     state.baudrate = uart.format.baudrate
     state.stage, state.hint = Stage.FORMAT, ""
-    buffer.checking = False
     buffer.set_tolerant(True)
     state.pins["led"].flash(FLASH_NS)
     yield from state.transmit(b"U\r")
