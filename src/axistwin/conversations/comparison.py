@@ -65,7 +65,7 @@ class Comparison:
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Actions in which the emulated controller differs from the real controller."""
+        """Actions, e.g. replies, of the emulated controller that the real controller performed differently."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
@@ -84,7 +84,7 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """Action, e.g. a reply, whose time differs most between the emulated controller and the real controller."""
+        """Action, e.g. a reply, with the largest time difference between emulated and real controller."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
@@ -184,7 +184,7 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """True if a line of the conversation file is neither executed nor compared, e.g. `= clock 2.5`.
+        """True if the comparison skips a line of the conversation file, e.g. the time `= clock 2.5`.
 
         The function `recorded_times` reads `= clock` lines.  Also skipped are serial control lines that the emulated
         controller lacks.

@@ -247,9 +247,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the sessions of a program, i.e. the characters that the program sends between two power-offs.
+    """Yield the characters that a program sends to its only controller, divided at each power-off.
 
-    The program controls one controller.  `sent` returns the characters of one program line.
+    The characters between two power-offs are a session.  `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:

@@ -51,7 +51,10 @@ class Drawing:
             self._changes.append((part, attribute, value))
 
     def take(self) -> list[Change]:
-        """Return the changes of this drawing since the previous call of `take` or `everything`."""
+        """Return the changes of the drawing, e.g. of a lamp, since the previous call.
+
+        A call of the method `everything` also counts.
+        """
         changes, self._changes = self._changes, []
         return changes
 

@@ -285,7 +285,7 @@ class Board(Core):
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
             is_empty, is_stuck = free == size, not count and free == before
-            # The velocity stream has ended early if its buffer is empty, or if no more data leave the buffer.
+            # An empty buffer, or a full buffer from which no data leave, shows that the velocity stream has stopped.
             if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)

@@ -300,7 +300,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # Do not change A from 100 to 200 by A=A+100: after a power cut (A=0), the result would be the old A.
+            # Do not double A=100 with A=A+100: after a power cut (A=0), A would be 100 again and hide the power cut.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")

@@ -87,9 +87,9 @@ class Commands:
         return found
 
     def is_modal(self, line: str) -> bool:
-        """True if a program line can change which commands the board accepts next.
+        """True if a program line contains a modal command, or an action such as `! power off`.
 
-        Such a line contains a modal command, or an action such as `! power off`.
+        Such a line can change which commands the board accepts in the following lines.
         """
         text = line.partition(";")[0]
         command = self._first_command(text)

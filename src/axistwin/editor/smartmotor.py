@@ -65,7 +65,10 @@ def outline(line: str) -> Outline:
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Mask a string by dots, or a comment by blanks, so that no label is found inside, e.g. in `'go to C10`."""
+    """Mask the text of a string or comment, so that no label, e.g. C10, is found in the comment `'go to C10`.
+
+    Dots replace a string, and blanks replace a comment.
+    """
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 

@@ -58,7 +58,7 @@ def baud(case: Case) -> Mend:
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        # A baud rate that the host has set during the fault is kept.
+        # Restore the old baud rate, unless the host has set another baud rate since the fault began.
         if host.baudrate == case.values["baudrate"]:
             host.baudrate = before
 
@@ -96,7 +96,10 @@ def check_handshake(spot: Spot) -> None:
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Apply `effect` to a given number of characters, to a random selection of characters, or to all characters."""
+    """Disturb a given number of serial characters, randomly selected characters, or all characters.
+
+    `effect`: the change of each disturbed character.
+    """
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1

@@ -95,7 +95,7 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """The controller to which this part of the bench belongs."""
+        """Controller whose serial line, pin or axis the fault affects."""
         assert self.controller is not None
         return self.controller
 

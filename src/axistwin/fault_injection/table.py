@@ -65,7 +65,7 @@ class Parameter:
 
     @property
     def wanted(self) -> str:
-        """Description of the parameter's valid values, for messages."""
+        """Valid values of the fault's parameter, in words for error messages, e.g. "a number from 0 to 1"."""
         if self.words:
             return " or ".join(self.words)
         what = self.sort.value + (f" of {self.unit}" if self.unit else "")

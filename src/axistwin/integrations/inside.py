@@ -126,10 +126,10 @@ class _InnerClient:
         """Do nothing, because this client has no network connection to close."""
 
     def pause(self) -> None:
-        """Do nothing, because this client needs no flow control."""
+        """Ignore the request to pause this client, because its data are never stopped."""
 
     def resume(self) -> None:
-        """Do nothing, because this client needs no flow control."""
+        """Ignore the request to resume this client, because its data are never stopped."""
 
 
 class _InnerMaster(Master):

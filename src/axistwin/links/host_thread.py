@@ -52,7 +52,7 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            # `time.sleep(-1)` of Python raises ValueError with the same text.
+            # Raise the same error as `time.sleep(-1)` in Python.
             raise ValueError("sleep length must be non-negative")
         self.slept_ns = to_ns(seconds)
         self._due.clear()
@@ -62,9 +62,9 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """End the `time.sleep` of the host program in virtual time.
+        """Make the host program's call of `time.sleep` return.
 
-        This method returns after the host's thread has resumed.
+        The call sleeps in virtual time.  This method returns after the host's thread has resumed.
         """
         self.wakes_ns = None
         self._due.set()
@@ -93,7 +93,10 @@ class HostThread:
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
-        """Wait until the host's function has finished; return the function's result, or raise its exception."""
+        """Return the result of the host program, or raise the exception of the host program.
+
+        This method first waits until the host program has finished.
+        """
         self._thread.join()
         if self._error is not None:
             raise self._error
@@ -111,7 +114,7 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # The thread has ended, or the operating system is not Linux.
+        except FileNotFoundError:  # Linux has no file for an ended thread; other operating systems have no `/proc`.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

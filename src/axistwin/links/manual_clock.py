@@ -29,7 +29,7 @@ SLEPT = (
 
 
 class ServedClock:
-    """Virtual time of a simulation that runs in the event loop of another thread."""
+    """Clock that returns the virtual time of a simulation in another thread."""
 
     def __init__(self, loop: LoopThread, pacer: Pacer) -> None:
         self._loop, self._pacer = loop, pacer
@@ -50,7 +50,7 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Always raise UsageError: this clock follows the wall clock, and no program can advance its time.
+        """Raise UsageError, because the virtual time of this clock passes by itself.
 
         A program can advance virtual time only with a manual clock.
         """
@@ -101,7 +101,10 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Register a host program.  Only a `ManualClock` uses the registered programs."""
+        """Register a host program.
+
+        No action is needed, because virtual time passes by itself.
+        """
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()

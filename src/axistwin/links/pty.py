@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # The function `tcflush` of the server caused this packet, not a client.
+            return  # Ignore this packet: the server itself, not a client, has called `tcflush`.
         if self._connect():
             self._take(packet[0], packet[1:])
 

@@ -105,7 +105,7 @@ class Relay:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop forwarding, and close the device."""
+        """Stop the transfer of data between the host and the real device, and close the device."""
         self._closing = True
         if self._thread is not None:
             self._thread.join()
@@ -173,7 +173,7 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Change a setting of the device with the function `do`.
+        """Change a setting of the serial device, e.g. its baud rate, by a call of `do()`.
 
         An error of the device is logged.  `what`: the change, as words for the log.
         """

@@ -22,7 +22,7 @@ LONGEST_S = 2.0
 
 
 class Seat:
-    """Connection of one of several TCP clients to the same serial connector."""
+    """Connection of a TCP client that shares a serial port with other TCP clients."""
 
     def __init__(self, hub: "Hub") -> None:
         self._hub = hub
@@ -174,10 +174,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False: the connection has not ended.
-
-        The connection ends when the last client disconnects.
-        """
+        """Return False, because the shared connection stays open until the last client disconnects."""
         return False
 
     def drop(self) -> None:

@@ -108,7 +108,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
         if not self._has_sent:
-            # Without a reply to the client, TCP would delay the acknowledgement of the received data.
+            # Acknowledge the received data at once: without a reply, TCP would delay the acknowledgement.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -119,7 +119,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
-        return bool(self.linger_s)  # If the result is False, asyncio closes the connection.
+        return bool(self.linger_s)  # asyncio closes the connection if `eof_received` returns False.
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         """Disconnect the client."""

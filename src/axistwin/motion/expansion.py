@@ -47,7 +47,7 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
-    # Pulse times of each velocity profile that occurs more than once
+    # The pulse times of a repeated velocity profile are computed only once, and stored here.
     patterns: dict[int, NDArray[np.int64]] = {}
     at = 0
     for repeated, group in groupby(moves, lambda move: seen[id(move[1])] > 1):
@@ -135,7 +135,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
         return np.array(list(chain.from_iterable(tables)), np.int64)
 
     profiles = [profile for _, profile in moves]
-    # The last start time in a velocity profile's table is the end of the move.
+    # The last element of `profile.starts` is the end time of the move.
     lengths = flat([[len(profile.starts) for profile in profiles]])
     origins, ticks, parts, per_rate = (
         np.repeat(flat([numbers]), lengths)

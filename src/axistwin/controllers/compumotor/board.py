@@ -71,9 +71,9 @@ class Board(State):
         return len(self._queue.items)
 
     def fail(self) -> None:
-        """Raise the board monitor alarm.
+        """Set the board to its failed state: the alarm LED is on, and only a reset ends the state.
 
-        The LED is on, and the outputs are in high impedance, until a reset.
+        Until the reset, the outputs are in high impedance.
         """
         self._die()
         for name in FLOATING:

@@ -103,7 +103,7 @@ class State(ABC):
 
     @abstractmethod
     def fail(self) -> None:
-        """Raise the board monitor alarm."""
+        """Set the board to its failed state: the alarm LED is on, and only a reset ends the state."""
 
     def occupy(self, duration_ns: int) -> Event:
         """Keep the processor busy for `duration_ns`.  Return an event that occurs when this time has elapsed."""

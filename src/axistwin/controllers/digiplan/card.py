@@ -54,11 +54,11 @@ class NoBattery:
     """Memory of an IF1, which has no battery and therefore loses all data at power-off."""
 
     def load(self) -> bytes | None:
-        """Return None, because the memory of an IF1 is empty after power-on."""
+        """Return no stored data, because the memory of an IF1 is empty after power-on."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Do nothing, because an IF1 loses its data at power-off."""
+        """Store no data, because an IF1 loses all data at power-off."""
 
 
 class Card:

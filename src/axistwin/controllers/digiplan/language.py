@@ -319,7 +319,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # A digit or comma follows the number.  The parser reports this surplus character next.
+            return  # A digit or comma after the number is an error, which the parser reports in its next step.
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)

@@ -107,7 +107,7 @@ class Parameters:
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return a copy of the parameters as they are after the execution of `step`.
+        """Return a copy of the motion parameters with the values that they have after a sequence step.
 
         After a run (continuous move), the distance of a preset move is zero.
         """

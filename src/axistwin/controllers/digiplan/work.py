@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A process that calls `cancel` itself is interrupted when the process next waits for an event.
+            # The running process cannot interrupt itself, so interrupt the process when it next waits.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:

@@ -29,7 +29,7 @@ BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
 # A chapter title with a number, e.g. "7.0 F=", belongs to the manual of firmware 4.76.
-# A chapter title without a number, e.g. "Modes", belongs to the guide to the base language.
+# A chapter title without a number, e.g. "Modes", belongs to the general guide to SmartMotor commands.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"

@@ -166,9 +166,10 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the motor's compiled program by a copy that reports the execution of other program lines.
+    """Change which lines of the motor's program are reported when they are executed.
 
-    `after`: the copy, e.g. for a new breakpoint.  A running program continues at the same statement.
+    `after`: a compiled copy of the program that reports these lines, e.g. for a breakpoint.  A running program
+    continues at the same statement.
     """
     if after is motor.program:
         return
@@ -182,7 +183,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a dictionary from code positions in the program `before` to the same positions in the program `after`.
+    """Return a dictionary of the old and the new code position of each program statement.
 
     `before` and `after` are compiled copies of the same program.  Their code differs only in the operations that report
     the execution of a statement.

@@ -101,7 +101,10 @@ class Motor(Processor):
             self.update_outputs()
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record: a position or clock value for host mode, or a new value of A, V or P."""
+        """Execute a binary command from the host, e.g. a new value of the acceleration A.
+
+        `code`: one of the keys of `RECORD_HANDLERS`.
+        """
         self.catch_up()
         RECORD_HANDLERS[code](self, value)
         self.update_outputs()
@@ -139,7 +142,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The program is already compiled, or the host has loaded a newer program.
+            return  # Stop here: the program is already compiled, or the host has replaced the program.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -177,11 +180,11 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # At power-off, set all latched fault flags: only a change from 0 to 1 would report a new fault.
+            # Set all fault flags at power-off: only a change from 0 to 1 reports a fault, so none is reported.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
-        """Copy the physical state of the motor, e.g. speed and temperatures, to the axis for the next power-up."""
+        """Save the physical state of the motor, e.g. speed and temperatures, for the next power-up."""
         self.catch_up()
         self.core.stop()
         self.axis.f, self.axis.shaft = list(self.f), self.i[s.SHAFT] + self.i[s.SLIPPED]

@@ -113,9 +113,9 @@ class Processor(Dispatcher, ABC):
 
     @abstractmethod
     def _act(self, why: int) -> None:
-        """Handle the events that have interrupted the computation of servo samples, e.g. a fault.
+        """Handle events in the simulation of the motor, e.g. a fault.
 
-        `why`: one bit for each event.
+        The events have ended a series of servo samples.  `why`: one bit for each event.
         """
 
     def catch_up(self, *, changing: bool = True) -> None:

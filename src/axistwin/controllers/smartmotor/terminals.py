@@ -173,9 +173,9 @@ class IndexLine(Pin):
         self._motor: Processor | None = None
 
     def connect(self, motor: Processor | None) -> None:
-        """Connect the index line to a processor.
+        """Connect the encoder's index signal to the motor's processor, which has just been switched on.
 
-        The processor has just been switched on; None disconnects the line.
+        None disconnects the signal.
         """
         self._motor = motor
         if self._changes:

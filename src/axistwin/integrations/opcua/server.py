@@ -22,11 +22,11 @@ async def serving(
     users: Mapping[str, Account] | None = None,
     certificates: Path | None = None,
 ) -> AsyncIterator[str]:
-    """Serve a machine by OPC UA, and poll its controllers; yields the URL of the server.
+    """Start an OPC UA server for a machine, and yield the server's URL.
 
-    The machine must have been opened.
+    The controllers of the machine are polled while the server runs.  The machine must have been opened.
     """
-    # The library asyncua would otherwise log each refused request of a client.
+    # Suppress the log messages of the library asyncua, e.g. about each refused request of a client.
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)
     server = Server(user_manager=None if users is None else Users(users))
     await server.init()

@@ -42,7 +42,7 @@ class Advancer(ABC):
         """At full speed virtual time reaches at least this value, even if no event is due."""
 
     def request_flush(self, port: Port) -> None:
-        """Send the output of a port after the next advance of virtual time."""
+        """Register a port whose pending output is sent to the client after the next advance of virtual time."""
         self._to_flush.append(port)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:

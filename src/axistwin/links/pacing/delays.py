@@ -5,7 +5,7 @@ LATE_S = 0.025
 
 
 class Delays:
-    """Statistics of the delays of virtual time against the wall clock."""
+    """Counts how often virtual time has fallen behind the wall clock, and records the longest delay."""
 
     def __init__(self) -> None:
         self.blocks = 0

@@ -212,9 +212,10 @@ class PulseGenerator:
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, segments: Sequence[Segment]) -> None:
-        """Continue the motion in the same direction with the velocities of `segments`.
+        """Change the velocity of the present motion, without a change of direction.
 
-        The motor keeps the velocity of the last segment until another profile begins.
+        `segments`: the velocities, in the order of their output.  The motor keeps the velocity of the last segment
+        until another profile begins.
         """
         added = (*segments[:-1], Segment(segments[-1].rate, None))
         if len(self._output.segments) < MOST_SEGMENTS:

@@ -104,7 +104,7 @@ class Tracking:
     """Parameters and state of position tracking; all positions are encoder pulses since reset."""
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
-        """Create the position tracking of a board.
+        """Connect the position tracking to a board's pulse output and encoder.
 
         `moves`: True if the board can perform closed-loop moves.
         An encoder or the option `encoder_commands` makes closed-loop moves available.

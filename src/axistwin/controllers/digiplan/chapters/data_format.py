@@ -57,7 +57,7 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return a byte in the form in which the host receives the byte.
+        """Set bit 8 of a byte to 0 if the data format requires it, and return the byte.
 
         Bit 8 is 0 in data formats with seven data bits, and in data formats whose bit 8 is always 0.  In all other data
         formats, the byte does not change, because the quick status needs all eight bits.

@@ -18,7 +18,7 @@ ECHOED = "U"  # Sample program 4 of the manual sends this character back to the 
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
-REINITIALISE_NS = 5 * MS  # With the option strict_format, characters are lost for 5 ms after the data format message.
+REINITIALISE_NS = 5 * MS  # Option `strict_format`: the interface ignores characters for 5 ms after the data format.
 
 
 def baud_rate(low_ns: Fraction) -> int | None:

@@ -100,11 +100,12 @@ def busy_letter(state: State) -> str:
 
 
 def position(state: State) -> bytes:
-    """Command N: report the number of steps since the start of the last index or run, modulo 2^32.
+    """Command N: report how many steps the motor has made since the latest start of a motion.
 
-    During motion above the start/stop speed the count rises in steps of 256.  Above that speed an interpolated
-    run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters
-    Position report-back, Position report-back in linear interpolation mode.
+    The motion is an index (preset move) or a run (continuous move).  The number is modulo 2^32.  During motion above
+    the start/stop speed the count rises in steps of 256.  Above that speed an interpolated run has a counter of 16
+    bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters Position report-back,
+    Position report-back in linear interpolation mode.
     """
     return _number(state, steps(state))
 

@@ -17,7 +17,7 @@ CHANNEL_1 = "EF"
 
 
 def power_up(motor: Processor) -> None:
-    """Make all pins inputs."""
+    """Configure all I/O pins as inputs."""
     for pin in motor.pins.values():
         pin.input()
 

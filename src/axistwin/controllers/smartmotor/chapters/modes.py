@@ -317,5 +317,8 @@ def internal_encoder(_motor: Processor) -> None:
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1: set the error flag Bs, because the servo loop of this motor cannot use an external encoder."""
+    """ENC1: refuse to use an external encoder for the servo loop, and set the error flag Bs.
+
+    No external encoder is mounted on the motor's shaft.
+    """
     motor.syntax_error()

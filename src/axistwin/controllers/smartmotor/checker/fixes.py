@@ -27,9 +27,10 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Return a fix that replaces a Class 5 command by the equivalent command of firmware 4.76.
+    """Return a correction for a command that only SmartMotors of Class 5 have.
 
-    Returns None if the replacement is not a valid statement.
+    The correction is the equivalent command of firmware 4.76.  Returns None if the replacement is not a valid
+    statement.
     """
     if any(read(word).problem is not None for word in later.here.split()):
         return None

@@ -142,7 +142,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index of the first element after an expression in the compiled code.
+        """Return the index at which the compiled code of an expression has ended.
 
         `at`: index of the first element of the expression.
         """
@@ -228,11 +228,11 @@ class _Depths:
             self._measure(label)
 
     def of(self, label: int | None) -> int:
-        """Return the stack depth of a routine: the most return addresses that the routine puts on the stack."""
+        """Return the stack depth of a routine, i.e. its largest number of nested calls."""
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Compute the stack depth of a routine: the most return addresses that the routine puts on the stack.
+        """Compute the stack depth of a routine, i.e. its largest number of nested calls.
 
         The computation is not recursive, because a program may have a thousand routines.
         """

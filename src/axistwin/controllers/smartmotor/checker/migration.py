@@ -26,10 +26,10 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Report the first motion command of a program if limit faults may prevent the motion.
+    """Warn about a program that moves the motor although limit faults may prevent the motion.
 
     Unconnected limit inputs cause a fault at power-up.  The program must clear this fault, e.g. with ZS (manual,
-    sections 2.0 and 3.1).
+    sections 2.0 and 3.1).  The warning is at the first motion command.
 
     The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
@@ -75,9 +75,9 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """Report SLN= and SLP= in a program while the software limits are enabled (manual, section 3.2).
+    """Warn if a program changes a software limit (SLN= or SLP=) while the software limits are enabled.
 
-    The program must first disable the software limits with SLD.
+    The program must first disable the software limits with SLD (manual, section 3.2).
     """
     enabled = -1
     for number, keyword in enumerate(findings.words):

@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """State of the computation of a motor's servo samples, e.g. `STOPPED` while the power is off."""
+    """State of the simulation of one motor, e.g. `STOPPED` while the motor's power is off."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -74,9 +74,9 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the sample at which this block of samples ends.
+        """Number of the last servo sample in this series of consecutive samples.
 
-        If the kernel has stopped before a sample, this is the number of that sample.
+        If the kernel has stopped before a sample, the result is the number of that next sample.
         """
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
@@ -156,7 +156,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # The first requested time is before the next servo sample, so the shaft still has the present position.
+        # No servo sample is due before the first of `times_ns`, so the shaft still has its present position.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
@@ -174,9 +174,10 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of servo samples that were computed in advance and whose time has passed.
+        """Return the number of precomputed servo samples whose time has come.
 
-        All these samples belong to the present block, i.e. the series of samples that was computed last.
+        A servo sample is one cycle of the servo loop (245.76 µs).  All these samples belong to the present block, i.e.
+        the series of samples that was computed last.
         """
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
@@ -216,7 +217,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the stored state of the motor belongs to the present time.
+        """True if the stored state of the motor includes the latest servo sample (a cycle of 245.76 µs).
 
         The block that is computed ahead then stays valid.
         """
@@ -306,7 +307,7 @@ class Core:
                 self._follower(array("q", times.tobytes()), which, values)
 
     def _compute_ahead(self) -> None:
-        """Compute the motor's next servo samples in advance, and schedule the next call."""
+        """Precompute the next part of the motor's motion, and schedule an event at the end of this part."""
         if self._phase is Phase.STOPPED:
             return
         self._phase = Phase.BETWEEN
@@ -331,9 +332,9 @@ class Core:
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Read the external encoder's counts in the next servo samples, as far as the counts are certain.
+        """Predict the external encoder's counts for the next servo samples (one every 245.76 µs).
 
-        Returns the number of these samples, at most `most`.
+        The prediction ends before the first uncertain count.  Returns the number of predicted counts, at most `most`.
         """
         kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
         if not kept:
@@ -344,7 +345,7 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        """Schedule an event at the end of a block of samples.
+        """Schedule an event for the end of a block (a series of precomputed servo samples).
 
         If several blocks were computed as one, each of them still gets its own event, because a run without a given
         length ends with the last event.
@@ -443,8 +444,8 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST
-        # After a command from the host, all servo samples that were computed in advance are invalid.
-        # Compute in advance only 25 % more samples than were due between the host's last two commands.
+        # A command from the host makes all precomputed servo samples invalid.
+        # Precompute servo samples only until the host's next command is expected, plus 25 %.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -551,9 +552,9 @@ class Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Update the NumPy views through which compiled code accesses the arrays of the motor.
+        """Create new NumPy views of the motor's arrays after one of the arrays has been replaced.
 
-        Nothing happens if no array has been replaced.
+        Compiled code reads and writes the arrays through these views.
         """
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:

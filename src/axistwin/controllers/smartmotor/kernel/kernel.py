@@ -29,7 +29,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 
 # Events, e.g. a fault, that interrupt the computation of servo samples; each event is one bit.
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # Event: the next program statement must be executed outside the compiled code.
+STATEMENT_WAITS = 1  # Event: the kernel cannot execute the next program statement itself.
 VALUE_WAITS = 2  # Event: the next program statement needs an external value, e.g. a serial character for GETCHR.
 CALL_WAITS = 4  # Event: the subroutine C1 or C2 of the motor's program must be called.
 TRAJECTORY = 8  # Event: the status flag Bt (trajectory in progress) has changed.
@@ -245,7 +245,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # A command may have changed any traced value since the last call, so first check all traced values.
+            # Program statements and host commands can change any traced value; motion changes only some values.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

@@ -129,7 +129,10 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the slice of a log (an integer array) that contains the header and the list of traced values."""
+    """Return the position of the header in an array that logs changes of values, as a slice.
+
+    The header includes the list of traced values.
+    """
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 

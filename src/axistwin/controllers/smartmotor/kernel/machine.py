@@ -34,12 +34,12 @@ OUTSIDE = next(_slots)  # Acceleration of the shaft by external torque and gravi
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
 JAM = next(_slots)  # Additional friction of the shaft: infinite while the shaft is jammed, otherwise 0.
 VISCOUS = next(_slots)  # Deceleration by viscous friction, in counts/sample², for a shaft speed of 1 count/sample.
-# OPEN_GAIN is the factor by which viscous friction alone reduces the shaft speed in a servo sample.
-# CLOSED_GAIN is the factor by which viscous friction and back-EMF reduce the shaft speed in a servo sample.
+# OPEN_GAIN: in each time step, the shaft speed is multiplied by this factor because of viscous friction.
+# CLOSED_GAIN: in each time step, the shaft speed is multiplied by this factor because of friction and back-EMF.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the motor current at standstill for a PWM value of 1, in A.
-# AMPS_PER_SPEED is the current in A by which back-EMF reduces the motor current at a speed of 1 count/sample.
+# AMPS_PER_SPEED: the back-EMF at a speed of 1 count/sample reduces the motor current by this many amperes.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the motor windings at the end of the latest servo sample, in A.
 # Current at the end of a servo sample = AMPS_KEPT * (current at its start) + (1 - AMPS_KEPT) * (steady current).

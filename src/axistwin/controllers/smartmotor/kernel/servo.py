@@ -130,7 +130,7 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """Return the speed of the shaft after one sample with friction.
+    """Return the shaft speed after friction has slowed the shaft for one time step.
 
     `push`: speed without friction.  `against`: largest change of speed that friction can cause in one sample.  The
     result is 0 if friction stops the shaft.
@@ -322,6 +322,7 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            left %= m.HEAT_BLOCK  # The motor's temperatures no longer change, so skip whole blocks of servo samples.
+            # The temperatures have reached constant values, so further blocks of 256 servo samples can be skipped.
+            left %= m.HEAT_BLOCK
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

@@ -55,7 +55,7 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Return the integral term of the servo law after the addition of KI times the position error.
+    """Return the new integral term of the servo law: the old term plus KI times the position error.
 
     KL limits the integral term.
     """
@@ -92,7 +92,7 @@ def clear_integral(i: Ints) -> None:
 
 @sampled
 def steady(i: Ints) -> int:
-    """Return 1 if the servo law gives the same PWM value in the next sample as in the present sample."""
+    """Return 1 if the motor's PWM value will be the same in the next servo cycle, otherwise 0."""
     if i[s.MODE] == s.M_TORQUE:
         return 1 if i[s.PWM] == i[s.DIRECTION] * clipped(i[s.T], i[s.AMPS]) else 0
     error = following_error(i)

@@ -18,7 +18,7 @@ CLK_ZERO = next(_slots)  # Number of the servo sample in which the counter CLK w
     PROGRAM,  # State of the motor's program: stopped, running or blocked.
     PC,  # Position of the next statement in the compiled program.
     STATEMENT,  # Number of the program statement that is being executed or was executed last.
-    BUDGET,  # Number of statements that the program may still execute in the present servo sample.
+    BUDGET,  # Number of statements that the program may still execute before the next servo cycle.
     STATEMENTS_PER_SAMPLE,
     WAIT_UNTIL,  # Number of the servo sample at which the command WAIT ends.
     DEPTH,  # Number of return addresses on the subroutine stack.
@@ -28,7 +28,7 @@ RETURNS, *_ = islice(_slots, 10)  # Return addresses of up to ten nested subrout
 SWITCHES, *_ = islice(_slots, 11)
 (
     TWAITING,  # 1 while the command TWAIT pauses the program until the motor's trajectory ends.
-    PAUSED,  # 1 while the command ! pauses the program until a serial character arrives.
+    PAUSED,  # Flag: 1 while the program waits for a serial character because of the command `!`.
     RUN_GIVEN,  # 1 if the command RUN has started the program; 0 if the program has started at power-up.
     C2_CALLED,  # Flag: 1 while the interrupt subroutine C2 runs, i.e. until RETURNI, STACK or END.
 ) = islice(_slots, 4)

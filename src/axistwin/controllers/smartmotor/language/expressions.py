@@ -85,7 +85,10 @@ class Computed:
     """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Store the values that the interpreter needs but cannot compute, e.g. the character for GETCHR."""
+        """Store the external values that the expression needs, e.g. the serial character for GETCHR.
+
+        The interpreter cannot compute these values.
+        """
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
@@ -194,9 +197,9 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Add an operation to the code of the expression.
+        """Generate the code of an operation on two values, e.g. the addition in `a+b`.
 
-        If both values are constants, the result is added instead.
+        If both values are constants, the code contains only the result.
         """
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:

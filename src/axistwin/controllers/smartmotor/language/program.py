@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the size of the code with which a statement reports its start, in integers.
+        """Return the length of the compiled code that reports the start of a program statement.
 
-        `head`: index in `code` at which the code of the statement begins.  The size is 0 if the
-        statement does not report its start.
+        `head`: index in `code` at which the code of the statement begins.  The length is a number of integers; it is 0
+        if the start is not reported.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -323,9 +323,9 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if code for the beginning of the statement with the given number has already been generated.
+        """True if the compiler has already generated a part of the code of this program statement.
 
-        The report to subscribers is then not generated again.
+        The code that reports the start of the statement is then not generated again.
         """
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 

@@ -53,7 +53,10 @@ def silent(motor: Processor, channel: int = 0) -> None:
 
 
 def talk(motor: Processor, channel: int = 0) -> None:
-    """TALK (channel 0), TALK1 (channel 1): end SILENT or SILENT1, so that the program can send output again."""
+    """TALK (channel 0), TALK1 (channel 1): let the program send serial output again.
+
+    The commands SILENT and SILENT1 suppress this output.
+    """
     motor.channels[channel].silent = False
 
 

@@ -31,7 +31,10 @@ class Loaded:
         self._parts: list[Any] = []
 
     def __call__(self, *arguments: Any) -> int:
-        """Copy the arrays into the memory of the module, call the function, and copy the arrays back."""
+        """Call the WebAssembly function, and return the function's result.
+
+        The array arguments are copied into WebAssembly memory before the call, and back after the call.
+        """
         *arrays, number = arguments
         self._divide([each.itemsize * len(each) for each in arrays])
         shared = [(part, memoryview(each).cast("B")) for part, each in zip(self._parts, arrays, strict=True)]

@@ -92,12 +92,12 @@ def br_if(depth: int) -> bytes:
 
 
 def load(kind: int, offset: int) -> bytes:
-    """Return the instruction that loads 8 bytes as a number of the type `kind`."""
+    """Return the WebAssembly instruction that reads a number of type I64 or F64 from memory."""
     return (b"\x29" if kind == I64 else b"\x2b") + bytes((_ALIGNED,)) + unsigned(offset)
 
 
 def store(kind: int, offset: int) -> bytes:
-    """Return the instruction that stores a number of the type `kind` in 8 bytes."""
+    """Return the WebAssembly instruction that writes a number of type I64 or F64 to memory."""
     return (b"\x37" if kind == I64 else b"\x39") + bytes((_ALIGNED,)) + unsigned(offset)
 
 

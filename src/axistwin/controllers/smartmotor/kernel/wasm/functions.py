@@ -15,7 +15,7 @@ from axistwin.controllers.smartmotor.kernel.wasm.expressions import Expressions
 
 
 def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
-    """Return a WebAssembly module that exports the function `entry`, with all functions that `entry` calls."""
+    """Compile the function `entry` and all functions that `entry` calls to one WebAssembly module."""
     order = [entry]
     found: list[w.Function] = []
     while len(found) < len(order):
