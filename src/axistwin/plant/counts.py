@@ -91,7 +91,7 @@ class CountHistory:
     def add(self, samples: Samples) -> None:
         """Store sampled encoder positions, and discard the oldest positions beyond the limit `samples`.
 
-        Samples without a change of position are not stored.
+        Samples are not stored if the position has not changed in any of the samples.
         """
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)
