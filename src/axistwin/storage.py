@@ -42,7 +42,7 @@ class MemoryStore:
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing, because contents in RAM are not written to a file."""
+        """Do nothing.  In the class `FileStore`, this method repeats a failed write to the memory file."""
 
 
 class FileStore:
@@ -108,7 +108,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """State of the memory file as a text for the log, e.g. "there is no file"."""
+        """Text for the log about the file with a controller's memory contents, e.g. "there is no file"."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file has the contents of the last complete write"

@@ -72,7 +72,7 @@ def test_faults_that_wait_for_one_another_are_refused(scene):
     text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
     with pytest.raises(
         SceneError,
-        match=r"s\.toml:6:1: the fault a can never begin, because its event 'b begins' occurs only after a begins",
+        match=r"s\.toml:6:1: the fault a and its event 'b begins' wait for each other, so a can never begin: expected",
     ):
         scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()
     with pytest.raises(SceneError, match=r"s\.toml:6:1: unknown fault 'b': known faults are a"):

@@ -62,9 +62,10 @@ class Profile:
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:
-        """Append the rate, the start time and the phase of each segment to the lists of the profile.
+        """Convert the rate, start time and start position of each segment of the velocity profile to integers.
 
-        Return False if a list would need fractions.
+        The integers are appended to the lists `rates`, `starts` and `phases`.  Return False if a number has no exact
+        integer.
         """
         per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
         duration, ticks, rest = None, 0, 0

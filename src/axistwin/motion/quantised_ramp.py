@@ -87,9 +87,9 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """List of the numbers of pulses from the start of the acceleration to each velocity level.
+        """Cumulative pulse counts of the acceleration: element k is the pulse count of the first k velocity levels.
 
-        Element k is the number of pulses in the first k levels of the ramp, so element 0 is 0.
+        Element 0 is 0, and the last element is the pulse count of the whole acceleration.
         """
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 

@@ -128,7 +128,7 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Return a smaller search range for the parameter `add` of a step command.
+    """Return the range of values that are still possible for the parameter `add` of a step command.
 
     With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
 
@@ -140,7 +140,7 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     number and latest permitted tick of the second pulse.
     """
     (m, low), (n, high) = late, early
-    # One step command can output both pulses at permitted times if `gap <= add * slope`.
+    # If `gap <= add * slope`, pulse m is not earlier than tick `low` and pulse n is not later than tick `high`.
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
     if gap <= add * slope:
         return lowest, highest

@@ -59,9 +59,9 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Delete the references from a page element to other objects.
+    """Clear the references of a removed page element to other objects, so that Python can free the memory.
 
-    Python can then free the memory of the element, because the element is in no reference cycle.
+    The element is then in no reference cycle.
     """
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()

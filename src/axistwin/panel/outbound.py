@@ -42,9 +42,10 @@ class Outbound:
         del self._outbox.enqueue_update, self._outbox.enqueue_message
 
     async def send(self) -> None:
-        """Send the new elements of a web page to the browser, and then the delayed messages.
+        """Send the new elements of a web page to the browser.
 
-        The older elements that contain new elements are sent after the new elements.
+        The older elements, which contain the new elements, follow.  The messages that were held back while the
+        elements were built come last.
         """
         there = list(self._client.elements.values())
         inside = [each for each in there if each.id not in self._before]

@@ -83,7 +83,10 @@ async def build_page(enter: Callable[[], Context]) -> None:
 
 
 class Visits:
-    """Stores the web pages in all browsers: the open pages, and a few pages whose browsers have disconnected."""
+    """List of the panel's open web pages.
+
+    The list also contains a few pages whose browsers have disconnected, because a browser can connect again.
+    """
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()

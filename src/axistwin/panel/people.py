@@ -30,11 +30,14 @@ class Person:
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Increase the number of web pages that the user has open by 1."""
+        """Record that a browser of the user has connected to a web page of the panel."""
         self.pages += 1
 
     def left(self) -> None:
-        """Decrease the number of web pages that the user has open by 1, and store the time."""
+        """Record that a browser of the user has disconnected from a web page of the panel.
+
+        The time is stored in `left_s`.
+        """
         self.pages -= 1
         self.left_s = monotonic()
 

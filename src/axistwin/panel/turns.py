@@ -89,7 +89,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # The computation may use the event loop, because the loop's thread is blocked while the computation runs.
+        # Code in this thread may call asyncio, because the thread of the event loop waits in the meantime.
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

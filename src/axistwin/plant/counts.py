@@ -89,7 +89,10 @@ class CountHistory:
         """Changes up to this time have been discarded; None if no change has been discarded."""
 
     def add(self, samples: Samples) -> None:
-        """Append position samples of the encoder to the stored encoder counts."""
+        """Store sampled encoder positions, and discard the oldest positions beyond the limit `samples`.
+
+        Samples are not stored if the position has not changed in any of the samples.
+        """
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)
         if positions[0] == positions[-1] == self._last and positions.count(self._last) == len(positions):

@@ -63,7 +63,7 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the encoder count at a motor position that the present motion has already passed.
+        """Return the encoder count at an earlier motor position of the present motion.
 
         `position`: in pulses.  The present motion has no reversal.
         """

@@ -28,11 +28,11 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The normal value of a setting, e.g. 1.0, followed by one changed value for each active defect, e.g. 0.5."""
+        """List of values: the normal value of a setting, and then the value of each active defect, e.g. [1.0, 0.5]."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the normal value of a machine setting, e.g. of the motor torque.
+        """Change the value that a setting, e.g. the motor torque, has without defects.
 
         The values of active defects stay the same.
         """

@@ -156,10 +156,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing if the encoder slips on the shaft.
-
-        A motor without power does not count encoder pulses.
-        """
+        """Ignore a slip of the encoder on its shaft, because a motor without power counts no encoder pulses."""
 
 
 class EncoderView:
@@ -257,7 +254,10 @@ class ServoAxis:
     # Interface to the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Let the motor's processor calculate the motion of the shaft from now on."""
+        """Connect the emulated processor of the motor.  The processor then calculates the motion of the shaft.
+
+        Without a processor, the shaft is at rest.
+        """
         self._source = source
 
     def disconnect(self) -> None:
@@ -326,9 +326,9 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """False: a servo axis can move at any time, because a person can turn the shaft.
+        """True if the axis stays at rest until the event `on_motion`.  Always False for a servo axis.
 
-        True would mean: the axis is at rest, and emits the event `on_motion` before it moves.
+        The shaft of a servo can move at any time without this event, because a person can turn the shaft.
         """
         return False
 
@@ -391,7 +391,7 @@ class ServoAxis:
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
-        """Simulate a defect that changes the ambient temperature.  Return a function that ends the defect."""
+        """Inject a fault: set the ambient temperature to `celsius`.  Return a function that ends the fault."""
         return self._ambient.add(celsius)
 
     @property

@@ -497,9 +497,9 @@ class StepperAxis:
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Round the number of lost steps to a whole number of rotor teeth.
+        """Round the number of lost steps to a multiple of the steps per rotor tooth.
 
-        A rotor that is not blocked comes to rest at a whole tooth.
+        A rotor that is not blocked can come to rest only at a tooth.
         """
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)

@@ -91,7 +91,7 @@ class Slip:
 def slips(
     motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
 ) -> list[Slip]:
-    """Predict the ranges of pulses of a move in which the rotor loses steps.
+    """Predict in which parts of a move the rotor loses steps, e.g. from pulse 200 to pulse 260.
 
     Steps lost before `elapsed_ns` are not included.
 

@@ -28,9 +28,11 @@ class Shared:
 
 
 def encode(shared: Shared) -> str:
-    """Encode the files of a scene and a time as text that a web address can contain.
+    """Compress the files of a scene to the text of a share link (a web address that opens the scene).
 
-    A share link contains this text after the `#`.  Raises UsageError for contents that are too large.
+    The link also contains a virtual time.  The text follows the `#`.
+
+    Raises UsageError for contents that are too large.
     """
     data = json.dumps(asdict(shared), ensure_ascii=False, separators=(",", ":"), sort_keys=True).encode()
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")

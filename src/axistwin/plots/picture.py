@@ -294,9 +294,9 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Yield each message of the host or controller whose text fits into the diagram without an overlap.
+        """Select message texts that fit into the diagram without overlapping each other.
 
-        The elements are the time, the row in the chart, and the text.
+        Yields the time, the row in the chart, and the text of each selected message.
         """
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS

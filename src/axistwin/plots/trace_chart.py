@@ -133,7 +133,7 @@ class _Drawn:
             self.chart.panels.append(Panel(label, [Line(curve)], FLAT, colour=next(self._colours)))
 
     def _add_words(self, name: str, track: Track) -> None:
-        """Add the messages of the host or of the controller to the chart."""
+        """Add the messages of the host or of the controller as texts along the time axis of the chart."""
         scope, _, which = name.rpartition(".")
         if self._alone:
             who = "host" if which == "host_says" else "controller"

@@ -303,7 +303,7 @@ def _fits(
                 left += verdict is Verdict.DIFFERS
                 if left > best:
                     break
-        except AxistwinError:  # Leave out an option value that causes an error of the virtual controller.
+        except AxistwinError:  # Skip an option value with which the virtual controller raises an error.
             continue
         if left > best:
             continue

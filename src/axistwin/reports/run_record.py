@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # Record only voltages between 0 V (low) and 5 V (high); level changes are recorded anyway.
+            # Record each voltage between 0 V and 5 V; the levels 0 V and 5 V are recorded as level changes.
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

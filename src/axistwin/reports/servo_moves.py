@@ -97,7 +97,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # The shaft still moves until the servo has settled.
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the new positions of a servo axis, preceded by the last `WINDOW` earlier positions.
+        """Return positions of a servo axis: first `WINDOW` earlier positions, and then the new positions.
 
         If the earlier samples are unknown, the axis is assumed to have been at rest.
         """

@@ -35,7 +35,7 @@ def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
     told: list[Item] = [*run.said, *run.faults, *levels, *run.turned, *run.moves()]
-    # At equal times, moves come last, because `sorted` keeps the order of the list `told`.
+    # Sort messages, faults, levels and moves by time; at equal times, a move comes last.
     for item in sorted(told, key=_time_ns):
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"

@@ -271,7 +271,7 @@ class Builder:
             if is_in_loop(name, waits_for):
                 event = table.when
                 raise self.source.error(
-                    f"the fault {name} can never begin, because its event {event!r} occurs only after {name} begins: "
+                    f"the fault {name} and its event {event!r} wait for each other, so {name} can never begin: "
                     "expected another event, e.g. 'table.X passes 1000'",
                     ("fault", number, "when"),
                 )

@@ -117,7 +117,7 @@ class Scene:
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds a place in the scene file to an error, e.g. line 3, column 5.
+        """Context manager that adds the file name, line and column to an error, e.g. `machine.toml:3:5`.
 
         `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError to a
         SceneError.
@@ -236,9 +236,9 @@ class Scene:
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if a motor would follow its own shaft.
+        """Raise SceneError if motors follow each other in a loop, e.g. motor a follows b, and b follows a.
 
-        The key `master` of a motor names the axis that the motor follows.  These keys must not form a loop.
+        The key `master` of a motor names the axis that the motor follows.
         """
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):

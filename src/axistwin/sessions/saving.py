@@ -43,8 +43,7 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # Save manual actions as a script of the scene, unless the scene has conversations of an earlier session.
-        # At equal times, a script in the scene file acts before the conversations of an earlier session.
+        # Save actions as a [[script]] only in a scene without conversations, because a script would act before them.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]

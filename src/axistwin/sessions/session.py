@@ -259,7 +259,10 @@ class Session:
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start virtual time when the first host or browser connects, if the method `wait` has delayed the start."""
+        """Start virtual time at the first connection of a host or browser.
+
+        No effect unless the method `wait` has delayed the start.
+        """
         if self.waiting and not self.busy:
             self.run()
 
@@ -275,7 +278,7 @@ class Session:
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        # Virtual time must not stop before the end of the scene's script.
+        # At full speed, virtual time advances to the end of the scene's script even if no event is due.
         self.pacer.agenda_ns = self.bench.agenda_ns
         self.pacer.start()
 

@@ -20,7 +20,10 @@ MAX_S = 60
 
 
 class StepObserver:
-    """Context manager that detects the end of a simulation step, e.g. the next event or the next character."""
+    """Detects the end of a simulation step, e.g. of a step to the next event or to the next character.
+
+    A context manager: the simulation is observed inside the `with` block.
+    """
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
@@ -52,7 +55,7 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End a simulation step after a message that has no terminator (CR or LF).
+        """Accept a message without a terminator (CR or LF) as complete, and end the simulation step.
 
         Called when no more characters of the message will come.
         """

@@ -202,9 +202,11 @@ def _possible(time_ns: int) -> int:
 
 
 def kill(process: Process) -> None:
-    """End a procedure at once, as a power cut does.  The procedure is not resumed; only its `finally` clauses run.
+    """Abort a simulated procedure (a Python generator), e.g. at a power cut.
 
-    A pending interrupt is lost.  A procedure that ends itself ends at its next `yield`.
+    The procedure is not resumed, but its `finally` clauses are executed.  A pending interrupt is lost.
+
+    A procedure that aborts itself ends at its next `yield`.
     """
     if not process.is_alive:
         return

@@ -12,7 +12,7 @@ from axistwin.sim.frames import UartFormat
 
 @dataclass
 class Passage:
-    """A character on the way from transmitter to receiver, with the effects of line disturbances.
+    """The transmission of one character over a serial line, with the effects of line disturbances.
 
     `sent`: format of the character.  `copies`: number of times that the character is received.  `flips`: mask of the
     inverted data bits.  `delay_ns`: delay of the character.

@@ -104,9 +104,9 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the ranges of consecutive bits at low level in a character.
+        """Return the bits of a serial character during which the wire is low, e.g. (0, 3) for bits 0 to 2.
 
-        Each range: the number of the first bit, and the number of the first bit after the range.
+        Each range of bits: the number of the first bit, and the number of the first bit after the range.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 

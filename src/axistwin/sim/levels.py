@@ -88,7 +88,7 @@ class Levels:
             first_low = max(0, (space.begin * per - since + width - 1) // width)
             if first_low >= count:
                 break
-            # Index of the next high sample, at most `count`: a break signal can be longer than the sampled time.
+            # Number of the first sample after the low pulse; `count` if the low pulse, e.g. a break, lasts longer.
             next_high = min(count, (space.end * per - since + width - 1) // width)
             if next_high > first_low:
                 levels &= ~((1 << next_high) - (1 << first_low))
@@ -102,9 +102,9 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Discard each low pulse of a wire that ends at a given time or earlier.
+        """Delete old low pulses of the wire from memory.
 
-        The time is `at/per` ns.
+        A low pulse is deleted if the pulse ends at `at/per` ns or earlier.
         """
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
@@ -126,7 +126,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all stored low pulses that end after the beginning of the low pulse `first`."""
+        """Remove and return all stored low pulses that overlap the low pulse `first` or come later."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -138,9 +138,9 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Sort the spaces of a wire (times at low level) by time, and merge overlapping spaces.
+    """Sort low pulses of a wire by time, and merge overlapping low pulses to one.
 
-    Spaces that only touch stay apart, as each transmitter begins its frame from mark.
+    Low pulses that only touch stay apart, because each transmitter begins its frame from the high level.
     """
     merged: list[Space] = []
     for space in sorted(spaces, key=lambda space: Fraction(space.begin, space.per)):

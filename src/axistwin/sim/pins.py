@@ -363,7 +363,10 @@ class UserPin(Pin):
         self._attach(_volts(level))
 
     def release(self) -> None:
-        """Remove the test lead."""
+        """Remove the test lead from the terminal.
+
+        The output stage, the external wiring or the pull-up resistor then sets the voltage.
+        """
         self._attach(None)
 
     @property

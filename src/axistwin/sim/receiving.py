@@ -45,7 +45,7 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the bits of the character that are not sampled yet.  Return the number of newly sampled bits.
+        """Sample the remaining bits of a serial character.  Return the number of bits that this call has sampled.
 
         `before_ns`: sample only the bits before this time; None: sample the whole character.  Stop at a false start.
         """

@@ -75,7 +75,8 @@ class Line:
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # Earliest virtual time (ns) at which a character can follow a delayed character.
+        # End of the last delayed character, in ns; later characters must not overtake a delayed character.
+        self._free_ns = 0
 
     # Faults of the serial line
 
@@ -270,7 +271,7 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Cancel the reception of a character whose start bit lies in the future.
+        """Cancel the planned reception of a character that has not begun yet.
 
         A new signal on the wire may contain an earlier start bit.
         """

@@ -215,9 +215,9 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """Stop the remaining axes of a controller, because one board has already stopped some of the axes.
+        """After one board has stopped, stop the other boards that drive axes of the same controller.
 
-        The remaining axes are connected to other boards than `board`.
+        `axes`: the axes that `board` has already stopped.
         """
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:

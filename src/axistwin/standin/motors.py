@@ -35,7 +35,7 @@ class Motor(Protocol):
         """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield the new pulses of the axis since the previous call of `runs`, in order of time."""
+        """Yield all pulses that the axis has output since this method was last called, in order of time."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
         """Return the largest permitted error of the pulse times, in seconds.
@@ -119,7 +119,7 @@ class Counts:
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the new pulses of the axis since the previous call of `runs`, in order of time."""
+        """Yield all pulses that the axis has output since this method was last called, in order of time."""
         import numpy as np
 
         self._axis.catch_up()
@@ -139,10 +139,11 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return the average encoder position around each time in the array `marks`.
+        """Return a smoothed encoder position for each time in the array `marks`.
 
-        The average covers `MARK_NS` (5 ms), with the given time in the middle.  Encoder samples before the last of
-        these times are then discarded.
+        The position is the average over `MARK_NS` (5 ms), with the given time in the middle.
+
+        Encoder samples before the last of these times are then discarded.
         """
         import numpy as np
 

@@ -233,7 +233,7 @@ class Objects:
 
 
 def objects(wiring: Wiring, dictionary: Dictionary) -> Objects:
-    """Number the objects that the firmware of a board must create, e.g. a stepper object for each axis."""
+    """Assign a number to each object that a board's firmware must create, e.g. a stepper object per axis."""
     number = iter(range(256))
     steppers = {axis.axis: next(number) for axis in wiring.axes}
     enables = {pin: next(number) for pin in wiring.enables}

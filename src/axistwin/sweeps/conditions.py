@@ -53,7 +53,7 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return two functions that compare each value of a logic signal with the level high or low.
+    """Return the functions that evaluate a condition on a logic signal, e.g. `table.output1 high`.
 
     `high`: True selects the condition "high".  The first function returns 1 (true) or 0 (false).  The second function
     returns the margin: infinity if the condition is true, and minus infinity if the condition is false.

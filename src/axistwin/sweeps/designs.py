@@ -68,7 +68,7 @@ def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
     for path, values in varied.items():
         if not values.listed and ".." in values.text:
             raise UsageError(
-                f"the range {path}={values.text} lacks the number of values: expected e.g. {values.text}:5"
+                f"the range {path}={values.text} has no number of values: expected e.g. {values.text}:5 for 5 values"
             )
     return {path: values.listed for path, values in varied.items() if values.listed}
 
@@ -87,7 +87,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random setting values to each combination of fixed setting values.
+    """Complete each combination of listed values by a random value for each remaining setting.
 
     Each setting with a distribution gets a random value.  The path of each setting has its own random sequence.
     """
@@ -124,7 +124,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Scale fractions from 0 to 1 to the value ranges of the varied settings.
+    """Convert fractions to values of the varied settings, e.g. the fraction 0.5 to 15 in the range 10..20.
 
     The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
 

@@ -71,7 +71,10 @@ class Runner:
         self._hash = job.hash()
 
     def _check(self) -> None:
-        """Raise UsageError if a measure or claim uses an unknown signal or event, or if the program is invalid."""
+        """Raise UsageError if the sweep cannot run, e.g. because a claim uses an unknown signal.
+
+        Checks the measures (values to calculate), the claims (conditions for each run) and the program of commands.
+        """
         self._program()
         for measure_or_claim, sentence in {**self.measures, **self.claims}.items():
             try:

@@ -24,7 +24,9 @@ SIGMA = 0.3
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Check that a sweep can search for its worst run (option `--search`).
+    """Check the settings of a sweep for the option `--search`.
+
+    The option searches for the run with the smallest margin of a claim (a condition for each run).
 
     Raises UsageError if the sweep has no claims or no varied settings, or if a value is not a number.
     """

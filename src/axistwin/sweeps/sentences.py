@@ -63,7 +63,10 @@ class Form:
 
 
 def measure(text: str) -> Sentence:
-    """Parse a measure, e.g. `final table.X.position`.  Raises UsageError."""
+    """Parse a measure (a value to calculate for each run of a sweep), e.g. `final table.X.position`.
+
+    Raises UsageError.
+    """
     return _read(text, MEASURES, "measure")
 
 

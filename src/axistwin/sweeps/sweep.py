@@ -94,7 +94,7 @@ class Sweep:
         return self
 
     def claim(self, name: str, sentence: str) -> Self:
-        """Add a claim, e.g. `.claim("safe", "never table.X passes 12000 while table.output1 high")`."""
+        """Add a claim (a condition for each run), e.g. `.claim("safe", "never table.X passes 12000")`."""
         check_names([name], [*self.varied, *self.measures, *self.claims])
         self.claims[name] = sentence
         return self

@@ -78,7 +78,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the sweep file's options that determine the values of all runs, e.g. `runs = 100`."""
+        """Return the options in a sweep file that define the runs, e.g. `runs = 100` and `seed = 3`."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 

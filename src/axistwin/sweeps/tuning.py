@@ -77,9 +77,9 @@ class Tuning:
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Test each combination of tuned values with several values of another setting, e.g. `.vary("seed", "0..9")`.
+        """Repeat each trial with several values of another setting, e.g. with ten seeds: `.vary("seed", "0..9")`.
 
-        The worst run determines the score of the combination.
+        A trial is a combination of tuned values.  The worst run determines the score of the trial.
         """
         if path in self.changed:
             raise UsageError(f"the setting {path} is given twice: expected only one --change or --vary per setting")

@@ -44,7 +44,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """Some values of the setting, e.g. the first and the last, which the sweep checks before its first run."""
+        """Values of a setting to check before the sweep begins, e.g. the first, the middle and the last value."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]

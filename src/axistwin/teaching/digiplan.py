@@ -129,7 +129,7 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reasons why no move can start after the command `[` has locked the interface."""
+        """Yield the reasons why an interface cannot move while the command `[` locks the communication."""
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:

@@ -18,7 +18,7 @@ class Remedies:
         return f"type  :drive {pin} {level}"
 
     def release(self, pin: str) -> str:
-        """Return the instruction that tells the user how to remove the forced level of an input."""
+        """Return a text that tells the user how to end a forced input level, e.g. "type  :drive dsr release"."""
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:

@@ -179,7 +179,7 @@ class Tutor:
         ]
 
     def _handled(self, act: str, *_values: object) -> None:
-        if act == ManualAct.POWER:  # Power-off cancels the effect of all command lines typed before.
+        if act == ManualAct.POWER:  # Power-off cancels the effect of earlier commands.
             self._lines.clear()
 
 

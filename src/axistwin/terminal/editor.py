@@ -88,7 +88,7 @@ class LineEditor:
             complete_while_typing=True,
             bottom_toolbar=None if end is None else self.status,
             refresh_interval=0 if end is None else EVERY_S,
-            erase_when_done=True,  # Avoid a double line: `Screen` also shows each line that the user has typed.
+            erase_when_done=True,  # Erase each typed line, because the class `Screen` shows the line again.
             input=source,
             output=target,
         )

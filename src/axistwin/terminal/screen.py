@@ -62,7 +62,7 @@ class Screen:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
         elif self.person:
-            self._line = Line.EMPTY  # The user's Enter key has already begun a new line on the screen.
+            self._line = Line.EMPTY  # After the user's Enter key, the last line on the screen is empty.
         else:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")

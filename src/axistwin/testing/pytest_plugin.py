@@ -54,7 +54,8 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
 
     Yields the `Twin`.
     """
-    from axistwin.testing.twin import serve  # Only tests with this fixture need the import, which slows pytest down.
+    # Import the module only for tests that use a virtual controller, because the import is slow.
+    from axistwin.testing.twin import serve
 
     what, keywords = _marker_arguments(request)
     files = request.node.stash[RECORDED_FILES] = (tmp_path / "axistwin.talk", tmp_path / "axistwin.csv")

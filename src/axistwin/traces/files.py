@@ -27,7 +27,10 @@ class Sink(Protocol):
     """A writer of trace files."""
 
     def write(self, batch: Batch) -> None:
-        """Write changes of signals.  No change may be earlier than a change already written.  Raises OSError."""
+        """Write signal changes to the trace file, in order of time.
+
+        Raises OSError if the file cannot be written.
+        """
 
     def flush(self) -> None:
         """Write all changes from memory to the file, so that other programs can read the changes.  Raises OSError."""
@@ -40,7 +43,7 @@ class TextSink:
     """Base class of the writers of text files, e.g. CSV files."""
 
     def flush(self) -> None:
-        """Do nothing, because each line is written to the file immediately."""
+        """Do nothing, because the writers of text files keep no changes in memory."""
 
 
 class CsvSink(TextSink):
@@ -243,7 +246,10 @@ SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, SIGROK: Sigrok
 
 
 def ending(path: Path) -> str:
-    """Return the ending of a file name that selects the file format, e.g. `.csv` or `.sigrok.vcd`."""
+    """Return the ending of a trace file's name, e.g. `.csv` or `.sigrok.vcd`.
+
+    The ending selects the file format.
+    """
     return SIGROK if path.name.endswith(SIGROK) else path.suffix
 
 

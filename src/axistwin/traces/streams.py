@@ -70,9 +70,9 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Clear the text signal of a message from the host or the controller.
+        """Set a text signal to "", because the other end of the serial line has begun to transmit.
 
-        The value of the signal becomes "" because the other end of the line has transmitted.  `answered`: True if the
+        The text signal shows the latest message of the host or of the controller.  `answered`: True if the
         stored message is deleted, too.
         """
         if answered:

@@ -318,7 +318,7 @@ class Tracer:
             self._write(self.bench.now)
 
     def _after_events(self) -> None:
-        """Read the traced registers.  If many signal changes are stored in memory, write the changes to the trace.
+        """Record changed register values.  From time to time, write all recorded changes to the trace file.
 
         Called after the events of each time.
         """

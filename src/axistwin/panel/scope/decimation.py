@@ -70,9 +70,10 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the points of a signal's line in the plot from `from_ns` to `to_ns`.
+    """Return the points of the line that shows a signal in a plot.
 
-    Many changes are reduced to the least and the greatest value of each pixel.
+    The plot begins at the time `from_ns` and ends at `to_ns`.  Many changes are reduced to the smallest and the largest
+    value of each pixel.
     """
     until_ns = min(to_ns, now_ns)
     rows = track.rows(from_ns, until_ns + 1)
@@ -108,10 +109,10 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot old changes of a signal as vertical lines from the minimum to the maximum of the signal.
+    """Plot the old part of a signal's history as a band from the smallest to the largest value.
 
-    Several old changes are stored together as one interval, with their minimum and maximum.  In each pixel column
-    that the interval covers, the plot extends at least from the minimum to the maximum.
+    To save memory, several old changes are stored as one interval with a smallest and a largest value.  In each pixel
+    column that the interval covers, the plot extends at least from the smallest to the largest value.
     """
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
@@ -153,10 +154,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return the first message of a text signal in each interval of time.
+    """Select at most `most` texts of a text signal for the plot, e.g. messages of the host.
 
-    The time span is divided into `most` equal intervals, so that the plot shows at most `most` messages.  Each message
-    is returned with its start time.
+    The time span is divided into `most` equal intervals.  The plot shows the first text in each interval.  Each text is
+    returned with its start time.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # A row for a single change (`begin` is `end`) has no duration, so the integral over the row is 0.
+    # A single change of a signal has no duration, so the integral of the signal over the change is 0.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -120,9 +120,9 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns since which each change of the signal is stored.
+        """Time in ns at which the complete history of a signal begins.
 
-        Earlier changes are merged into intervals.
+        Earlier changes are not stored one by one, but merged into intervals.
         """
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
@@ -199,7 +199,7 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Merge old intervals of the signal's history into longer intervals, which need less memory.
+        """Store intervals of a signal's history; merge the oldest intervals if the memory is full.
 
         `level`: index of the interval length in `SHIFTS`.  If the memory for this length is full, the older half of the
         stored intervals is merged into intervals of the next length.
@@ -258,7 +258,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns since which each text of the signal is stored.
+        """Time in ns at which the complete history of a text signal begins.
 
         Earlier texts may have been deleted.
         """

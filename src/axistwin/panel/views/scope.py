@@ -53,7 +53,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # If all users together show too many signals, begin with an empty oscilloscope.
+        except AxistwinError:  # Too many signals in all oscilloscopes together: the new oscilloscope begins empty.
             screen.show(())
         return screen
 

@@ -107,9 +107,9 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions and the file that copy the saved data of an old board to a new board.
+    """Return parts of a scene file that load the saved data of an old board into a virtual board.
 
-    The actions set the levels of the trigger inputs, and load a file with commands.
+    The scene's actions set the levels of the trigger inputs, and load a file with commands.
     """
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)

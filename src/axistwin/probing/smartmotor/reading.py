@@ -47,7 +47,7 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
             # The test case saves the setting in the motor's variable zzz, and restores the setting at the end.
-            # PRINT reports the value of a setting; RV and RP would report the actual velocity and position.
+            # PRINT(V) reports the setting V, the commanded velocity; the command RV reports the actual velocity.
             shown = f"PRINT({code[:-1]},#13)"
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))

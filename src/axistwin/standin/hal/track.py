@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time, in seconds, up to which the method `knots` has returned the positions of the axis."""
+        """End time, in seconds, of the position data that the method `knots` has already returned."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
