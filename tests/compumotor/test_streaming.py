@@ -151,9 +151,10 @@ def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
 # Distance-time
 
 
-def test_distances_add_up_exactly(bench, board):
+@pytest.mark.parametrize("sign", [1, -1])
+def test_distances_add_up_exactly(bench, board, sign):
     """D pulses in 7 ms are 1000 D / 7 pps, no multiple of the clock; the sum is exact, and 8001h ends it."""
-    lengths = [1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6]
+    lengths = [sign * d for d in (1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6)]
     enter(bench, board, 0x53, 1, 4, rate=7)
     distances(bench, board, *lengths, 0x8001, 1_000)
     assert free(bench, board) == 600 - 2 * 13
