@@ -78,6 +78,21 @@ def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, end):
     assert position(bench, board, 0x82) == stands
 
 
+def test_an_edge_of_the_home_input_must_last(bench):
+    """38h: level sensitive like triggers 2 to 5, with a response within 3 ms: a level of 2.9 ms is no edge."""
+    board = ready(bench)
+    home, motor = board.pins["home"], board.axes["motor"]
+    home.drive(False)
+    default(bench, board, 5000, 20_000)
+    send_all(bench, board, (0x38, 1, 1, 20, 0), (0x39, 0), seconds=0.5)
+    for seconds, found in ((0.0029, False), (0.0031, True)):
+        home.drive(True)
+        bench.run(seconds)
+        home.drive(False)
+        bench.run(0.01)
+        assert (motor.velocity < 5000) is found
+
+
 @pytest.mark.parametrize("opcode", [0x70, 0x78])
 def test_a_search_that_is_stopped_at_a_limit_does_not_turn_round(bench, board, opcode):
     """39h: a search ends when both limits have been struck; 70h or 78h ends it at once, at a limit too."""
