@@ -148,6 +148,22 @@ def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
     assert position(bench, board) == 100
 
 
+def test_a_stream_of_zeros_within_the_period_of_a_joystick_is_no_motion(bench, board):
+    """The stick's pulses are 0.5 s apart; half a period later the motor is at rest, and 8Ch reports 00."""
+    pins = board.pins
+    send(bench, board, 0x11)
+    pins["at_zero"].drive(False)
+    for level in (False, True) * 2:
+        pins["step_in"].drive(level)
+        bench.run(0.25)
+    pins["at_zero"].drive(True)
+    send(bench, board, 0x10)
+    enter(bench, board, 0x52, 3, 1, rate=2)
+    velocities(bench, board, 0)
+    send(bench, board, 0x42, seconds=0.05)
+    assert ask(bench, board, 0x8C)[1] == 0x00
+
+
 # Distance-time
 
 
