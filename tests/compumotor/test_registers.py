@@ -6,7 +6,21 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, default, message, messages, ready, send, send_all, write
+from .talking import (
+    COMMAND_READY,
+    ENABLE,
+    RESET,
+    TAKEN,
+    ask,
+    default,
+    i32,
+    message,
+    messages,
+    ready,
+    send,
+    send_all,
+    write,
+)
 
 
 def test_power_up_takes_about_one_second_and_leaves_50h(bench):
@@ -159,6 +173,24 @@ def test_a_reset_ends_a_calculation_a_request_and_a_command_that_waits(bench, bo
     reset(board)
     bench.run(0.1)
     assert (board.bus.read(1), board.pins["output1"].level, board.axes["motor"].pulses) == (0x40, True, 0)
+
+
+@pytest.mark.parametrize(("command", "place"), [((0x33, *i32(1_000)), 0), ((0xFF,), -25_000)])
+def test_a_reset_at_an_edge_that_the_board_causes_comes_before_the_next_pulse(bench, board, command, place):
+    """A host resets the board as DIRECTION becomes CW: before a move, or in the test function after its CCW turn."""
+    default(bench, board, 10_000, 100_000)
+    hosts = [board.pins["direction"].subscribe(lambda pin: hosts and (hosts.pop()(), board.bus.write(1, RESET)))]
+    send(bench, board, *command, seconds=11)
+    assert not hosts
+    assert (board.bus.read(1), board.pins["led"].level, board.axes["motor"].position) == (0x50, False, place)
+
+
+def test_a_reset_just_after_the_power_goes_leaves_it_off(bench, board):
+    """Both happen at an edge that the board causes, so they take effect when its procedure waits."""
+    board.pins["output1"].subscribe(lambda pin: (board.power(False), board.bus.write(1, RESET)))
+    write(board, 0x0C, 1)
+    bench.run(2)
+    assert (board.bus.read(1), board.registers["phase"].read()) == (0xFF, "off")
 
 
 def test_a_host_may_reset_the_board_as_soon_as_the_status_byte_appears(bench, board):
