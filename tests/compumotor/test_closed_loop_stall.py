@@ -127,6 +127,22 @@ def test_each_move_is_watched_from_its_own_beginning(bench, board):
     assert number(bench, board, 0x9B) == 0
 
 
+@pytest.mark.parametrize("cw", [True, False])
+def test_a_motion_by_the_joystick_is_watched_from_its_beginning(bench, board, cw):
+    """11h: from zero velocity and back "is considered a move"; here two pulses are one of 50 teeth of 100 pulses."""
+    send_all(bench, board, (0xB0, 0, 1, 0, 1), (0xB1, *i32(100)), (0xA7, 1), (0x11,))
+    board.axes["motor"].jam()
+    pins = board.pins
+    pins["direction_in"].drive(cw)
+    pins["at_zero"].drive(False)
+    for level in (False, True) * 2:
+        pins["step_in"].drive(level)
+        bench.run(0.0001)
+    assert messages(bench, board) == []
+    send(bench, board, 0x10)
+    assert messages(bench, board) == ["a7 00"]
+
+
 def test_backlash_is_no_stall_if_it_has_been_defined(bench):
     """A play of 100 encoder pulses is 625 motor pulses, more than a tooth; defined as backlash it is no stall."""
     board = tracked(bench, backlash=100)

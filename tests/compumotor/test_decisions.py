@@ -434,6 +434,14 @@ def test_an_1810_may_perform_them_with_an_encoder_that_stays_at_0(bench):
     assert not board.pins["output1"].level
 
 
+@pytest.mark.parametrize("distance", [25_000, -25_000])
+def test_a_move_without_an_encoder_is_a_stall_after_one_tooth(bench, distance):
+    """B0h: 1 to 1; the encoder stays at 0, and one of 50 teeth is 500 of 25,000 pulses; 19h ends the move there."""
+    board = tracked(bench, "1810", options={"encoder_commands": "performed"})
+    send_all(bench, board, (0xB0, 0, 1, 0, 1), (0x19, 1), (0x33, *i32(distance)), seconds=6)
+    assert board.axes["motor"].position == (500 if distance > 0 else -500)
+
+
 def test_an_1810_may_ignore_them_all(bench):
     board = tracked(bench, "1810", options={"encoder_commands": "ignored"})
     closed_loop_move(bench, board)

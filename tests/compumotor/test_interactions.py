@@ -77,6 +77,36 @@ def test_a_limit_at_the_end_of_an_earlier_move_does_not_end_a_later_reversal(ben
     assert board.axes["motor"].velocity == -10_000
 
 
+# Work in progress
+
+
+def wait_in_a_sequence(bench, board):
+    sequence(bench, board, 1, (0x2A, 0, 1))
+    send(bench, board, 0x41, 1)
+
+
+def stream_zeros(bench, board):
+    enter(bench, board, 0x52, 3, 1, rate=50)
+    velocities(bench, board, 0)
+    send(bench, board, 0x42)
+
+
+@pytest.mark.parametrize(
+    "begin",
+    [
+        cruise, wait_in_a_sequence, stream_zeros,
+        lambda bench, board: send_all(bench, board, (0x84,), (0x84,)),
+    ],
+    ids=["motion", "sequence", "stream", "waiting command"],
+)  # fmt: skip
+def test_a_board_is_busy_while_it_works(bench, board, begin):
+    assert board.busy is False
+    begin(bench, board)
+    assert board.busy is True
+    send_all(bench, board, (0x79,), (0x78,), seconds=0.1)
+    assert board.busy is False
+
+
 # Remote power shutdown
 
 

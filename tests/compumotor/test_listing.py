@@ -49,6 +49,11 @@ def registers(board: Controller) -> tuple[int, int]:
     return board.registers["sequence"].read(), board.registers["command"].read()
 
 
+def test_a_register_is_a_number_or_a_text(board):
+    for name, register in board.registers.items():
+        assert isinstance(register.read(), str if register.text else int), name
+
+
 # Lines
 
 

@@ -284,6 +284,16 @@ def test_the_test_switch_function(bench, board, by):
     assert not board.pins["led"].level
 
 
+def test_the_test_switch_of_a_board_without_power(bench, board):
+    """Test switch function: the switch starts a function of the board, which needs power."""
+    board.power(False)
+    for level in (True, False):
+        board.pins["test_switch"].drive(level)
+    board.power(True)
+    bench.run(1.1)
+    assert (status_word(bench, board), board.axes["motor"].pulses) == (0x50, 0)
+
+
 def tell_nothing(bench, board):
     """Send commands to a failed board: "no pulses will be output to the motor"."""
     default_ = (0x31, 0, 0, *i32(1_000), *i32(100_000))

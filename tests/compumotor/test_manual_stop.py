@@ -128,8 +128,8 @@ def test_the_current_command_is_ended_prematurely(bench, board, opcode, trigger)
 
 @pytest.mark.parametrize("opcode", [0x71, 0x72, 0x79, 0x7A, 0x73, 0x70, 0x78])
 def test_without_anything_to_end_they_are_ignored(bench, board, opcode):
-    """71h: "If the sequence buffer is not being performed this command has no effect"."""
-    send(bench, board, opcode)
+    """71h: "If the sequence buffer is not being performed this command has no effect"; A5h: no motion has ended."""
+    send_all(bench, board, (0xA5, 1), (opcode,))
     sequence(bench, board, 1, (0x01, 1), (0x01, 2))
     send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["01 01", "01 02"]

@@ -22,6 +22,11 @@ def test_an_order_is_the_command_of_the_summary(label):
         assert order(f"sequence {number}", label).says == bytes([SAYS[label]]) + behind
 
 
+def test_there_are_fifteen_sequences():
+    """41h, D9h: the number of a sequence is "01 -> 0F"."""
+    assert product("1811").programs == tuple(f"sequence {number}" for number in range(1, 16))
+
+
 def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
     """41h, 72h, 48h, 71h and 79h act on a sequence, whose 01h sends a message each time it is performed."""
     default(bench, board, 10_000, 1_000_000)

@@ -6,7 +6,21 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, message, messages, ready, send, send_all, write
+from .talking import (
+    COMMAND_READY,
+    ENABLE,
+    RESET,
+    TAKEN,
+    ask,
+    default,
+    i32,
+    message,
+    messages,
+    ready,
+    send,
+    send_all,
+    write,
+)
 
 
 def test_power_up_takes_about_one_second_and_leaves_50h(bench):
@@ -32,6 +46,8 @@ def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
     bench.run(0.01)
     assert board.bus.read(1) == 0x58
     assert bytes(board.bus.read(0) for _ in range(16)) == bytes([0x01, 0x07]) + bytes(14)
+    assert board.bus.read(1) == 0x58
+    board.bus.write(1, 0x0F)  # bits 0 to 3 of the control byte are not used
     assert board.bus.read(1) == 0x58
     board.bus.write(1, TAKEN)
     assert board.bus.read(1) == 0x50
@@ -70,6 +86,7 @@ def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
 def test_user_bits_are_seen_in_the_status_byte(bench, board, bits):
     send(bench, board, 0x08, bits)
     assert board.bus.read(1) == 0x50 | bits
+    assert not board.pins["ju19"].level  # the line of status bit 5
 
 
 def test_interrupts_need_bit_six_of_every_control_byte(bench, board):
@@ -130,20 +147,65 @@ def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
     assert not any(line.level for line in lines.values())
 
 
-@pytest.mark.parametrize("by", ["register", "bus", "power"])
-def test_a_reset_forgets_everything(bench, board, by):
+RESETS = {
+    "register": lambda board: board.bus.write(1, RESET),
+    "bus": lambda board: board.bus.init(),
+    "power": lambda board: board.power_cycle(),
+}
+
+
+@pytest.mark.parametrize("reset", RESETS.values(), ids=RESETS)
+def test_a_reset_forgets_everything(bench, board, reset):
     send_all(bench, board, (0x08, 0x07), (0x0C, 1), (0x31, 0, 0, *(0, 0, 1, 0) * 2))
-    if by == "register":
-        board.bus.write(1, RESET)
-    elif by == "bus":
-        board.bus.init()
-    else:
-        board.power_cycle()
+    reset(board)
     assert board.bus.read(1) == 0x40
     assert board.pins["output1"].level
     bench.run(1.01)
     assert board.bus.read(1) == 0x50
     assert ask(bench, board, 0x91, 0) == b"\x91\xce".ljust(16, b"\0")
+
+
+@pytest.mark.parametrize("reset", RESETS.values(), ids=RESETS)
+def test_a_reset_ends_a_calculation_a_request_and_a_command_that_waits(bench, board, reset):
+    """Of a move that begins 14 ms after its command, a request and 0Ch, nothing comes after a reset in between."""
+    default(bench, board, 10_000, 100_000)
+    send_all(bench, board, (0x33, 0, 0, 0, 10), (0x8C,), (0x0C, 1))
+    reset(board)
+    bench.run(0.1)
+    assert (board.bus.read(1), board.pins["output1"].level, board.axes["motor"].pulses) == (0x40, True, 0)
+
+
+@pytest.mark.parametrize(("command", "place"), [((0x33, *i32(1_000)), 0), ((0xFF,), -25_000)])
+def test_a_reset_at_an_edge_that_the_board_causes_comes_before_the_next_pulse(bench, board, command, place):
+    """A host resets the board as DIRECTION becomes CW: before a move, or in the test function after its CCW turn."""
+    default(bench, board, 10_000, 100_000)
+    hosts = [board.pins["direction"].subscribe(lambda pin: hosts and (hosts.pop()(), board.bus.write(1, RESET)))]
+    send(bench, board, *command, seconds=11)
+    assert not hosts
+    assert (board.bus.read(1), board.pins["led"].level, board.axes["motor"].position) == (0x50, False, place)
+
+
+def test_a_reset_just_after_the_power_goes_leaves_it_off(bench, board):
+    """Both happen at an edge that the board causes, so they take effect when its procedure waits."""
+    board.pins["output1"].subscribe(lambda pin: (board.power(False), board.bus.write(1, RESET)))
+    write(board, 0x0C, 1)
+    bench.run(2)
+    assert (board.bus.read(1), board.registers["phase"].read()) == (0xFF, "off")
+
+
+def test_a_host_may_reset_the_board_as_soon_as_the_status_byte_appears(bench, board):
+    board.power(False)
+    hosts = [board.bus.subscribe_status(lambda: hosts and (hosts.pop()(), board.bus.write(1, RESET)))]
+    board.power(True)
+    assert not hosts
+    bench.run(1.01)
+    assert board.bus.read(1) == 0x50
+
+
+def test_power_that_is_on_already_is_no_reset(bench, board):
+    send(bench, board, 0x08, 5)
+    board.power(True)
+    assert board.bus.read(1) == 0x55
 
 
 def test_a_board_without_power_does_not_drive_the_bus(bench, board):

@@ -11,8 +11,12 @@ SINGULAR = 1  # the value of user bit 0
 
 @pytest.fixture
 def board(bench):
+    return prepared(bench)
+
+
+def prepared(bench, end=9000):
     """Return a board with HOME at 2,000, where an active region begins; a ramp to 5,000 pulses/s is 625 pulses."""
-    board = ready(bench, motor={"home": (2000, 9000)})
+    board = ready(bench, motor={"home": (2000, end)})
     default(bench, board, 5000, 20_000)
     send(bench, board, 0x38, 1, 1, 20, 0)  # active high, CCW edge, 1,000 pulses/s, final approach CW
     send(bench, board, 0x0F, 0, 2, 1)
@@ -59,7 +63,10 @@ def test_a_limit_in_the_overshoot_ends_it_and_the_recovery_begins_there(bench, b
     assert position(bench, board, 0x82) != 0
 
 
-def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, board):
+@pytest.mark.parametrize("end", [9000, 2100])
+def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, end):
+    """The motor stands within the active region, or behind its other end, where the final approach CW could begin."""
+    board = prepared(bench, end)
     overshoot(bench, board)
     assert bench.run_until(lambda: board.axes["motor"].velocity < 0, 2)
     bench.run(0.05)
@@ -69,6 +76,21 @@ def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, board):
     bench.run(1)
     assert board.axes["motor"].position == stands
     assert position(bench, board, 0x82) == stands
+
+
+def test_an_edge_of_the_home_input_must_last(bench):
+    """38h: level sensitive like triggers 2 to 5, with a response within 3 ms: a level of 2.9 ms is no edge."""
+    board = ready(bench)
+    home, motor = board.pins["home"], board.axes["motor"]
+    home.drive(False)
+    default(bench, board, 5000, 20_000)
+    send_all(bench, board, (0x38, 1, 1, 20, 0), (0x39, 0), seconds=0.5)
+    for seconds, found in ((0.0029, False), (0.0031, True)):
+        home.drive(True)
+        bench.run(seconds)
+        home.drive(False)
+        bench.run(0.01)
+        assert (motor.velocity < 5000) is found
 
 
 @pytest.mark.parametrize("opcode", [0x70, 0x78])

@@ -148,12 +148,29 @@ def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
     assert position(bench, board) == 100
 
 
+def test_a_stream_of_zeros_within_the_period_of_a_joystick_is_no_motion(bench, board):
+    """The stick's pulses are 0.5 s apart; half a period later the motor is at rest, and 8Ch reports 00."""
+    pins = board.pins
+    send(bench, board, 0x11)
+    pins["at_zero"].drive(False)
+    for level in (False, True) * 2:
+        pins["step_in"].drive(level)
+        bench.run(0.25)
+    pins["at_zero"].drive(True)
+    send(bench, board, 0x10)
+    enter(bench, board, 0x52, 3, 1, rate=2)
+    velocities(bench, board, 0)
+    send(bench, board, 0x42, seconds=0.05)
+    assert ask(bench, board, 0x8C)[1] == 0x00
+
+
 # Distance-time
 
 
-def test_distances_add_up_exactly(bench, board):
+@pytest.mark.parametrize("sign", [1, -1])
+def test_distances_add_up_exactly(bench, board, sign):
     """D pulses in 7 ms are 1000 D / 7 pps, no multiple of the clock; the sum is exact, and 8001h ends it."""
-    lengths = [1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6]
+    lengths = [sign * d for d in (1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6)]
     enter(bench, board, 0x53, 1, 4, rate=7)
     distances(bench, board, *lengths, 0x8001, 1_000)
     assert free(bench, board) == 600 - 2 * 13

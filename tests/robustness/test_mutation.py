@@ -40,6 +40,22 @@ def test_at_the_limit():
 def test_below():
     assert clipped(0, 5) == 5
 """
+CACHED = """
+from functools import lru_cache
+
+@lru_cache
+def doubled(value):
+    return value * 2
+"""
+CACHED_TESTS = """
+from tiny.cached import doubled
+
+def test_nothing():
+    doubled(3)
+
+def test_three():
+    assert doubled(3) == 6
+"""
 CAMPAIGN = """
 import json, sys
 from pathlib import Path
@@ -108,17 +124,21 @@ def test_a_sample_depends_on_its_seed_only(operators):
 
 
 def test_a_tiny_campaign(tmp_path):
-    """A mutant is killed if a test fails; a mutant that no test runs, or that has no effect, survives."""
+    """A mutant is killed if a test fails; a mutant that no test runs, or that has no effect, survives.
+
+    The four mutants of a function with a cache are found by its second test.
+    """
     (tmp_path / "tiny").mkdir()
     (tmp_path / "tiny" / "__init__.py").touch()
     (tmp_path / "tiny" / "module.py").write_text(MODULE)
-    (tmp_path / "test_tiny.py").write_text(TESTS)
+    (tmp_path / "tiny" / "cached.py").write_text(CACHED)
+    (tmp_path / "test_tiny.py").write_text(TESTS + CACHED_TESTS)
     (tmp_path / "pytest.ini").write_text("[pytest]\naddopts = --import-mode=importlib\n")
     words = [sys.executable, "-c", CAMPAIGN, str(tmp_path), str(ROBUSTNESS)]
     equivalent = "module.py: forgotten: not value -> value"
     done = subprocess.run([*words, equivalent], capture_output=True, text=True, check=True, cwd=tmp_path)
     result = json.loads(done.stdout)
-    assert result["mutants"] == result["of"] == 12
-    assert (result["killed"], result["survived"], result["equivalent"]) == (10, 1, 1)
+    assert result["mutants"] == result["of"] == 12 + 4
+    assert (result["killed"], result["survived"], result["equivalent"]) == (10 + 4, 1, 1)
     assert result["survivors"] == ["module.py:14: forgotten: return not value -> return None (no test runs it)"]
-    assert result["score"] == 90.9
+    assert result["score"] == 93.3  # 14 of 15

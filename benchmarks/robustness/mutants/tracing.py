@@ -1,7 +1,8 @@
 """Table of the lines that each test runs, recorded once per family with a `coverage` context for each test."""
 
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from pickle import dumps, loads
@@ -41,8 +42,9 @@ class Traced:
 class _Recorder:
     """A pytest plug-in that sets a context for each test and measures its time."""
 
-    def __init__(self, coverage: object, skipped: tuple[str, ...]) -> None:
+    def __init__(self, coverage: object, sources: Iterable[Path], skipped: tuple[str, ...]) -> None:
         self._coverage, self._skipped = coverage, skipped
+        self._files = {str(path.resolve()) for path in sources}
         self.seconds: dict[str, float] = {}
         self.failed: list[str] = []
 
@@ -52,7 +54,11 @@ class _Recorder:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Set the test's name as the context of the lines that it runs."""
+        """Set the test's name as the context of the lines that it runs.
+
+        A function with a cache would run in the first test only, so the caches are emptied before each test.
+        """
+        self._empty_caches()
         self._coverage.switch_context(item.nodeid)
         started = process_time()
         try:
@@ -60,6 +66,13 @@ class _Recorder:
         finally:
             self.seconds[item.nodeid] = process_time() - started
             self._coverage.switch_context("")
+
+    def _empty_caches(self) -> None:
+        for module in list(sys.modules.values()):
+            if getattr(module, "__file__", None) in self._files:
+                for value in vars(module).values():
+                    if callable(empty := getattr(value, "cache_clear", None)):
+                        empty()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Record a test that fails without a mutant; such a test cannot detect mutants."""
@@ -85,7 +98,7 @@ def _traced(root: Path, sources: list[Path], tests: tuple[str, ...], skipped: tu
 
     os.dup2(os.open(os.devnull, os.O_RDWR), 1)
     coverage = Coverage(data_file=None, include=[str(path) for path in sources], config_file=False)
-    recorder = _Recorder(coverage, skipped)
+    recorder = _Recorder(coverage, sources, skipped)
     coverage.start()
     run_tests(root, tests, recorder)
     coverage.stop()

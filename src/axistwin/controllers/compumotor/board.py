@@ -106,8 +106,7 @@ class Board(State):
         for owner in (self.host, self.sequence):
             owner.kill()
         for process in self._processes:
-            if process is not self.clock.active_process:
-                kill(process)
+            kill(process)
         self._processes = []
 
     def _take(self) -> Procedure:

@@ -155,9 +155,16 @@ class Card:
         }
 
     def _restart(self) -> None:
-        """Restart the board after a reset by the host or the bus, as if its power had been switched off and on."""
-        self.power(False)
-        self.power(True)
+        """Restart the board after a reset by the host or the bus, as if its power had been switched off and on.
+
+        If one of the board's own procedures causes the reset (by an edge that has subscribers), the reset takes effect
+        when the procedure next yields, in the same nanosecond.
+        """
+        if self.clock.active_process in self._procedures():
+            self.clock.soon(self._restart)
+        elif self._board is not None:
+            self.power(False)
+            self.power(True)
 
     def _press(self, pin: Pin) -> None:
         if pin.level and self._board is not None:
