@@ -35,10 +35,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield, for each byte, the index and the length of the characters that represent the byte.
-
-        In `X\x0d`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\x0d`: (1, 4).
-        """
+        r"""Yield the position and the length of each byte's notation in a text, e.g. (1, 4) for `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
