@@ -109,8 +109,14 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),
         ({"model": "if1", "wiring": "7-wire"}, "expected one of '5-wire', '3-wire'"),
         ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
-        ({"model": "if1", "line": "9600 9N1"}, "invalid line format '9600 9N1': expected a text such as '9600 8N2'"),
-        ({"model": "if1", "line": "96 8"}, "invalid line format '96 8': expected a text such as '9600 8N2'"),
+        (
+            {"model": "if1", "line": "9600 9N1"},
+            "invalid baud rate or character format '9600 9N1': expected a text such as '9600 8N2'",
+        ),
+        (
+            {"model": "if1", "line": "96 8"},
+            "invalid baud rate or character format '96 8': expected a text such as '9600 8N2'",
+        ),
         ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "the motor of axis X needs `torque`: expected pairs"),
         (
             {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},

@@ -161,7 +161,7 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
             ["--serial", "socket://127.0.0.1:1", "--model", "1811"],
             "the model 1811 has no serial port to record",
         ),
-        (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid line format 'quick'"),
+        (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid baud rate or character format 'quick'"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, words, tmp_path):

@@ -165,7 +165,7 @@ def test_a_port_in_use_is_one_line():
         (["if9"], "no model 'if9'"),
         (["if1", "--speed", "fast"], "invalid speed 'fast'"),
         (["if1", "--port", "ftp://x"], "invalid port URL 'ftp://x'"),
-        (["if1", "--line", "quick"], "invalid line format 'quick'"),
+        (["if1", "--line", "quick"], "invalid baud rate or character format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
         (["no.toml", "--line", "instant"], "cannot be used with a scene: make these settings in the scene file"),
     ],

@@ -132,7 +132,7 @@ def test_several_controllers_are_told_apart_by_name(bench):
         ("= X.position far", "not a number"),
         ("= X.position nan", "not a number"),
         ("= X.encoder 3", "no encoder"),
-        ("! line fast", "invalid line format"),
+        ("! line fast", "invalid baud rate or character format"),
         ("middle: > E", "unknown controller 'middle'"),
     ],
 )

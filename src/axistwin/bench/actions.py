@@ -391,7 +391,8 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # A number has at most 100 characters, so 300 digits are enough.
+    # Python rounds decimal numbers to 28 digits by default, but a number can have up to 100 characters.
+    with localcontext(prec=3 * MOST_CHARACTERS):
         return round(Decimal(value), _decimals(number)) == number
 
 

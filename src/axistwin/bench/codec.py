@@ -35,10 +35,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield, for each byte, the index and the length of the characters that represent the byte.
-
-        In `X\x0d`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\x0d`: (1, 4).
-        """
+        r"""Yield the position and the length of each byte's notation in a text, e.g. (1, 4) for `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
@@ -82,10 +79,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield, for each byte, the index and the length of the characters that represent the byte.
-
-        In `X\r`, the text of the first byte is `X`: (0, 1).  The text of the second byte is `\r`: (1, 2).
-        """
+        r"""Yield the position and the length of each byte's notation in a text, e.g. (1, 2) for `\r` in `X\r`."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -115,9 +109,7 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield, for each byte, the index and the length of the characters that represent the byte.
-
-        In `20 A5`, the text of the first byte is `20`: (0, 2).  The text of the second byte is `A5`: (3, 2).
+        """Yield the position and the length of each byte's notation in a text, e.g. (3, 2) for `A5` in `20 A5`.
 
         `text`: a command on a bus, as hex bytes, or as the name of the command and its values.
         """

@@ -43,7 +43,7 @@ def _or_blank(value: int | None) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """A command of a controller: one line of a command table.
+    """Describes a command of a controller: the code that a host sends, the parameters and the handler.
 
     `accepted`: the controller states in which the command is valid, a `Flag` defined by each family.
     `handler` is None for a command that is not implemented.

@@ -29,7 +29,7 @@ def lsp() -> int:
     require("pygls", "lsp")
     from axistwin.editor.server import make
 
-    # Pass copies, so that stdin and stdout stay open when the language server closes its streams.
+    # Give the language server copies of stdin and stdout, because the language server closes its streams.
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
         # Exclude the imported modules from garbage collections, which would delay requests by 50 ms.

@@ -162,7 +162,7 @@ def two_registers() -> None:
 
 
 def motor_with_a_language() -> None:
-    """Move a SmartMotor, run it into a limit switch, and block its shaft."""
+    """Show how a SmartMotor moves, stops at a limit switch, and reports a position error when its shaft is blocked."""
     bench = Bench()
     motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
     _chapter("A SmartMotor is a servo motor with a language of its own")
@@ -254,7 +254,7 @@ class _Session:
             click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
 
     def explain(self, note: str) -> None:
-        """Print an explanation of the last action."""
+        """Print a comment for the user on a separate line, e.g. "its battery has kept the sequence"."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
 
 

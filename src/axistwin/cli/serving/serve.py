@@ -337,7 +337,7 @@ async def _serve(
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
-    """Start the simulation at once, or when the first browser or host connects.
+    """Start the simulation of the controllers that `axistwin serve` serves.
 
     `waits`: start when the first browser or host connects.  `to`: run at full speed to this time in seconds, and pause.
     """

@@ -168,7 +168,7 @@ class _Run:
             return 1
         import_module("numpy")  # Import numpy before the motors start, because this import is slow.
         gc.collect()
-        gc.freeze()  # Exclude the present objects from all later garbage collections, to make these short.
+        gc.freeze()  # Keep Python's garbage collector from checking the existing objects, which would delay pulses.
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()

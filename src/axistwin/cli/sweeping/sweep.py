@@ -132,7 +132,10 @@ def path_and_values(option: str, text: str) -> tuple[str, str]:
 
 
 def named(option: str, text: str) -> tuple[str, str]:
-    """Split an argument at its first colon, e.g. `end: final table.X.position`.  Raises UsageError."""
+    """Split an option's argument into a name and an expression, e.g. `end: final table.X.position`.
+
+    Raises UsageError if the colon is missing or if the name contains a space.
+    """
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
         raise UsageError(

@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            # Access the board only after the calling function has returned; virtual time does not advance.
+            # Call _serve after the calling function has returned, at the same virtual time.
             self.port.clock.call_later(0, self._serve)
 
     def _serve(self) -> None:

@@ -20,9 +20,9 @@ def test_switch(board: State) -> None:
 
 
 def test(board: State) -> Procedure:
-    """Turn the motor one revolution CCW and one revolution CW.  At the end, raise the board monitor alarm.
+    """Test the board: turn the motor one revolution CCW, then one revolution CW.
 
-    The step rate is 5,000 Hz, without ramps.
+    The step rate is 5,000 Hz, without ramps.  At the end, the board monitor alarm becomes active.
 
     A limit prevents the revolution in its direction: JU5 and JU6 must be installed if there are no switches.
     """

@@ -46,12 +46,12 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # Keep only the last of several consecutive markers (commands in the buffer).
+                marker = met  # If several markers (numbers that start a command) follow each other, use the last.
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # A function that is called at each new velocity has ended the stream.
+            if not stream.performing:  # An output wired to a limit input can end the stream.
                 return
             if duration_ns is None:
                 break
@@ -65,10 +65,10 @@ class StreamOutput:
         stream.finish()
 
     def _run_ahead(self) -> None:
-        """Output several velocities from the streaming buffer at once, to make the simulation faster.
+        """Simulate several update periods of a velocity stream in one step, which makes the simulation faster.
 
-        Each of these velocities is in the present direction and causes only pulses before the next event.  The pulses
-        are the same as if each velocity were output separately.
+        All velocities of these update periods are in the present direction, and no other event occurs in the periods.
+        The pulses are the same as if each velocity were output separately.
         """
         board, pulses = self._board, self._pulses
         if board.clock.free_ns <= self._period_ns:
@@ -149,7 +149,7 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command of a marker.  A marker is a special value among the streamed velocities or distances.
+        """Start the command that the host has assigned to a special streamed velocity or distance (marker).
 
         The stream continues while the command is executed.  During this time, other markers are ignored.
         """
@@ -234,9 +234,9 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker, i.e. a special velocity or distance that makes the board execute a command.
+    """Command EEh: define a marker.  A marker is a special number in the streaming buffer that starts a command.
 
-    `word`: the velocity or distance, which the host later sends among the streamed data.  `opcode`: the command.
+    `word`: the number, which the host later sends among the velocities or distances.  `opcode`: the command.
     Opcode 00 deletes the marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more
     than two parameters.  EEh is also ignored while ten markers are in use, and in distance-time mode for the values
     8000h and 8001h.

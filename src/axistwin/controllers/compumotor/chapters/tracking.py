@@ -65,9 +65,9 @@ def refresh(board: State) -> None:
 
 
 def wake(board: State, skipped: int = 0) -> None:
-    """Schedule the next tracking update if the motor moves or a position error must be corrected.
+    """Schedule the next check of the position error if necessary, e.g. while the motor moves.
 
-    Updates follow at intervals of 2 ms; the next `skipped` updates are left out.
+    Checks follow at intervals of 2 ms; the next `skipped` checks are left out.
     """
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True

@@ -205,7 +205,7 @@ class _Checker:
                 self._perform(given)
 
     def _perform(self, given: Given) -> None:
-        """Record what a command defines, e.g. a move or the default velocity."""
+        """Check a command of a program.  Store the moves and settings that the command defines."""
         opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
             defined.moves[values[0]] = opcode

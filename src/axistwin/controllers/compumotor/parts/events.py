@@ -30,7 +30,7 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        # Opcode of each message that the host has requested, and the number of moves begun before the request.
+        # Opcode of a requested message → number of moves that had begun before the host's request.
         self.armed: dict[int, int] = {}
 
     def happened(self, what: Happening, begun: int) -> None:

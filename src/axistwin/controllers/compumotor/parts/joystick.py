@@ -75,7 +75,7 @@ class Shutdown:
         self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
-        """Update the shutdown output.
+        """Set the board's output pin `shutdown` according to the shutdown input or the last command 12h.
 
         A shutdown never begins while the motor is moving.
         """

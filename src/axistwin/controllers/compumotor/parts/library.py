@@ -63,7 +63,7 @@ NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
 
 
 class Library:
-    """The pre-defined moves.
+    """Stores the moves that the host has defined in advance (pre-defined moves).
 
     When the processor has no other work, it calculates ("crunches") these moves one by one.
     """

@@ -36,7 +36,7 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Assign a state of the board to an output bit.  The bit then shows whether the state is active.
+        """Make an output bit show whether a state of the board is active, e.g. whether the motor is moving.
 
         `state`: code of the state, as in command 0Fh.  The code 00 removes the assignment.
         """
