@@ -111,11 +111,11 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
         (
             {"model": "if1", "line": "9600 9N1"},
-            "invalid baud rate or character format '9600 9N1': expected a text such as '9600 8N2'",
+            "invalid baud rate or character format '9600 9N1': expected e.g. '9600 8N2', or 'instant'",
         ),
         (
             {"model": "if1", "line": "96 8"},
-            "invalid baud rate or character format '96 8': expected a text such as '9600 8N2'",
+            "invalid baud rate or character format '96 8': expected e.g. '9600 8N2', or 'instant'",
         ),
         ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "the motor of axis X needs `torque`: expected pairs"),
         (

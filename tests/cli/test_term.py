@@ -144,7 +144,7 @@ def test_a_controller_that_does_not_answer_is_told():
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is only for a virtual controller"),
         (["if1", "--speed", "fast"], "invalid speed 'fast': expected `max` or a number"),
-        (["if1", "--line", "fast"], "invalid baud rate or character format 'fast': expected a text such as"),
+        (["if1", "--line", "fast"], "invalid baud rate or character format 'fast': expected e.g. '9600 8N2'"),
     ],
 )
 def test_what_cannot_be_opened(arguments, message):

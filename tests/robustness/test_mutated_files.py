@@ -143,7 +143,7 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
         ("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
         (
             "; options: line=5\n",
-            "a.talk:1: invalid baud rate or character format 5: expected a text such as '9600 8N2'",
+            "a.talk:1: invalid baud rate or character format 5: expected e.g. '9600 8N2', or 'instant'",
         ),
         (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
         (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),

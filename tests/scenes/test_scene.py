@@ -156,7 +156,7 @@ WRONG = {
     ),
     "a line format": (
         controllers("if1", more="line = 'fast'"),
-        "3:1: invalid baud rate or character format 'fast': expected a text such as '9600 8N2'",
+        "3:1: invalid baud rate or character format 'fast': expected e.g. '9600 8N2', or 'instant'",
     ),
     "a misspelt option": (
         controllers("if1", more="options.wirring = 1"),

@@ -21,12 +21,14 @@ def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartF
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
     if not isinstance(text, str):
-        raise UsageError(f"invalid baud rate or character format {text!r}: expected a text such as '9600 8N2'")
+        raise UsageError(f"invalid baud rate or character format {text!r}: expected e.g. '9600 8N2', or 'instant'")
     words = text.replace(",", " ").split()
     instant = "instant" in words
     match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
     if match is None:
-        raise UsageError(f"invalid baud rate or character format {shortened(text)}: expected a text such as '9600 8N2'")
+        raise UsageError(
+            f"invalid baud rate or character format {shortened(text)}: expected e.g. '9600 8N2', or 'instant'"
+        )
     baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
     if match["frame"] is None:
         return replace(usual, baudrate=baudrate), instant
