@@ -24,7 +24,7 @@ CLK_ZERO = next(_slots)  # Number of the servo sample in which the counter CLK w
     DEPTH,  # Number of return addresses on the subroutine stack.
 ) = islice(_slots, 7)
 RETURNS, *_ = islice(_slots, 10)  # Return addresses of up to ten nested subroutine calls.
-# The main program and each of ten nested subroutine calls have their own value of the command SWITCH.
+# Value of the latest command SWITCH, stored separately for the main program and each of ten subroutine levels.
 SWITCHES, *_ = islice(_slots, 11)
 (
     TWAITING,  # 1 while the command TWAIT pauses the program until the motor's trajectory ends.
@@ -80,18 +80,19 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
-    PIN_EDGES,  # Edge count of signals at pins A and B, without the external encoder: forward minus backward.
+    PIN_EDGES,  # Forward edges minus backward edges at pins A and B; edges of the external encoder are not included.
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Change of the counter CTR after four edges: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
-    FOLLOW_REM,  # Remainder of the division by MFDIV, which is kept for the next sample in mode MFR or MSR.
+    FOLLOW_REM,  # Fraction of a count that the motor must still move in mode MFR or MSR, multiplied by TARGET.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command G or CI activates.
 # CI_PENDING is 1 from the command CI until the cam passes its zero point.
 # CI_SPOILT is 1 if a cam parameter was changed between the command CI and the zero point of the cam.
-# While CI_SPOILT is 1, the command CI has no effect; the next command MC, MC2, MC4 or MC8 sets CI_SPOILT to 0.
+# While CI_SPOILT is 1, the command CI has no effect.
+# The next command that selects a cam mode, e.g. MC4, sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 # The cam factor, e.g. 4 in MC4, multiplies either the cam table (CAM_TABLE = 1) or the external counts (CAM_TABLE = 0).
 CAM_TABLE = next(_slots)
@@ -103,7 +104,8 @@ CAM_TABLE = next(_slots)
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # Size of the buffer of host mode: two integers for each trajectory point.
-HOST_ARMED = next(_slots)  # 1 if the next command G starts host mode, which the command MD has selected.
+# HOST_ARMED is 1 after the command MD (select host mode), until G starts host mode or another mode is selected.
+HOST_ARMED = next(_slots)
 
 # Each status flag of the motor, e.g. Bt (trajectory in progress), is stored as the integer 0 or 1.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
@@ -123,7 +125,7 @@ ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
     STOPPING,  # 1 while the motor decelerates after a fault; the command F=1 enables this deceleration.
     PENDING,  # Subroutines to be called next: 0 none, 1 C1 (after a fault), 2 C2 (after an input edge), 3 both.
     FAULT_AGAIN,  # 1 if a fault has occurred during the fault subroutine C1, so that C1 must be called again.
-    OBSERVE_INDEX,  # 1 if each change of the index signal must be an event of the simulation.
+    OBSERVE_INDEX,  # 1 if each change of the index signal must be reported, e.g. to the oscilloscope.
 ) = islice(_slots, 5)
 # INDEX_LOW and INDEX_HIGH are the positions of the nearest index marks below and above the shaft position.
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)
@@ -137,7 +139,7 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
     LATCHES,  # Output levels set by the commands UA= to UG=, from bit 0 (pin A) to bit 6 (pin G).
     GO_PIN,  # 1 if a falling edge of pin G starts a motion, as the command G does.
     BRAKE_PIN,  # Bit mask of the pin for the brake signal: pin C after BRKC, pin G after BRKG, otherwise 0.
-    BRAKE_READ,  # Flag: 1 after e.g. a=UG has read the pin that outputs the brake signal (manual, section 5.1).
+    BRAKE_READ,  # Flag: 1 if a statement, e.g. a=UG, has read the brake output, which then becomes an input.
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog readings of the pins A to G, from 0 to 1023.
 # No switch of the axis changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
@@ -162,9 +164,10 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# For an encoder without a defect, COUNTS_OF is 0 and COUNTS_OUT_OF is 0.
+# Without a defect of the encoder, COUNTS_OF (reported counts) and COUNTS_OUT_OF (true counts) are both 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-UNCOUNTED = next(_slots)  # Remainder of the division by COUNTS_OUT_OF, which is added in the next servo sample.
+# UNCOUNTED is the fraction of a count that a defective encoder has not reported yet, multiplied by COUNTS_OUT_OF.
+UNCOUNTED = next(_slots)
 ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
 HOT = next(_slots)  # Flag: 1 while the motor is overloaded (by current or temperature) or still too hot.
 
