@@ -445,7 +445,7 @@ class Core:
             return
         in_last = samples % LONGEST
         # A command from the host makes all precomputed servo samples invalid.
-        # Precompute servo samples only until the host's next command is expected, plus 25 %.
+        # If a command interrupts a block after e.g. 400 servo samples, the next block has at most 500 samples.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

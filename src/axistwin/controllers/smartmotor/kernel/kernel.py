@@ -29,7 +29,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
 
 # Events, e.g. a fault, that interrupt the computation of servo samples; each event is one bit.
 ALL_DONE = 0
-STATEMENT_WAITS = 1  # Event: the kernel cannot execute the next program statement itself.
+STATEMENT_WAITS = 1  # Event: the next program statement, e.g. PRINT, must be executed outside the compiled servo code.
 VALUE_WAITS = 2  # Event: the next program statement needs an external value, e.g. a serial character for GETCHR.
 CALL_WAITS = 4  # Event: the subroutine C1 or C2 of the motor's program must be called.
 TRAJECTORY = 8  # Event: the status flag Bt (trajectory in progress) has changed.
@@ -41,9 +41,9 @@ GO_EDGE = 256  # Event: the input pin G has changed from high to low.
 SWITCH = 512  # Event: the shaft has reached a position at which a switch changes its level.
 INDEX_MARK = 1024  # Event: the index signal of the encoder has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # Event: an assignment, e.g. a=UG, has read the pin of the brake signal.
-# Events of the program occur before the computation of a servo sample; all other events occur afterwards.
+PIN_TAKEN = 16384  # Event: a statement, e.g. a=UG, has read the brake output, which then becomes an input.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
+"""Events of the motor's program.  These events occur before the next servo sample is computed."""
 
 
 @sampled
