@@ -219,8 +219,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # `--a` is not the same as `a`: for a=-2147483648, the first negation overflows.
-            # An even number of minus signs is compiled as two negations, and an odd number as one negation.
+            # In the SmartMotor language, `--a` is compiled as two negations, because -(-2147483648) overflows.
+            # Four minus signs in an expression give the same result as two, and three give the same result as one.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
