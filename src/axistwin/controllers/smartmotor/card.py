@@ -45,7 +45,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # Motor that has been switched off, but whose shaft may still turn.
+        self._before: Motor | None = None  # The switched-off motor, whose shaft may still turn.
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()

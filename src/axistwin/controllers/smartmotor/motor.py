@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # Set all fault flags at power-off: only a change from 0 to 1 reports a fault, so none is reported.
+            # While the power is off, no fault can be reported, because each fault flag is already 1.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -208,7 +208,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # The motor and the load keep their speed and temperatures while the power is off.
+        if axis.f:  # Continue with the speed and the temperatures of the motor just before power-up.
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value

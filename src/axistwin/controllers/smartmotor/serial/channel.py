@@ -202,7 +202,7 @@ class Channel:
         if byte <= LAST_ADDRESS:
             # An address byte from the host selects the motors that obey the next commands.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
-        elif byte in RECORDS:  # A binary record for another motor is ignored only after its last byte.
+        elif byte in RECORDS:  # Collect all bytes of a binary command, even if the command is for another motor.
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
