@@ -285,7 +285,7 @@ class Board(Core):
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
             is_empty, is_stuck = free == size, not count and free == before
-            # An empty buffer, or a full buffer from which no data leave, shows that the velocity stream has stopped.
+            # If the board's buffer of velocities is empty or stays full, the board no longer reads new velocities.
             if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
