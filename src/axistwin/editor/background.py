@@ -112,10 +112,10 @@ def work() -> None:
     This is the main function of the separate process.
     """
     with suppress(ValueError):
-        # This process ignores Ctrl-C, because the language server ends the process.
+        # Ctrl-C must end only the language server, which then ends this process.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # Printed text goes to standard error, because standard output is only for the results of tasks.
+    os.dup2(2, 1)  # Redirect printed text to standard error, because standard output carries the results of checks.
     with suppress(EOFError, BrokenPipeError):
         while True:
             function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process
