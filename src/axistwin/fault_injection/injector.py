@@ -89,7 +89,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # A fault whose start is not complete ends after the start is complete.
+            if self._mend is None:  # The fault is still beginning, so end the fault afterwards.
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
