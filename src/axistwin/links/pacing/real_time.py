@@ -73,7 +73,7 @@ class RealTime:
         due_ns = clock.next_event_ns()
         while due_ns is not None and due_ns <= target_ns:
             if limit.over():
-                # After a long delay, e.g. sleep mode of the computer, virtual time continues without skipping ahead.
+                # After a long interruption, e.g. sleep mode, virtual time does not catch up with real time.
                 if self._real_s(target_ns - clock.now) > MAX_LAG_S:
                     self._wall_s, self._virtual_ns = self._last_s, clock.now
                 return
