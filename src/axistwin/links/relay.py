@@ -154,7 +154,7 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            # The call of `wrap_future` makes asyncio log unexpected exceptions of the thread.
+            # With `wrap_future`, asyncio logs unexpected exceptions in the thread that writes to the device.
             asyncio.wrap_future(self._latest)
 
     # Functions that run in the thread that writes to the device
@@ -188,7 +188,7 @@ class Relay:
             self._warned.add(words)
             log.warning("%s %s", self.url, words)
 
-    # Functions that forward data from the device
+    # Functions that forward data from the device to the host
 
     def _listen(self) -> None:
         loop = self._loop

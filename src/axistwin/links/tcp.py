@@ -108,7 +108,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
         if not self._has_sent:
-            # Acknowledge the received data at once: without a reply, TCP would delay the acknowledgement.
+            # No reply was sent: make TCP acknowledge the received data at once, instead of after a delay.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
