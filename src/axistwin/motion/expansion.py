@@ -145,7 +145,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     ends = np.cumsum(lengths) - 1
     durations = np.diff(starts, append=0)
     durations[ends] = 1
-    # A segment without pulses can have the pulse rate 0; the rate 1 avoids a division by 0.
+    # Set the pulse rate of each segment of a move to at least 1, to avoid a division by 0.
     rates = np.maximum(np.diff(phases, append=0) // durations, 1)
     done = phases // parts
     pulses = np.diff(done, append=0)

@@ -140,9 +140,8 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     number and latest permitted tick of the second pulse.
     """
     (m, low), (n, high) = late, early
-    # If `gap <= add * slope`, pulse m is not earlier than tick `low` and pulse n is not later than tick `high`.
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
-    if gap <= add * slope:
+    if gap <= add * slope:  # With this value of `add`, one step command can output both pulses at permitted times.
         return lowest, highest
     if not slope:
         return 0, -1
