@@ -138,7 +138,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # If the signal's previous value is nearer to the maximum, draw the pixel column from the maximum to the minimum.
+    # In each pixel column, draw first the minimum or the maximum, whichever is nearer to the signal's previous value.
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy

@@ -81,7 +81,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # A single change of a signal has no duration, so the integral of the signal over the change is 0.
+    # If each row is a single change of a signal, the rows have no duration, and their area is 0.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]

@@ -53,7 +53,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # Too many signals in all oscilloscopes together: the new oscilloscope begins empty.
+        except AxistwinError:  # If all oscilloscopes together have too many signals, a new oscilloscope shows none.
             screen.show(())
         return screen
 
@@ -141,8 +141,9 @@ class _Scope:
             case "seen":
                 self._seen = bool(value.get("seen"))
             case "zoom":
+                # While virtual time is stopped, freeze the screen, so that zooming keeps the time at the mouse pointer.
                 if not self._runs():
-                    screen.pause()  # Pause the screen, so that zooming does not shift the time under the mouse pointer.
+                    screen.pause()
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
                 screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
