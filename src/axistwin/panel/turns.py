@@ -89,7 +89,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # Code in this thread may call asyncio, because the thread of the event loop waits in the meantime.
+        # Allow calls of asyncio in this thread: the event loop's own thread is blocked until this thread stops.
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

@@ -79,7 +79,7 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        # The socket is opened before the server starts, so that a port in use causes a LinkError.
+        # Open the socket before the server starts: `listening_socket` raises LinkError if the port is in use.
         sock = listening_socket(self.address)
         server = self._server = _Server(
             uvicorn.Config(

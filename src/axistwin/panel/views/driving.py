@@ -175,7 +175,7 @@ def _speed(context: Context) -> Refresh:
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
-        show()  # The new speed is shown at once, not only at the next page update.
+        show()  # Show the new simulation speed at once, not only at the next update of the page.
 
     slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))

@@ -113,7 +113,7 @@ def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
             with ui.element("dl").classes("meaning"):
                 for item in group.items:
                     _plain("dt", item.label or item.name)
-                    # Without a label, the name of the lamp is already the heading, so do not repeat the name.
+                    # Write the lamp's name below the heading, unless the name is already the heading.
                     words = (item.name if item.label else "", item.doc)
                     _plain("dd", ".  ".join(filter(None, words)))
 
