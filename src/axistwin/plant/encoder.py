@@ -41,8 +41,8 @@ class Encoder:
         self._displaced = self._turned = 0
         self.direction = +1
         """Direction of the load's last motion."""
-        # Load position and encoder count at the latest encoder fault; None if there was no fault.
         self._counted: tuple[int, int] | None = None
+        """Position of the load and encoder count at the latest encoder fault; None if there was no fault."""
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:

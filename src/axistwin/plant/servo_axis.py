@@ -559,7 +559,7 @@ def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad
     motor, load = given.get("motor"), given.get("load")
     if motor is None and load is None:
         return None, None
-    # Only an axis with a data sheet of its motor or load needs the model of the servo.
+    # The import is here because an axis without the options `motor` and `load` does not need the servo model.
     from axistwin.plant import servo
 
     return None if motor is None else servo.servo_motor(motor), None if load is None else servo.servo_load(load)

@@ -101,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # Reading the encoder count updates the encoder to the present position.
+        _ = self.count  # Read the encoder count first, so that the fault affects only later motion.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -283,7 +283,7 @@ class StepperAxis:
         found: list[int] = (at_start + move.direction * done).tolist()
         return found
 
-    # State of the axis, and manual actions
+    # Functions that read the axis state or simulate a manual action, e.g. blocking the shaft
 
     @property
     def position(self) -> int:
@@ -439,7 +439,7 @@ class StepperAxis:
         """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)
 
-    # Predictions: when the motor reaches a position or loses steps
+    # Functions that predict the time at which the motor reaches a position or loses steps
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time in ns at which the present move next reaches `position`; None if never."""
