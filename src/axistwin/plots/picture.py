@@ -221,7 +221,7 @@ class _Picture:
             self._add_counts(row, panel.per, panel.counts)
         values = {value for line in panel.lines for value in line.curve.values}
         if len(values) == 1:
-            # The scale of a constant signal shows one count above and below the value of the signal.
+            # For a constant signal, the y axis of the plot extends one count above and below the signal's value.
             value, count = values.pop(), 1 / (panel.per or 1)
             row.set_ylim(value - count, value + count)
 
