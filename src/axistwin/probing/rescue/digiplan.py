@@ -63,7 +63,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # With a wrong parity, the command E or the command N fails, because the two letters have different parity bits.
+        # The letters E and N have different parity bits, so the interface rejects at least one if the parity is wrong.
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None
