@@ -74,8 +74,8 @@ class ServoMoves:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        # Expected time of the next servo sample in ns, and the shaft positions of the latest samples.
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
+        """A pair: the time in ns at which the next servo sample is due, and the latest shaft positions."""
         self._direction = 0  # Sign of the commanded velocity: +1, -1, or 0 before the motion begins.
         self._farthest = 0  # Farthest commanded position of the present move.
 
