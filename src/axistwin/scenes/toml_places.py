@@ -56,8 +56,8 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        # For each array of tables: number of headers read so far, e.g. 2 after the second [[controller]].
         self.tables: dict[Path, int] = {}
+        """Number of TOML headers read so far with the same name, e.g. 2 after the second [[controller]]."""
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
         """Yield the line and column of each table header, key and list element in the text."""
