@@ -38,12 +38,12 @@ def files(
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # Hosts that act at the same time act in order of rank; the host of the new recording acts last.
+    # New conversation files get the highest rank: at equal times, their actions are executed last.
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # Save actions as a [[script]] only in a scene without conversations, because a script would act before them.
+        # A [[script]] acts before conversation files at equal times, so a scene with such files gets no [[script]].
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]

@@ -278,7 +278,7 @@ class Session:
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        # At full speed, virtual time advances to the end of the scene's script even if no event is due.
+        # A simulation at full speed does not end before the last action in the scene's script.
         self.pacer.agenda_ns = self.bench.agenda_ns
         self.pacer.start()
 
