@@ -88,7 +88,7 @@ class Levels:
             first_low = max(0, (space.begin * per - since + width - 1) // width)
             if first_low >= count:
                 break
-            # Number of the first sample after the low pulse; `count` if the low pulse, e.g. a break, lasts longer.
+            # Index of the first sample after the low pulse of the wire, at most `count`.
             next_high = min(count, (space.end * per - since + width - 1) // width)
             if next_high > first_low:
                 levels &= ~((1 << next_high) - (1 << first_low))
