@@ -51,7 +51,7 @@ class HalBoard:
         self._reasons: dict[str, str] = {}
         """Reasons of stops by the host that the component has not yet reported, by controller."""
 
-    # Reports of the HAL component in LinuxCNC
+    # Functions that process messages from the HAL component in LinuxCNC
 
     def receive(self, report: Mapping[str, Any]) -> None:
         """Process a report of the HAL component."""
