@@ -62,7 +62,7 @@ class Screen:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
         elif self.person:
-            self._line = Line.EMPTY  # After the user's Enter key, the last line on the screen is empty.
+            self._line = Line.EMPTY  # The user's Enter key has moved the cursor to an empty line.
         else:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
