@@ -68,8 +68,8 @@ class ParquetSink:
         self._new = False
         self._contents: Any = None
         self._place = len(MAGIC)  # Position in the Parquet file at which the present block of rows begins.
-        # Size in bytes of the unfinished end of the Parquet file, which the next `flush` overwrites.
         self._rewritable = 0
+        """Number of bytes at the end of the Parquet file that the next call of `flush` replaces."""
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
         for n, value in enumerate(first):

@@ -104,7 +104,7 @@ def pin_signal(pin: str) -> str:
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # Not a step output: the axis has the signal `step` instead.
+        if not pin.silent:  # Skip step outputs, whose pulses are in the axis's signal `step`.
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

@@ -149,8 +149,8 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        # Servo axes whose latest position samples are collected before each write to the trace.
         self._computing_ahead: list[ServoAxis] = []
+        """Servo axes that must compute their latest samples before each write to the trace."""
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
         self._rows: list[Rows] = []  # Buffers for the signal changes that axes and controllers report.
