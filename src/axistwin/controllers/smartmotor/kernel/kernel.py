@@ -43,7 +43,7 @@ INDEX_MARK = 1024  # Event: the index signal of the encoder has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
 PIN_TAKEN = 16384  # Event: a statement, e.g. a=UG, has read the brake output, which then becomes an input.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
-"""Events of the motor's program.  These events occur before the next servo sample is computed."""
+"""Events that the motor's program causes before the next servo sample is computed."""
 
 
 @sampled
