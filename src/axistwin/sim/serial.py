@@ -254,7 +254,7 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # This call may change the receiver's baud rate.
+        self.receiver.take(whole.byte, SOUND)  # The function `take` may change the receiver's baud rate.
         self._whole = None
         if self._levels:
             self._find_start_bit()
@@ -329,7 +329,7 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # This call may change the receiver's baud rate.
+        self.receiver.take(byte, errors)  # The function `take` may change the receiver's baud rate.
         self._reading = None
         self._find_start_bit()
 
