@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # Without a client, only axistwin itself can have cleared the buffers.
+            return  # Without a client, only axistwin itself can have cleared the buffers of the pseudo terminal.
         if self._connect():
             self._take(packet[0], packet[1:])
 
