@@ -195,5 +195,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # Stop the emulated processor after OUT, because the board may have scheduled a new event.
+        # Stop the processor, because a write to the board's register may cause an earlier event in the simulation.
         self._stop_ns = 0

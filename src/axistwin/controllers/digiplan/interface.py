@@ -51,7 +51,7 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # True after the hint about the initialisation; the interface gives this hint only once.
+        self._told = False  # True if the user has received the hint that the interface is already initialised.
         self._eighth: list[bool] = []  # For each character of the message: True if bit 8 of the character is 1.
         self.pins["led"].set(True)
         self.lines.dtr.set(True)

@@ -17,7 +17,11 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 from axistwin.numbers import HIGHEST, NumberError, clipped, whole
 
 MOST_STEPS = 63
-LONGEST_MESSAGE = 8192  # The interface cuts off a message at this length; every valid sequence is shorter.
+LONGEST_MESSAGE = 8192
+"""Largest number of characters in a message from the host; the interface drops further characters.
+
+Every valid sequence is shorter.
+"""
 CANCEL = "#"
 OUT_OF_RANGE = (rules.RANGE, rules.TOO_MANY, rules.REPEAT)
 NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
@@ -30,7 +34,7 @@ class Accept(Flag):
     STEP = auto()  # The command is allowed in a step of a sequence.
     ALONE = auto()  # A message with this command must not contain another command.
     LOCKED = auto()  # The interface performs this command even while it is locked.
-    REQUEST = auto()  # The interface answers this status request even while another message waits.
+    REQUEST = auto()  # The interface answers this command at once, even if an earlier message has not been executed.
     SETUP = auto()  # The command is allowed only during initialisation.
     WRITTEN = auto()  # The character belongs to a parameter, e.g. the sign of a distance.
 

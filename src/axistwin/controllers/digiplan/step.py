@@ -89,9 +89,9 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Distance of the next move in steps.  With interpolation: distance of the major axis.
+    distance: int = 0  # Number of steps of the next move, or of the longest axis in an interpolated move.
     minor_distance: int = 0  # Distance of each minor axis in an interpolated move, in steps.
-    backlash: int = 0  # Backlash distance in steps; its sign is the direction in which preset moves end.
+    backlash: int = 0  # Backlash distance in steps.  If positive, corrected moves end in the positive direction.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 

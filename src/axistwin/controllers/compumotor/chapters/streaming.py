@@ -51,7 +51,7 @@ class StreamOutput:
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # An output wired to a limit input can end the stream.
+            if not stream.performing:  # The streaming has ended, e.g. at a limit switch.
                 return
             if duration_ns is None:
                 break

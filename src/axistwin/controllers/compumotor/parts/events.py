@@ -30,8 +30,11 @@ class Events:
         self._send = send
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called at every stall and limit hit, even if no message is requested."""
-        # Opcode of a requested message → number of moves that had begun before the host's request.
         self.armed: dict[int, int] = {}
+        """Messages about events (e.g. a stall) that the host has requested.
+
+        Key: opcode of the message.  Value: number of moves that had begun when the host requested the message.
+        """
 
     def happened(self, what: Happening, begun: int) -> None:
         """Report the event `what` to the host, if the host has requested messages for this event.

@@ -21,8 +21,11 @@ class Outputs:
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
-        # Assignments by command 0Fh: number of the output bit → (code of a board state, True if active high).
         self._tracked: dict[int, tuple[int, bool]] = {}
+        """States of the board (e.g. motor moving) that the host has assigned to output bits with command 0Fh.
+
+        Key: number of the output bit.  Value: code of the state, and True if the output bit is active high.
+        """
         for number in (1, 2):
             self.write(number + 2, True)
 

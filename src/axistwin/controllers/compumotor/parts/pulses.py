@@ -284,7 +284,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # A callback has started another velocity profile.
+            if plan != self._plan:  # `_enter` has started a new profile, so drop the old profile.
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

@@ -191,7 +191,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # Do not kill the streaming process if it has called `end` itself, because it then finishes by itself.
+            # Kill the streaming process, unless the streaming process itself has called this method.
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

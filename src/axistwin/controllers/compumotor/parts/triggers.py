@@ -20,8 +20,12 @@ class Triggers:
         `response_ns`: time in ns for which an input must stay high before its action is performed.
         """
         self.clock, self._response_ns = clock, response_ns
-        # Number of a trigger → (opcode of the command that assigned an action, function that performs the action).
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
+        """Actions that the host has assigned to trigger inputs.
+
+        Key: number of the trigger input.  Value: opcode of the command that assigned the action, and a function that
+        performs the action.
+        """
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
         self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]

@@ -9,16 +9,19 @@ from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-LOW_BITS = 4  # The character "(" begins with four low bits: the start bit and three zeros.
+LOW_BITS = 4
+"""Number of low bits that a UART sends first for the character `(`: the start bit and three zeros."""
 TOLERANCE = 10  # The interface recognises a baud rate within ±10 %.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # Sample program 4 of the manual sends this character back to the interface.
+ECHOED = "U"
+"""The reply of the interface to `(`, which sample program 4 of the manual sends back to the interface."""
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
-REINITIALISE_NS = 5 * MS  # Option `strict_format`: the interface ignores characters for 5 ms after the data format.
+REINITIALISE_NS = 5 * MS
+"""Time after the data format message in which the interface ignores all characters (option `strict_format`)."""
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
@@ -52,7 +55,8 @@ def detect_baud_rate(state: State) -> Procedure:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
             state.buffer.set_tolerant(True)
-            state.buffer.open()  # On an instant line, this call receives all characters that follow the character `(`.
+            # If the serial line transmits without delay, `open` receives all characters after the character `(`.
+            state.buffer.open()
             detected.succeed()
         else:
             state.drop(NO_BAUD_RATE)
