@@ -67,7 +67,9 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Begin a step or a jump in virtual time when no other step or jump is in progress.
+        """Begin a step or a jump in virtual time.
+
+        The call waits in a queue while another step or jump is in progress.
 
         `begin`: function that starts a `step` to the next event, or a `go_to` to a recorded time.  Returns the result
         of `begin()`; None if `stop` has removed the call from the queue.

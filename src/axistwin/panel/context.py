@@ -50,10 +50,10 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a function that updates a view of the page less often than the other views.
+    """Return a function that updates a section of the web page only at every n-th call, e.g. at every tenth call.
 
-    The function calls `view` once in `every` updates of the page.  While virtual time is stopped, the function calls
-    `view` at each update.
+    The parameter `every` is n; the function `view` updates the section.  While virtual time is stopped, each call
+    updates the section.
     """
     frame = 0
 

@@ -7,7 +7,7 @@ from axistwin.units import to_seconds
 
 
 class Lessons:
-    """The present lesson of each controller."""
+    """Stores which lesson of the tutorial `axistwin learn` is in progress on each controller."""
 
     def __init__(self, session: Session) -> None:
         self._session = session

@@ -173,7 +173,7 @@ def _text(*place: str) -> str:
 
 
 def build_views(context: Context) -> Iterator[Refresh]:
-    """Build the web page, and yield a function for each section of the page that updates the section."""
+    """Build the web page.  Yield one update function for each section of the page."""
     yield from _header(context)
     yield from _body(context)
 
@@ -335,7 +335,7 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update a web page for about `TURN_S` seconds of real time.
+    """Update the next sections of the web page; stop when `TURN_S` seconds of real time have passed.
 
     `left`: a queue of functions, each of which updates one section of the page.  Called functions are removed from the
     queue.  Virtual time does not advance meanwhile.

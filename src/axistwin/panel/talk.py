@@ -62,9 +62,9 @@ class Talk:
 
 
 class Printer:
-    """Converts the events at one endpoint to lines of text, each with its start time.
+    """Converts messages between a host and a controller to text for a terminal window.
 
-    Each message is one line.
+    Each message begins a new line with its start time, e.g. `0.012000 > RP`.
     """
 
     def __init__(self, codec: Codec, whole: bool) -> None:

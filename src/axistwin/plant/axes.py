@@ -76,7 +76,7 @@ def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
 
 
 def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
-    """Return an option that consists of two positions, e.g. `limits`.
+    """Return the two positions of an axis option, e.g. of `limits=[-100, 5000]`.
 
     Raises UsageError for an invalid option, e.g. if the first position is above the second.
     """

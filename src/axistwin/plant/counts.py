@@ -36,7 +36,7 @@ class Samples(NamedTuple):
         return len(self.positions)
 
     def time_ns(self, sample: int) -> int:
-        """Return the time of a sample, given by its index from 0."""
+        """Return the time in ns of a position sample; the first sample has the number 0."""
         return self.start_ns + sample * self.period_ns
 
 
@@ -106,9 +106,7 @@ class CountHistory:
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":
-        """Return the times of all count changes in an interval.
-
-        The interval is from `start_ns` to before `stop_ns`.
+        """Return the times of all changes of the encoder count from `start_ns` to before `stop_ns`.
 
         Raises UsageError if old changes have been discarded; the message suggests the option `history=larger_history`.
         """

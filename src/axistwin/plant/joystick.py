@@ -82,7 +82,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction signal of the joystick, and wait until the signal has settled.
+        """Set the direction of the joystick's pulses, and wait for the settling time of the direction signal.
 
         Before a change of the signal, the joystick also waits.  AT ZERO is active during both waiting times
         (`settle_ns`).

@@ -67,7 +67,11 @@ class MachineUnits:
 
     @property
     def decimals(self) -> int:
-        """Number of decimals of a position in this unit, e.g. 2 for 80 counts per mm (1 count = 0.0125 mm)."""
+        """Number of decimals with which neighbouring counts show different positions, e.g. 2 for 80 counts per mm.
+
+        In the example, 1 count is 0.0125 mm, which is more than the last decimal (0.01 mm).  The number is at most
+        `MOST_DECIMALS`.
+        """
         return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
 
 

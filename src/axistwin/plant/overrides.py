@@ -28,11 +28,14 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """List of values: the normal value of a setting, and then the value of each active defect, e.g. [1.0, 0.5]."""
+        """The normal value of a setting, followed by the value that each active defect gives to the setting.
+
+        E.g. [1.0, 0.5] for a motor torque of 1.0, which a defect reduces to 0.5.
+        """
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the value that a setting, e.g. the motor torque, has without defects.
+        """Change the normal value of a setting, e.g. the torque of an intact motor.
 
         The values of active defects stay the same.
         """

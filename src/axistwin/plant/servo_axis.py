@@ -41,13 +41,13 @@ class Source(Protocol):
     """
 
     def refresh(self) -> None:
-        """Pass all samples of the position, up to the present time, to the subscribers of the axis.
+        """Pass new samples of the shaft position to the subscribers of the axis, up to the present time.
 
         The state and the predictions do not change.
         """
 
     def catch_up(self) -> None:
-        """Pass all samples of the position, up to the present time, to the subscribers of the axis.
+        """Pass new samples of the shaft position to the subscribers of the axis, up to the present time.
 
         Called when the state of the shaft is about to change.
         """
@@ -126,7 +126,7 @@ class AtRest:
         return [self._axis.shaft]
 
     def commanded(self) -> int:
-        """Return 0, because a motor without power has no trajectory."""
+        """Return 0 as the commanded position, because a motor without power follows no command."""
         return 0
 
     def velocity(self) -> float:
@@ -266,9 +266,9 @@ class ServoAxis:
         self._source = AtRest(self)
 
     def publish(self, samples: Samples) -> None:
-        """Pass new samples to the subscribers, in order of time.
+        """Pass new samples of the shaft position to the functions that have subscribed to the axis.
 
-        The samples are final.
+        The samples are final, and in order of time.
 
         Between published samples the position is constant, so long rests need no samples.
         """
@@ -513,7 +513,7 @@ class ServoAxis:
         return self._published.subscribe(callback)
 
     def catch_up(self) -> None:
-        """Pass all samples of the position, up to the present time, to the subscribers of the axis."""
+        """Pass new samples of the shaft position to the subscribers of the axis, up to the present time."""
         self._source.refresh()
 
     @property

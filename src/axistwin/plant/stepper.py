@@ -343,9 +343,9 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Net number of suppressed pulses of the step output.
+        """Number of suppressed step pulses: those in the positive direction minus those in the negative direction.
 
-        The method `hold` suppresses pulses.  Each suppressed pulse counts +1 or -1, depending on the direction.
+        The method `hold` suppresses pulses.
         """
         return self._unmade if self._made is None else self._issued - self._made
 

@@ -40,9 +40,9 @@ class Curves:
 
     @property
     def samples(self) -> int:
-        """Number of recorded samples of each axis.
+        """Number of recorded positions of each axis; each position is recorded together with the velocity.
 
-        The first sample is at the virtual time 0.
+        The first position is recorded at the virtual time 0.
         """
         return max((len(curve.positions) for curve in self.axes.values()), default=0)
 
@@ -59,7 +59,9 @@ class Curves:
             curve.velocities.append(float(found.velocity))
 
     def advance(self, until_ns: int) -> Iterator[int]:
-        """Advance virtual time to `until_ns`, and yield the time of each sample.
+        """Advance virtual time to `until_ns`, and record the position and velocity of all axes meanwhile.
+
+        Yields the time of each new sample of position and velocity.
 
         Samples that are due before the present time, for example during a load, have the present values.
         """

@@ -118,7 +118,7 @@ class Chart:
     faults: list[Fault] = field(default_factory=list)
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
-        """Add the faults that are active within the time range of the chart."""
+        """Add simulated faults to the chart.  Faults outside the time range of the chart are left out."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
         self.faults += sorted(seen, key=lambda fault: (fault.begin_ns, fault.name))
 

@@ -68,7 +68,7 @@ class _Drawn:
         return any(self.chart.from_ns < track.times[n] <= self.chart.to_ns for n in range(1, len(track)))
 
     def _add_axes(self) -> None:
-        """Add panels for the axes that move within the time range of the chart."""
+        """Add plots, e.g. of the position, for each axis that moves within the time range of the chart."""
         scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
         for scope in scopes:
             tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}

@@ -71,7 +71,10 @@ class Condition:
 
 @dataclass(frozen=True)
 class Dialect:
-    """The functions and data with which a probe tests controllers of one family."""
+    """Functions and data for testing real controllers of one family, e.g. SmartMotors.
+
+    The command `axistwin probe` uses these functions.
+    """
 
     cases: Callable[[Product, Mapping[str, str]], list[Case]]
     """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""

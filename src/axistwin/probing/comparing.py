@@ -90,7 +90,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings with which the user starts a probe."""
+    """The user's settings for `axistwin probe`, which compares a real controller with a virtual twin."""
 
     motion: Motion = Motion.NONE
     as_new: bool = False
@@ -146,7 +146,7 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
 
 
 def _permitted(case: Case, settings: Settings) -> bool:
-    """True if the settings of the probe permit this test case."""
+    """True if the user's settings permit a test case on a real controller, e.g. a test case with motion."""
     moves = settings.motion is not Motion.NONE
     permitted = (moves or not case.moves) and (settings.memory or not case.stores)
     return permitted and (settings.as_new or not case.bare) and (settings.plug or not case.plug)

@@ -25,7 +25,7 @@ UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 
 
 def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
-    """Return all test cases for an 1810 or 1811, in the order in which a probe performs them."""
+    """Return the test cases of `axistwin probe` for an 1810 or 1811 motion board, in the order of the tests."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
     return [
         *_requests(commands),

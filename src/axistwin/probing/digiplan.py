@@ -226,8 +226,8 @@ def examine(end: End, made: Product) -> Condition:
     answer = end.ask(b"(", 2).data
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
-            "the IF2 has no data format yet: send e.g. U61, then run axistwin probe again "
-            "(caution: a locked IF2 then starts its stored sequence)"
+            "the IF2 has no data format yet: send e.g. U61, and run axistwin probe again "
+            "(caution: U61 starts the stored sequence of an IF2 that the command [ has locked)"
         )
     if answer == b"U\r":
         return _initialised(end)

@@ -230,9 +230,9 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the first message to an interface after power-on, and the character format before this message.
+    """Return the serial format in which a host sends `(` to an interface after power-on, and the next message.
 
-    The host sends the character `(` in this format.  The message selects the character format `wanted`.
+    The message selects the character format `wanted`, e.g. `U61` for 8N2.
     """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 

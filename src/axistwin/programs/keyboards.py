@@ -18,7 +18,9 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Convert national letters to the ASCII characters that a keyboard sends, e.g. `Ä` to `[`.
+    """Convert letters of a national keyboard to the ASCII characters with the same codes, e.g. `Ä` to `[`.
+
+    National keyboards with 7-bit codes use some codes of ASCII characters for letters.
 
     The example is for a German keyboard, which also sends `[` for `ä`.
     """
@@ -27,7 +29,7 @@ def to_codes(keyboard: str, text: str) -> str:
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Convert ASCII characters to the characters that a terminal displays, e.g. `[` to `Ä`.
+    """Convert ASCII characters to the letters that a national terminal shows for their codes, e.g. `[` to `Ä`.
 
     The example is for a German terminal.
     """

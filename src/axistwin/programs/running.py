@@ -77,7 +77,10 @@ def load(path: Path, target: str = "") -> Program:
 
 
 def scene_program() -> Program:
-    """Return a `Program` that simulates a scene: the hosts, the stored programs and the script."""
+    """Return an object that runs a scene without a program file.
+
+    The run simulates the scene's hosts, stored programs and script.
+    """
     return Program(_run_scene)
 
 

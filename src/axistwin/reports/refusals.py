@@ -64,7 +64,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Finds the message of the host program that contains a refused command."""
+    """Finds the errors in each message that a host program sends, e.g. a refused command."""
 
     def __init__(self, program: HostProgram) -> None:
         self.program = program

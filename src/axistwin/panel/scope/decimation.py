@@ -109,10 +109,10 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot the old part of a signal's history as a band from the smallest to the largest value.
+    """Plot each interval of merged signal changes as a band from the smallest to the largest value.
 
-    To save memory, several old changes are stored as one interval with a smallest and a largest value.  In each pixel
-    column that the interval covers, the plot extends at least from the smallest to the largest value.
+    To save memory, several old changes of a signal are stored as one interval with a smallest and a largest value.
+    In each pixel column that the interval covers, the plot extends at least from the smallest to the largest value.
     """
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
@@ -154,10 +154,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Select at most `most` texts of a text signal for the plot, e.g. messages of the host.
+    """Return the texts to show in the plot of a text signal, each with its start time.
 
-    The time span is divided into `most` equal intervals.  The plot shows the first text in each interval.  Each text is
-    returned with its start time.
+    An example of a text is a message of the host.  The time span is divided into `most` equal intervals.  The plot
+    shows only the first text in each interval.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

@@ -24,7 +24,7 @@ UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 
 def frame(screen: Screen) -> dict[str, Any]:
-    """Return the message with all data that the browser needs to draw an oscilloscope screen."""
+    """Return all data that the web browser needs to draw an oscilloscope screen."""
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
     return {
@@ -140,10 +140,10 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return a number whose multiples are the ends of a plot axis, e.g. 5 for an axis from 10 to 75.
+    """Return the step for rounding the ends of a plot axis, e.g. 5: values from 12 to 72 give an axis from 10 to 75.
 
-    The number is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
-    `size`: the difference between the largest and the smallest value, e.g. 60 for the number 5.
+    The step is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
+    `size`: the difference between the largest and the smallest value, e.g. 60 for the step 5.
     """
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

@@ -54,7 +54,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Delete the present record, and begin to record a new simulation."""
+        """Delete the recorded signals of the old simulation, and begin to record the signals of a new simulation."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -146,7 +146,10 @@ class Recorder:
                 watcher()
 
     def _add(self, part: Part, texts: list[bytes]) -> bool:
-        """Store the new changes of one signal; return False if no change has been stored."""
+        """Append new values of one signal to the recording.
+
+        Return False if no value has been appended, e.g. because the signal has not changed.
+        """
         signal = self._recorded[part.signal]
         track = self.record.tracks[signal.full]
         self.record.now_ns = max(self.record.now_ns, int(part.times[-1]))

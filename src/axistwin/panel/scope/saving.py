@@ -82,9 +82,9 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time in ns at which the detailed recording of all given signals begins.
+    """Return the time in ns from which every change of the given signals is stored.
 
-    Every change after this time is recorded.  Earlier changes are merged into intervals.
+    Earlier changes are merged into intervals.
     """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 

@@ -197,7 +197,7 @@ class Screen:
 
     @property
     def begin_ns(self) -> int:
-        """Time since which all signals on the oscilloscope screen have been recorded."""
+        """Earliest time in ns for which all signals on the oscilloscope screen have recorded values."""
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
@@ -213,7 +213,7 @@ class Screen:
 
     @property
     def waiting(self) -> bool:
-        """True if the trigger is armed and has not found an edge."""
+        """True while the oscilloscope waits for an edge of the trigger signal."""
         return self.trigger.mode != OFF and self.frozen is None and (self.hit_ns is None or self._auto_has_timed_out)
 
     @property
@@ -253,7 +253,7 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the recorded trigger signal, and the latest time at which the trigger may find an edge.
+        """Return the history of the oscilloscope's trigger signal, and the latest time in ns to search for an edge.
 
         The data after a later edge would not fill the oscilloscope screen yet.
         """

@@ -70,12 +70,15 @@ def changes(times: Times, values: Numbers) -> Rows:
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Join several tables of intervals into one table."""
+    """Append several tables of a signal's history to each other, in the given order."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge all intervals of a signal that begin in the same period of `2 ** shift` ns."""
+    """Shorten the table of a signal's history to at most one row per period of `2 ** shift` ns.
+
+    All rows that begin in the same period are merged into one row, e.g. with their smallest and largest value.
+    """
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
@@ -120,9 +123,9 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns at which the complete history of a signal begins.
+        """Time in ns from which every change of a signal is stored.
 
-        Earlier changes are not stored one by one, but merged into intervals.
+        Earlier changes are merged into intervals, to save memory.
         """
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
@@ -258,9 +261,9 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns at which the complete history of a text signal begins.
+        """Time in ns from which all texts of a signal are stored, e.g. all messages of a host.
 
-        Earlier texts may have been deleted.
+        Earlier texts may have been deleted, to save memory.
         """
         return max(super().exact_ns, self._forgotten_ns)
 

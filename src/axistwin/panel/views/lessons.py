@@ -105,8 +105,8 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Adapt the text of a lesson to the web page, where the user clicks switches.
+    """Replace commands in the text of a lesson by clicks, e.g. `:drive input1 high` by `click the switch input1`.
 
-    E.g. replace `type  :drive input1 high` by `click the switch input1`.
+    On the web page, the user clicks a switch instead of typing the command.
     """
     return _TYPED.sub(r"click the switch \2", task)

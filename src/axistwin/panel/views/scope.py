@@ -127,7 +127,10 @@ class _Scope:
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if the present update of the oscilloscope includes the table of measured values."""
+        """True if it is time to update the oscilloscope's table of measured values.
+
+        While virtual time runs, only every `READOUT_EVERY`-th drawing of the oscilloscope updates the table.
+        """
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Functions that handle messages from the browser

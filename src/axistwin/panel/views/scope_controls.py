@@ -274,7 +274,7 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Connect an input element to an attribute of `owner`, so that each new value is stored in the attribute.
+    """Store each new value of an input element of the web page, e.g. a switch, in an attribute of `owner`.
 
     `name`: the name of the attribute.  `then`: a function that is called after each new value.  Returns a function that
     updates the element if the attribute has changed.
@@ -323,7 +323,7 @@ COLUMNS = [
 
 
 def readout(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
-    """Build the buttons of the cursors, and the table of measurements."""
+    """Build the buttons for the oscilloscope's cursors A and B, and the table of measured values."""
     with ui.row().classes("scope-row"):
         for which in ("a", "b"):
             button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
@@ -388,7 +388,7 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
 
 
 def _with_unit(meaning: Meaning, value: float) -> str:
-    """Format a value and, in parentheses, the same value in the machine unit.
+    """Format a signal's value, followed by the same value in the machine unit, e.g. `1000 (12.50 mm)`.
 
     The parentheses are left out if no machine unit is defined.
     """

@@ -107,7 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return parts of a scene file that load the saved data of an old board into a virtual board.
+    """Return the actions and files with which a scene loads an old board's saved data into a virtual board.
 
     The scene's actions set the levels of the trigger inputs, and load a file with commands.
     """

@@ -85,7 +85,10 @@ def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -
 
 
 def _formats(kind: str) -> Iterator[UartFormat]:
-    """Yield the line formats that a kind of controller can have; the most usual formats come first."""
+    """Yield the possible formats of a controller's serial line, e.g. `9600 8N2`; the most usual formats come first.
+
+    `kind`: the kind of controller, e.g. "if1".
+    """
     for bits, parity in FRAMES[kind]:
         for rate in RATES[kind]:
             yield UartFormat(rate, bits, parity, STOP_BITS[kind])
@@ -112,8 +115,8 @@ def _uninitialised(exchange: Exchange) -> bool:
     """
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
-            "the interface has no data format yet: send e.g. U61, then run axistwin rescue again "
-            "(caution: a locked IF2 then starts its stored sequence)"
+            "the interface has no data format yet: send e.g. U61, and run axistwin rescue again "
+            "(caution: U61 starts the stored sequence of an IF2 that the command [ has locked)"
         )
     return False
 

@@ -129,7 +129,7 @@ def _scene(found: Found, contents: Contents) -> dict[str, str]:
 
 @cache
 def new(model: str) -> Contents:
-    """Return the programs and data that a new virtual controller of this model reports."""
+    """Read and return the programs and data of a new virtual controller of the given model."""
     bench = Bench()
     end = VirtualEnd(bench, bench.add(model))
     family = reader(model)

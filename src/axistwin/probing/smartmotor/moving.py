@@ -200,7 +200,10 @@ def _point(position: int, clock: int) -> bytes:
 
 
 def _at_the_end(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the test cases that run last, e.g. programs that move the shaft, and the reset command Z."""
+    """Return the last test cases for a SmartMotor, e.g. stored programs with motion.
+
+    The very last test case is the reset by the command Z.
+    """
 
     def stored(name: str, code: str, *lines: str, bare: bool = False) -> Case:
         return case(name, commands[code].chapter, *lines, moves=True, bare=bare, stores=True, wait_s=MOVE_S)
