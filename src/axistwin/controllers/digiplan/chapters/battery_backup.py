@@ -67,7 +67,10 @@ class Retained:
                 )
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """For each stored value, yield the name and the result of a check.  The result is True for a valid value."""
+        """Check the values in the battery-backed memory.  Yield a key and a result for each check.
+
+        The result is True for a valid value, e.g. ("baudrate", True).
+        """
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high
