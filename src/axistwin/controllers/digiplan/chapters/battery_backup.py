@@ -62,9 +62,7 @@ class Retained:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(
-                    f"invalid value of the key {parameter_name}: expected a value that axistwin has written"
-                )
+                raise ValueError(f"invalid value of the key {parameter_name}: expected a value that an IF2 can store")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
         """Check the values in the battery-backed memory.  Yield a key and a result for each check.
