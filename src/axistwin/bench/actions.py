@@ -128,7 +128,10 @@ def voltage(volts: float) -> str:
 
 
 def lead_value(pin: Pin) -> str:
-    """Return the level that the test lead applies to a pin, e.g. `high`, `2.5V` or `release`."""
+    """Return the level that the user applies to a pin, as text, e.g. `high` or `2.5V`.
+
+    The result is `release` if the user applies no level.
+    """
     lead = pin.lead
     if lead is None:
         return "release"

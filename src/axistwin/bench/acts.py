@@ -30,7 +30,7 @@ class Wait(Act):
 
 @dataclass(frozen=True)
 class Say(Act):
-    """A line of a conversation file: the host sends data."""
+    """Data that the host sends: a line of a conversation file, e.g. `> U61`."""
 
     data: bytes
 

@@ -35,7 +35,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of each byte's notation in a text, e.g. (1, 4) for `\x0d` in `X\x0d`."""
+        r"""Yield the position and the length of each byte in a text, e.g. (0, 1) and (1, 4) in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
@@ -79,11 +79,11 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of each byte's notation in a text, e.g. (1, 2) for `\r` in `X\r`."""
+        r"""Yield the position and the length of each byte in a text, e.g. (0, 1) and (1, 2) in `X\r`."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return "", because the user can read the characters of a serial line without an explanation."""
+        """Return an empty text instead of an explanation: the user can read serial characters directly."""
         return ""
 
 
@@ -109,7 +109,7 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the position and the length of each byte's notation in a text, e.g. (3, 2) for `A5` in `20 A5`.
+        """Yield the position and the length of each byte in a text, e.g. (0, 2) and (3, 2) in `20 A5`.
 
         `text`: a command on a bus, as hex bytes, or as the name of the command and its values.
         """

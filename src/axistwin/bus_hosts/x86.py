@@ -138,13 +138,16 @@ class Computer:
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Advance virtual time to the next event while the processor is halted."""
+        """Advance virtual time to the next event of the simulation, without executing processor instructions.
+
+        The processor is halted by the instruction HLT.
+        """
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Advance the bench to the processor's present time."""
+        """Advance the simulated controllers to the present time of the host's processor."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
@@ -166,10 +169,10 @@ class Computer:
     # Callbacks of the processor emulator
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Advance the processor's time by one instruction, or stop the processor at the planned time.
+        """Add the duration of one instruction to the time of the emulated processor.
 
-        Unicorn calls this function before each instruction.  The processor does not stop directly after STI, because
-        an interrupt waits for one more instruction.
+        Unicorn calls this function before each instruction.  At the time `_stop_ns`, the function stops the emulator
+        instead.  The emulator does not stop directly after STI, because an interrupt waits for one more instruction.
         """
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()

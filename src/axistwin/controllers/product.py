@@ -179,9 +179,10 @@ class Language(Protocol):
         """
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Convert the text of a command to bytes.  Return each byte with the column of its text.
+        """Convert the text of a command to bytes, and find the column of each byte in the text.
 
-        Raises ProgramError with the column, counted from 1.
+        Columns in the result are counted from 0, e.g. column 3 for the byte A5h in `20 A5`.  Raises ProgramError with
+        the column, counted from 1.
         """
 
     def message(self, text: str) -> bytes:

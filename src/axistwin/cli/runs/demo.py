@@ -117,7 +117,7 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Print a demonstration: an IF2 keeps its stored sequence during a power cut.
+    """Demonstrate that an IF2 keeps its stored sequence during a power cut.
 
     The command `[` locks the sequence.  After power-up, the IF2 performs the locked sequence without a host.
     """

@@ -12,9 +12,9 @@ ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    """Yield lines of code that show how host programs connect to a controller at the port `url`.
+    """Yield examples of code that connects a host program to a controller, e.g. a line for pyserial.
 
-    `line`: line format of the host.
+    `url`: port of the controller.  `line`: format of the host's serial line.
     """
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())

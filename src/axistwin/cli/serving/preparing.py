@@ -82,7 +82,10 @@ class _Preparation:
             logging.getLogger("axistwin").warning("%s", error)
 
     def _compile(self, model: str) -> None:
-        """Compile the code of a model in a child process, and store the code in the user's cache directory."""
+        """Compile the simulation code for one controller model, e.g. a SmartMotor.
+
+        A child process stores the compiled code in the user's cache directory.
+        """
         logging.getLogger("axistwin").info(
             "compiling for the %s takes some seconds, once for each version; until then it runs in plain Python", model
         )

@@ -59,7 +59,7 @@ class Board(State):
 
     @property
     def procedures(self) -> list[Process]:
-        """Procedures that are running on the board."""
+        """Simulation processes of the board that are in progress, e.g. a sequence."""
         singular = self.host.singular, self.sequence.singular
         stream = self.stream.process, self.stream.marker_process
         possible = (*self._processes, *singular, self.sequencer.process, *stream)

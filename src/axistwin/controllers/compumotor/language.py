@@ -143,9 +143,9 @@ class Opcode(Command):
 
     @property
     def syntax(self) -> str:
-        """Syntax line: the opcode in hex, and the parameters.
+        """Syntax of the command: the opcode in hex and the parameters, e.g. `29 time[4]`.
 
-        The size of a parameter is given if it is not one byte.
+        A number in brackets is the size of the parameter in bytes.  Parameters of one byte have no such number.
         """
         parts = (f.form if f.size == 1 else f"{f.form}[{f.size}]" for f in self.fields)
         return " ".join((f"{self.opcode:02X}", *parts))

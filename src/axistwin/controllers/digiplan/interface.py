@@ -58,7 +58,10 @@ class Interface(State):
         self._live_process = self.clock.process(self._live())
 
     def power_off(self) -> None:
-        """Stop all procedures and axes at once.  A locked IF2 saves its memory."""
+        """Stop all activities of an IF1 or IF2 when the power is switched off, e.g. a move.
+
+        A locked IF2 saves its memory.
+        """
         kill(self._live_process)
         self.work.stop()
         self.transmitter.stop()
@@ -92,7 +95,10 @@ class Interface(State):
         self._begin_sequence()  # A stored sequence starts automatically after the initialisation.
 
     def _obey_until_broken_in(self) -> Procedure:
-        """Carry out messages until the host sends the character `(`, which begins a new initialisation."""
+        """Execute the host's messages until the host sends the character `(`.
+
+        This character begins a new initialisation.
+        """
         while True:
             if self.muted:
                 yield from self.until_unmuted()
@@ -233,7 +239,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Wait until the previous message from the host has been started, and then carry out `message`.
+        """Execute `message` after the execution of the host's previous message has begun.
 
         The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
         that arrive after `message`.  The command `#` drops both messages.

@@ -8,7 +8,7 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # not a programming error
-    """Raised to end the present work: a move, run or sequence.
+    """Exception that ends the move, run or sequence in progress.
 
     The reason is an inhibited move or an invalid parameter.
     """
@@ -107,7 +107,7 @@ class Parameters:
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return a copy of the motion parameters with the values that they have after a sequence step.
+        """Return the motion parameters that are valid after a sequence step.
 
         After a run (continuous move), the distance of a preset move is zero.
         """

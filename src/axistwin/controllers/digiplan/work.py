@@ -101,9 +101,10 @@ class Work:
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Begin a procedure as soon as no other work is in progress.
+        """Execute a message of the host when no move, run or sequence is in progress.
 
-        If no work is in progress, return the procedure `begin`.  Otherwise begin the procedure later, and return None.
+        `begin`: the procedure that executes the message.  If no move, run or sequence is in progress, return the
+        procedure `begin`.  Otherwise begin the procedure later, and return None.
         """
         if not self.occupied:
             return begin

@@ -30,8 +30,9 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
 def define(
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
-    """Commands C8h, CBh, CEh, D4h, D5h: define or redefine the move with the given number (1 to 50).
+    """Commands C8h, CBh, CEh, D4h, D5h: store a move under a number from 1 to 50.
 
+    Each opcode is for one kind of move, e.g. C8h for relative moves.  An earlier move with the same number is replaced.
     The board accepts the numbers 51 to 255, but stores no move for them (X2).  The commands are ignored if the velocity
     is beyond its range.
     """

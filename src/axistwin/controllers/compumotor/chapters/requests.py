@@ -128,9 +128,10 @@ def moving(board: State) -> bytes:
 
 
 def in_phase(phase: Phase, board: State) -> bytes:
-    """Commands 8Dh, 8Eh, 8Fh: report FFh while the motion is in the given phase, otherwise 00h.
+    """Commands 8Dh, 8Eh, 8Fh: report if the motor runs at constant velocity, accelerates or decelerates.
 
-    The phase is constant velocity (8Dh), acceleration (8Eh) or deceleration (8Fh).
+    Each command asks about one phase: constant velocity (8Dh), acceleration (8Eh) or deceleration (8Fh).  The reply is
+    FFh during this phase, otherwise 00h.
     """
     return YES if board.pulses.phase is phase else NO
 

@@ -149,9 +149,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command that the host has assigned to a special streamed velocity or distance (marker).
+        """Start the command of a marker (a special value among the streamed velocities or distances).
 
-        The stream continues while the command is executed.  During this time, other markers are ignored.
+        The host has assigned the command to the marker.  The stream continues while the command is executed.  During
+        this time, other markers are ignored.
         """
         if marker is None:
             return
@@ -181,7 +182,7 @@ def _rate(setting: Setting, word: int) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def _segment(setting: Setting, word: int) -> Segment:
-    """Return the profile segment for one update period at a streamed velocity."""
+    """Return a segment of a velocity profile: one streamed velocity for one update period."""
     return Segment(_rate(setting, word), setting.period)
 
 
@@ -200,7 +201,7 @@ def indexer_mode(board: State) -> None:
 
 
 def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_ms: int = 0) -> None:
-    """Commands 51h to 53h: enter a streaming mode.  All sequences are lost.
+    """Commands 51h to 53h: enter a streaming mode, and delete all stored sequences.
 
     Ignored while the motor is moving.  `base`: 1 to 9 (53h: 1 to 3); `divisor`: 1 to 16; `alarm` in bytes; `period_ms`:
     update period of 52h and 53h.

@@ -94,10 +94,12 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return how many updates of the position tracking, one every 2 ms, the simulation can skip.
+    """Return how many encoder readings of the board the simulation can skip.
 
-    An update can be skipped if no stall is possible until this update.  The last update before any other event is never
-    skipped, because this update reads the encoder.  Backlash makes the encoder count depend on earlier readings.
+    The board updates the position tracking every 2 ms, and then reads the encoder.  The simulation is faster without
+    such an update.  An update can be skipped if no stall is possible until this update.  The last update before any
+    other event is never skipped, because this update reads the encoder.  Backlash makes the encoder count depend on
+    earlier readings.
     """
     loop = board.loop
     skipped = (board.clock.free_ns - 1) // UPDATE_NS - 1

@@ -63,10 +63,11 @@ class Joystick:
 
 
 class Shutdown:
-    """The remote power shutdown: a state in which the board performs no moves.
+    """The board's shutdown state, in which the board performs no moves.
 
-    The joystick or command 13h enables the shutdown input.  While the input is enabled, the input begins and ends the
-    shutdown.  While the input is disabled, command 12h begins and ends the shutdown.
+    The name of the state is remote power shutdown.  The joystick or command 13h enables the shutdown input.  While the
+    input is enabled, the input begins and ends the shutdown.  While the input is disabled, command 12h begins and ends
+    the shutdown.
     """
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:

@@ -55,7 +55,10 @@ class Triggers:
             self._functions.pop(trigger, None)
 
     def drop(self, opcode: int) -> None:
-        """Remove the actions that the command with this opcode has assigned to triggers."""
+        """Cancel all actions of trigger inputs that one command has defined.
+
+        `opcode`: opcode of this command.
+        """
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:

@@ -62,12 +62,13 @@ class Retained:
         """Raise ValueError if the data in the memory contain an invalid value."""
         for parameter_name, valid in self._checks():
             if not valid:
-                raise ValueError(
-                    f"invalid value of the key {parameter_name}: expected a value that axistwin has written"
-                )
+                raise ValueError(f"invalid value of the key {parameter_name}: expected a value that an IF2 can store")
 
     def _checks(self) -> Iterator[tuple[str, bool]]:
-        """For each stored value, yield the name and the result of a check.  The result is True for a valid value."""
+        """Check the values in the battery-backed memory.  Yield a key and a result for each check.
+
+        The result is True for a valid value, e.g. ("baudrate", True).
+        """
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
             yield name, type(value) is int and low <= value <= high

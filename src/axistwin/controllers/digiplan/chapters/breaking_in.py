@@ -43,10 +43,10 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Decode the received character with the default data format.  If the character is `(`, return this format.
+        """Return the default data format if the host has sent the character `(` in this format.
 
-        Otherwise return None.  `low_ns`: duration of the low level at the beginning of the character.  This duration
-        gives the baud rate.
+        Return None for any other character, or if the default format equals the present format.  `low_ns`: duration of
+        the low level at the beginning of the character.  This duration gives the baud rate.
         """
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None

@@ -50,9 +50,9 @@ class Frame:
 
     @cached_property
     def _texts(self) -> bytes:
-        """Translation table for the bytes of the interface's answers to the host.
+        """Table that converts each byte of an answer to the host's data format.
 
-        The table sets, clears or keeps bit 8 of each byte, depending on the data format.
+        The data format determines if bit 8 of a byte is set, cleared or unchanged.
         """
         return bytes(map(self.text, range(256)))
 
@@ -84,7 +84,11 @@ class MessageFormat:
 
 
 def read_format(text: str, terminator: int) -> Frame | None:
-    """Return the data format of a message; None if the format or the terminator is wrong."""
+    """Convert a message that sets the data format, e.g. `U61`, to this data format.
+
+    Return None if the message is invalid, or if `terminator` does not suit the format.  `terminator`: the character
+    that has ended the message.
+    """
     match = FORMAT_MESSAGE.fullmatch(text)
     if match is None:
         return None

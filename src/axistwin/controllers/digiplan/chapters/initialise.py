@@ -112,7 +112,7 @@ def _data_format(state: State) -> Procedure:
 
 
 class FormatReader:
-    """Reads a data format message character by character."""
+    """Reads a message that sets the data format, e.g. `U61`, character by character."""
 
     def __init__(self) -> None:
         self.text = ""

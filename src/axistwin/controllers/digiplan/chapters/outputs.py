@@ -80,10 +80,10 @@ def set_outputs(step: Step, outputs: tuple[int, ...]) -> None:
 
 
 def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command R: turn outputs off after the move in the same message or sequence step.
+    """Command R: turn outputs off, e.g. `R12` turns outputs 1 and 2 off.
 
-    `outputs`: numbers of the outputs, 1 to 5.  Example: `R12` turns outputs 1 and 2 off.  Chapter Output switching
-    commands.
+    A move in the same message or sequence step is performed first.  `outputs`: numbers of the outputs, 1 to 5.  Chapter
+    Output switching commands.
     """
     step.reset = outputs
 

@@ -241,7 +241,7 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the message must contain the start command `$` to have an effect.
+    """True if the host's message has an effect only with the start command `$`.
 
     Such a message contains a run or an output command, or sets no parameter.
     """

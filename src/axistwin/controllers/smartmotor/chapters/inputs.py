@@ -22,7 +22,7 @@ QUADRATURE = (0, 1, 3, 2)
 
 
 class Inputs:
-    """Updates the processor's state when an input changes."""
+    """Passes changes of the input signals to the simulated processor of a SmartMotor."""
 
     def __init__(self, motor: Processor) -> None:
         self.motor, self.axis = motor, motor.axis
@@ -97,10 +97,10 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Pass a new motion of the external encoder to the kernel (the code that computes the servo samples).
+        """Calculate how many counts a new motion of the external encoder adds in each servo sample.
 
-        The kernel computes as if the motion began one sample earlier.  Each sample then adds equal counts and carries
-        the remainder.
+        The kernel (the code that computes the servo samples) computes as if the motion began one sample earlier.  Each
+        sample then adds equal counts and carries the remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
@@ -220,7 +220,7 @@ class Inputs:
         motor.i[s.WINDOW_LOW], motor.i[s.WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:
-        """Update the switches after the shaft has reached the position of a switch."""
+        """Update the switches of the axis, e.g. the limit switches, when the shaft reaches a switching position."""
         self.axis.left_window()
         self.motor.i[s.WINDOW_LOW], self.motor.i[s.WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
 

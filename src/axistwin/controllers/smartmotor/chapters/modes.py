@@ -164,7 +164,10 @@ def way(motor: Processor, mode: int) -> int:
 
 
 def start(motor: Processor, mode: int) -> None:
-    """Start a mode with the buffered parameters, from the present commanded position and velocity."""
+    """Start a mode of motion, e.g. velocity mode, with the parameters that were set in advance.
+
+    The motion begins at the present commanded position and velocity.
+    """
     i = motor.i
     i[s.ACCELERATION] = i[s.A]
     if mode == s.M_POSITION:

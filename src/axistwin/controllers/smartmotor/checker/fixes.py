@@ -15,7 +15,10 @@ WITHOUT = frozenset({"ES400", "ES1000"})
 
 
 def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
-    """Return a fix for a single statement, or None if the intended meaning is not clear."""
+    """Return a proposed correction of one invalid SmartMotor statement.
+
+    Return None if the intended meaning of the statement is not clear.
+    """
     if problem.rule is rules.EQUAL_SIGN:
         name = text.rstrip("-0123456789")
         return fixing("insert the equal sign", put_behind(sent[len(name) - 1], "="))
@@ -27,9 +30,9 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Return a correction for a command that only SmartMotors of Class 5 have.
+    """Return a proposed replacement for a command that exists only in SmartMotors of Class 5.
 
-    The correction is the equivalent command of firmware 4.76.  Returns None if the replacement is not a valid
+    The replacement is the equivalent command of firmware 4.76.  Returns None if the replacement is not a valid
     statement.
     """
     if any(read(word).problem is not None for word in later.here.split()):

@@ -74,9 +74,9 @@ class _Block(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Number of the last servo sample in this series of consecutive samples.
+        """Index of the last servo sample in a block (a series of consecutive servo samples).
 
-        If the kernel has stopped before a sample, the result is the number of that next sample.
+        If the kernel has stopped before a sample, the result is the index of that next sample.
         """
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
@@ -124,7 +124,10 @@ class Core:
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """Return the virtual time of a sample, in ns."""
+        """Return the virtual time of a servo sample in ns.
+
+        `sample`: index of the servo sample.
+        """
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
@@ -369,7 +372,7 @@ class Core:
         self.clock.call_later(self.time_ns(end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Compute the next block of samples; stop if the motor is at rest."""
+        """Compute the next servo samples in advance, or none while the motor is at rest."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -486,7 +489,7 @@ class Engine:
 
     @property
     def longest(self) -> int:
-        """Largest number of samples that may be computed in one call.
+        """Largest number of servo samples that one call of the function `run` may compute.
 
         More samples would delay an answer to the host noticeably.
         """

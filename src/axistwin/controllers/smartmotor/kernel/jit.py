@@ -206,9 +206,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Copy the global variables of each module, and replace Python functions in the copies by compiled functions.
+    """Return the global variables of each module, with compiled functions instead of Python functions.
 
-    The keys of the result are the names of the modules.
+    The result contains copies of the variables.  The keys of the result are the names of the modules.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}

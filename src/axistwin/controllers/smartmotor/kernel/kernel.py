@@ -199,7 +199,7 @@ def inputs(i: Ints) -> int:
 
 @sampled
 def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
-    """Compute one sample: move the motor, check for faults, and read the inputs."""
+    """Simulate the motor for one servo sample: turn the shaft, check for faults, and read the inputs."""
     i[s.SAMPLE] += 1
     i[s.BUDGET] = i[s.STATEMENTS_PER_SAMPLE]
     busy = i[s.BT]

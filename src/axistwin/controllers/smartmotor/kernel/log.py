@@ -44,7 +44,7 @@ def value(i: Ints, v: Ints, operation: int, place: int) -> int:
 
 @sampled
 def room(log: Ints) -> bool:
-    """True if the log can store one more change of each traced value."""
+    """True if the log has enough space for one servo sample in which all traced values change."""
     return log[USED] + log[FOLLOWED] <= log[ROOM]
 
 
@@ -77,7 +77,7 @@ def moving(operation: int, place: int) -> bool:
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Create an array for recording changes of some values in the motor, e.g. of the commanded position.
+    """Create an array that will store the changes of traced values, e.g. of the commanded position.
 
     A value is given by its kind and its index.  Last values are taken from `before`, if known.
     """
@@ -129,7 +129,7 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the position of the header in an array that logs changes of values, as a slice.
+    """Return the slice that selects the header of a log array, e.g. `slice(0, 12)` for two traced values.
 
     The header includes the list of traced values.
     """

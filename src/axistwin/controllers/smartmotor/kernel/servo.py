@@ -144,9 +144,10 @@ def slowed(push: float, against: float) -> float:
 
 @sampled
 def measure(i: Ints, f: Floats, amps: float) -> None:
-    """Update the filtered current and the heat with the motor current `amps` of one sample.
+    """Update the filtered motor current and the sum of squared currents after each servo sample.
 
-    The state CURRENT is in units of 0.01 A.
+    `amps`: motor current in this servo sample.  The state CURRENT is the filtered current in units of 0.01 A.  The
+    state HEAT is the sum of the squares.
     """
     centiamps = in_centiamps(amps)
     i[s.CURRENT_SUM] += centiamps - (i[s.CURRENT_SUM] >> CURRENT_BITS)
@@ -194,7 +195,7 @@ def ideal(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal_turn(i: Ints) -> int:
-    """Return the motion of an ideal motor in one sample in torque mode, in counts."""
+    """Return the number of encoder counts that an ideal motor turns during one servo sample in torque mode."""
     torque = clipped(i[s.T], i[s.AMPS])
     return torque >> IDEAL_BITS if torque > 0 else -(-torque >> IDEAL_BITS)
 
@@ -269,7 +270,7 @@ def resting(i: Ints, f: Floats) -> int:
 
 @sampled
 def keeps_cool(i: Ints, f: Floats) -> int:
-    """Return 1 if the present current cannot overheat the motor.
+    """Return 1 if the motor certainly does not overheat at the present current, otherwise 0.
 
     Neither TEMP nor the RMS current can then exceed its limit.
 
