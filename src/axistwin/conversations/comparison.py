@@ -84,7 +84,7 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """Action, e.g. a reply, with the largest time difference between emulated and real controller."""
+        """The action, e.g. a reply, whose time differs most between the emulated and the real controller."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
@@ -184,10 +184,10 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """True if the comparison skips a line of the conversation file, e.g. the time `= clock 2.5`.
+        """True if a line of a recorded conversation is not replayed, e.g. the recorded time `= clock 2.5`.
 
-        The function `recorded_times` reads `= clock` lines.  Also skipped are serial control lines that the emulated
-        controller lacks.
+        The function `recorded_times` reads `= clock` lines.  Serial control lines that the emulated controller
+        lacks are not replayed either.
         """
         if isinstance(act, Expect) and act.subject == "clock":
             return True
@@ -215,7 +215,7 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of received bytes that belong to a wrong reply.
+        """Return the length, in bytes, of a reply that differs from the recorded reply.
 
         The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the

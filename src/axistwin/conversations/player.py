@@ -53,7 +53,7 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect the host to each RS-485 channel in a conversation file, e.g. to the channel `motor.rs485`.
+    """Connect the host to each RS-485 channel that a conversation file names, e.g. `motor.rs485`.
 
     Raises ProgramError if a channel does not exist.
     """
@@ -157,7 +157,7 @@ class Player:
         raise ProgramError(f"the line does not begin with a controller name: expected one of {controllers}")
 
     def _endpoint(self, act: Act) -> str:
-        """Return the name of the port or bus that the host uses for `act`, an action of the conversation."""
+        """Return the name of the port or bus through which the host performs an action, e.g. sends a command."""
         if act.controller:
             if act.controller not in self.received:
                 names = ", ".join(self.received)

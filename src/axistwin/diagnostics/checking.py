@@ -131,7 +131,10 @@ def diagnose_named(
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for the first invalid header of a `.talk` file, e.g. for `; patience: long`."""
+    """Yield an error if a header line of a `.talk` file is invalid, e.g. if `; patience:` has no number of seconds.
+
+    Only the first invalid header line is reported.
+    """
     lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
     head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
@@ -247,9 +250,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield the characters that a program sends to its only controller, divided at each power-off.
+    """Split the characters that a host program sends into sessions; a session ends when the power is switched off.
 
-    The characters between two power-offs are a session.  `sent` returns the characters of one program line.
+    The program uses only one controller.  `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:

@@ -42,9 +42,9 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics whose fixes do not overlap.
+    """Choose fixes that change different places of a text, and return the diagnostics of these fixes.
 
-    A diagnostic is left out if its fix overlaps a fix that has already been chosen.
+    If two fixes overlap, only the diagnostic of the first fix is returned.
     """
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []

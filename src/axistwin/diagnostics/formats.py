@@ -83,7 +83,7 @@ def _plain(diagnostic: Diagnostic) -> dict[str, Any]:
 
 
 def as_github(checked: Checked) -> Iterator[str]:
-    """Yield one GitHub workflow command per diagnostic."""
+    """Yield each diagnostic as a GitHub Actions annotation, e.g. `::error file=a.sms,line=3,...`."""
     for each in checked.found:
         end_line, end = each.end
         name = _data(str(checked.file)).replace(":", "%3A").replace(",", "%2C")

@@ -59,9 +59,9 @@ class Drawing:
         return changes
 
     def everything(self) -> list[Change]:
-        """Return the present values of all parts of the drawing.
+        """Return the present state of the drawing: the texts, positions and attributes of its parts.
 
-        A page that has just loaded the drawing needs these values.
+        A page that has just loaded the drawing needs this state.
         """
         self._changes = []
         return [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]

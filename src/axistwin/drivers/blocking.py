@@ -147,7 +147,7 @@ def _drive(steps: Procedure[T], port: SerialPort) -> T:
 
 
 class BlockingAxis(ScaledAxis):
-    """An axis whose functions block until the controller has answered."""
+    """A motion axis for drivers.  Each method, e.g. `move_to`, returns after the controller has answered."""
 
     def __init__(self, controller: Controller, core: AxisCore) -> None:
         super().__init__(core)

@@ -65,9 +65,9 @@ def outline(line: str) -> Outline:
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Mask the text of a string or comment, so that no label, e.g. C10, is found in the comment `'go to C10`.
+    """Replace all characters of a string by dots, and all characters of a comment by blanks.
 
-    Dots replace a string, and blanks replace a comment.
+    The label C10, for example, is then not found in the comment `'go to C10`.
     """
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 

@@ -79,7 +79,7 @@ def _product(lines: list[str]) -> Product | None:
 
 
 def _masked(text: str) -> str:
-    r"""Replace each escape sequence in a text, e.g. `\x0d`, by the same number of blanks."""
+    r"""Replace each escape sequence by blanks, e.g. the four characters `\x0d` by four blanks."""
     return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
 
 
@@ -116,7 +116,7 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the commands that change a controller's mode in a `.talk` file.
+    """Return the commands of a `.talk` file that change the mode of a controller.
 
     The mode decides which commands are valid next.  The result is a session, i.e. data that a host
     sends between power-on and power-off.

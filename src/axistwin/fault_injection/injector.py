@@ -116,7 +116,10 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the other active faults on the same part of the bench: the kind and the parameters of each fault."""
+        """Return all other active faults that affect the same pin, serial line, axis or controller as this fault.
+
+        Each item contains the kind and the parameters of a fault.
+        """
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -290,7 +293,7 @@ class Faults:
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End the active fault of the same kind on the same pin, axis or controller.
+        """End the active fault that `fault` replaces: a fault of equal kind on the same pin, axis or controller.
 
         Called before `fault` begins.  Only a serial line can have several active faults of one kind.
         """

@@ -110,7 +110,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """Data that a fault needs to begin: clock, affected part of the bench, parameter values and random numbers.
+    """Arguments for the start of a fault, e.g. the affected pin or axis, and the values of the parameters.
 
     The fault calls `over` to report its end.
     """

@@ -118,9 +118,9 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return a trigger for received data, e.g. "table hears X1000".
+    """Return a trigger that starts a fault when certain data are received, e.g. "table hears X1000".
 
-    With the verb "hears" the controller receives the data.  With "says" the host receives the data.
+    "table hears X1000": the controller `table` receives the data X1000.  With "says", the host receives the data.
     """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
@@ -214,7 +214,7 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError if a program line cannot trigger a fault, e.g. because the line contains only a label.
+    """Raise UsageError if a fault cannot begin at a program line, e.g. at a line that contains only a label.
 
     A program line that is not stored yet is valid.
     """
@@ -226,8 +226,8 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"program line {line} of {machine.name} ({text}) cannot be a trigger, "
-            f"because the line takes no time: expected {valid_line}"
+            f"program line {line} of {machine.name} ({text}) cannot start a fault, "
+            f"because the controller executes nothing in this line: expected {valid_line}"
         )
 
 

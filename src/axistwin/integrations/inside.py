@@ -126,10 +126,10 @@ class _InnerClient:
         """Do nothing, because this client has no network connection to close."""
 
     def pause(self) -> None:
-        """Ignore the request to pause this client, because its data are never stopped."""
+        """Do nothing, because this client has no network connection to pause."""
 
     def resume(self) -> None:
-        """Ignore the request to resume this client, because its data are never stopped."""
+        """Do nothing, because this client has no network connection to resume."""
 
 
 class _InnerMaster(Master):

@@ -103,7 +103,7 @@ class SetLines:
 
 @dataclass(frozen=True)
 class SetBreak:
-    """Request to begin or end a break."""
+    """Request of the client to begin or end a break signal at the serial port."""
 
     on: bool
 
@@ -120,7 +120,7 @@ class SetFlow:
 
 @dataclass(frozen=True)
 class Purge:
-    """Request to discard buffered characters.
+    """Request of the client to discard characters in the buffers of the serial port.
 
     The request names the received characters, the characters that are not yet transmitted, or both.
     """

@@ -62,7 +62,7 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """Make the host program's call of `time.sleep` return.
+        """End the call of `time.sleep` in which the host program is blocked.
 
         The call sleeps in virtual time.  This method returns after the host's thread has resumed.
         """

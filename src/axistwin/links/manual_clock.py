@@ -50,12 +50,12 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because the virtual time of this clock passes by itself.
+        """Raise UsageError: the user's program can advance only a manual clock.
 
-        A program can advance virtual time only with a manual clock.
+        The virtual time of this clock advances automatically.
         """
         raise UsageError(
-            f"cannot advance virtual time by {seconds:g} s, because virtual time passes by itself: "
+            f"cannot advance virtual time by {seconds:g} s without a manual clock: "
             'expected speed="manual", e.g. serve("if1", speed="manual")'
         )
 

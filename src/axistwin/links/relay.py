@@ -173,7 +173,7 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Change a setting of the serial device, e.g. its baud rate, by a call of `do()`.
+        """Call the function `do`, which changes a setting of the serial device, e.g. the baud rate.
 
         An error of the device is logged.  `what`: the change, as words for the log.
         """

@@ -174,7 +174,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False, because the shared connection stays open until the last client disconnects."""
+        """Return False, because a new client never replaces the clients of a shared connection."""
         return False
 
     def drop(self) -> None:

@@ -132,7 +132,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the client reads the replies fast enough again."""
+        """Record that the queue of replies to the client is short again, because the client has read replies."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()

@@ -87,9 +87,10 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Cumulative pulse counts of the acceleration: element k is the pulse count of the first k velocity levels.
+        """Cumulative number of pulses after each velocity level of the acceleration ramp.
 
-        Element 0 is 0, and the last element is the pulse count of the whole acceleration.
+        Element k is the number of pulses of the first k velocity levels, so element 0 is 0.  The last element is the
+        number of pulses of the whole acceleration.
         """
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 

@@ -128,7 +128,7 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Return the range of values that are still possible for the parameter `add` of a step command.
+    """Narrow the search range for the parameter `add` of a step command, which outputs a group of step pulses.
 
     With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
 

@@ -54,9 +54,9 @@ class Move:
 
 
 class Train:
-    """All moves of one step output, in order of time.
+    """The moves of an axis with a step output, sorted by start time.
 
-    The net pulse count begins at 0.
+    Only the latest moves are stored.  The net pulse count begins at 0.
     """
 
     def __init__(self, history: int = HISTORY) -> None:

@@ -183,7 +183,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return a dictionary of the old and the new code position of each program statement.
+    """Map the position of each statement in an old compiled program to the position in a new compiled program.
 
     `before` and `after` are compiled copies of the same program.  Their code differs only in the operations that report
     the execution of a statement.

@@ -59,13 +59,13 @@ class Nonvolatile:
 
     @classmethod
     def _from(cls, kept: Any) -> "Nonvolatile":
-        _require(isinstance(kept, dict) and kept.get("version") == VERSION, "version")
-        _require(isinstance(kept["program"], str), "program")
+        _require(isinstance(kept, dict) and kept.get("version") == VERSION, "version", f"{VERSION}")
+        _require(isinstance(kept["program"], str), "program", "the text of a program")
         kept["program"].encode("latin-1")
-        _require(isinstance(kept["broken"], bool), "broken")
-        _require(isinstance(kept["locked"], bool), "locked")
+        _require(isinstance(kept["broken"], bool), "broken", "true or false")
+        _require(isinstance(kept["locked"], bool), "locked", "true or false")
         eeprom = bytearray.fromhex(kept["eeprom"])
-        _require(len(eeprom) <= MOST_EEPROM, "eeprom")
+        _require(len(eeprom) <= MOST_EEPROM, "eeprom", f"at most {MOST_EEPROM} bytes")
         return cls(kept["program"], kept["broken"], kept["locked"], eeprom)
 
     def read(self, place: int, size: int) -> bytes:
@@ -81,6 +81,6 @@ class Nonvolatile:
         return True
 
 
-def _require(valid: bool, key: str) -> None:
+def _require(valid: bool, key: str, expected: str) -> None:
     if not valid:
-        raise ValueError(f"invalid value of the key {key!r}: expected a value that axistwin has written")
+        raise ValueError(f"invalid value of the key {key!r}: expected {expected}")

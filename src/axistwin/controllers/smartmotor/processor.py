@@ -64,9 +64,10 @@ class StoredProgram(Protocol):
 
 
 class Processor(Dispatcher, ABC):
-    """The processor of a motor that is switched on.
+    """Base class for the processor of a SmartMotor.
 
-    The handlers of the commands use this class to read and change the state of the processor.
+    A processor exists only while the motor is switched on.  The handlers of the commands use this class to read and
+    change the state of the processor.
     """
 
     def __init__(

@@ -115,9 +115,10 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all traced registers, and a function that must be called after changes of registers.
+        """Combine all subscriptions to registers: return the names of the registers, and one callback function.
 
-        The function passes each change to all subscribers of the register.
+        The callback function receives each change of a register, and passes the change to all subscribers of this
+        register.
         """
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
@@ -131,7 +132,7 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return the value of a register at the last sample.
+        """Return the value of a motor register after the latest servo sample.
 
         The value is 0 while the power is off.
         """

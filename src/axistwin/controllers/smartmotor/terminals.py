@@ -146,9 +146,9 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the next level change of the pin in each direction.
+        """Subscribe to the next encoder edge at the pin in both directions of rotation.
 
-        The external encoder is mounted on an axis, which reports when it crosses the position of the change.
+        The external encoder is mounted on an axis, which reports when the axis crosses the position of the edge.
         """
         master = self._master
         axis, ratio = master.followed, master.ratio
@@ -182,7 +182,7 @@ class IndexLine(Pin):
             self._report_changes()
 
     def _report_changes(self) -> None:
-        """Make each change of the index line's level an event of the simulation."""
+        """Simulate each level change of the encoder's index line as a separate event."""
         if self._motor is not None:
             self._motor.catch_up()
             self._motor.i[s.OBSERVE_INDEX] = 1

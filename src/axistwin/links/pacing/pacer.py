@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class Pacer(Advancer):
-    """Advances virtual time by the wall clock, or as fast as the computer can.
+    """A pacer advances virtual time in proportion to real time, or as fast as the computer can.
 
     `speed`: ratio of virtual time to real time, e.g. 2; None: as fast as the computer can.
     """
@@ -76,7 +76,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Replace the virtual clock that this pacer advances by another virtual clock.
+        """Advance the virtual clock `clock` from now on, instead of the previous virtual clock.
 
         Do not call this method while virtual time is advancing.
         """
@@ -134,7 +134,10 @@ class Pacer(Advancer):
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:
-        """Return a one-line report about the delays; None if no delay has occurred."""
+        """Return a text about delays of virtual time, e.g. "fell behind the wall clock once, by 40 ms at most".
+
+        Return None if virtual time has never fallen behind the wall clock.
+        """
         return self.delays.report()
 
     def _restart(self) -> None:

@@ -7,13 +7,16 @@ SLICE_S = 0.002
 
 
 class Slice:
-    """A short interval of real time that begins when the object is created."""
+    """A timer that limits one run of the simulation to 2 ms of real time.
+
+    The 2 ms (`SLICE_S`) begin when the timer is created.
+    """
 
     def __init__(self) -> None:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if `SLICE_S` seconds of real time have passed since this object was created.
+        """True if `SLICE_S` seconds of real time have passed since this timer was created.
 
         The simulation then pauses, so that sockets are served.
         """

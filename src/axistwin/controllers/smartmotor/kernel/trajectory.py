@@ -69,7 +69,10 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
 
 @sampled
 def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
-    """Return the velocity after one sample of a ramp from `velocity` to `wanted`."""
+    """Return the next velocity of a linear ramp from `velocity` towards `wanted`.
+
+    The velocity changes by at most `acceleration` in one servo sample.
+    """
     if velocity < wanted:
         return min(velocity + acceleration, wanted)
     return max(velocity - acceleration, wanted)
@@ -125,7 +128,10 @@ def show_master(i: Ints, before: int) -> None:
 
 @sampled
 def counted(i: Ints) -> int:
-    """Update the external counter CTR, and return its change since the last call."""
+    """Update CTR, which counts the pulses of the external encoder.
+
+    Returns the change of CTR since the previous call of this function.
+    """
     counts = i[s.MASTER] * i[s.RESOLUTION] // 4
     moved = counts - i[s.MASTER_SEEN]
     if moved != 0:

@@ -85,9 +85,9 @@ class Computed:
     """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Store the external values that the expression needs, e.g. the serial character for GETCHR.
+        """Read the values that an expression takes from the motor, e.g. the received character for GETCHR.
 
-        The interpreter cannot compute these values.
+        The interpreter cannot compute these values.  Hidden variables store these values.
         """
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)

@@ -192,7 +192,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps that a keyword completes, e.g. ENDIF completes the jump from IF to the end of the block.
+    """Yield the program jumps whose targets a keyword determines, e.g. ENDIF determines where IF jumps to.
 
     Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """

@@ -101,7 +101,7 @@ class Statement:
 
     @cached_property
     def read_only(self) -> bool:
-        """True if the statement is a report that changes nothing."""
+        """True if a SmartMotor statement only reports a value to the host, e.g. RP reports the position."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):

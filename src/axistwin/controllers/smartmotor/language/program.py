@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the compiled code that reports the start of a program statement.
+        """Return the number of integers of report code at the start of a compiled statement.
 
-        `head`: index in `code` at which the code of the statement begins.  The length is a number of integers; it is 0
-        if the start is not reported.
+        The report code tells the simulation that the motor begins the statement, e.g. for a breakpoint.  The number is
+        0 if the statement has no report code.  `head`: index in `code` at which the code of the statement begins.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 

@@ -47,9 +47,9 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 
 
 class Transfer(Protocol):
-    """A download or upload in progress.  The transfer receives all characters that arrive on its channel.
+    """A running download or upload of a program on a serial channel of a motor.
 
-    During the transfer, the command parser receives no characters.
+    During the transfer, all characters from the host go to the transfer, and none to the command parser.
     """
 
     def take(self, byte: int) -> None:
@@ -83,7 +83,7 @@ class Dispatcher(Protocol):
         """
 
     def report_host_mode(self, channel: "Channel") -> None:
-        """Send the status of host mode."""
+        """Send six bytes about host mode to the host: the status byte, the free places in the buffer, and the clock."""
 
 
 class Channel:

@@ -70,7 +70,10 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """Receive a byte with a line error.  The received program becomes invalid."""
+        """Receive a byte with a serial error, e.g. a wrong parity, during the download of a program.
+
+        The downloaded program becomes invalid.
+        """
         self._sound = False
         self.take(0)
 

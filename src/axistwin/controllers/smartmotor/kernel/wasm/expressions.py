@@ -163,7 +163,7 @@ class Expressions:
         self._convert(own, kind)
 
     def _address(self, node: ast.Subscript) -> int:
-        """Compile the address of an array element.
+        """Generate WebAssembly code that computes the address of an array element.
 
         Returns the constant offset of the element from this address.
         """
