@@ -42,7 +42,7 @@ class MemoryStore:
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing.  In the class `FileStore`, this method repeats a failed write to the memory file."""
+        """Do nothing, because the contents are not written to a file."""
 
 
 class FileStore:
@@ -108,7 +108,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """Text for the log about the file with a controller's memory contents, e.g. "there is no file"."""
+        """State of the controller's memory file, as a text for the log, e.g. "there is no file"."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file has the contents of the last complete write"
@@ -273,7 +273,7 @@ def write_whole(path: Path, contents: bytes) -> None:
 
 
 def _sweep(path: Path) -> None:
-    """Remove the temporary files that a killed process has left beside this file."""
+    """Delete the temporary files (`*.new`) of a process that was killed while it wrote the memory file `path`."""
     for left in path.parent.glob(f"{escape(path.name)}*.new"):
         with suppress(OSError):
             left.unlink()

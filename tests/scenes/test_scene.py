@@ -261,7 +261,7 @@ WRONG = {
     ),
     "a wire from a board's pulses": (
         controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
-        "6:1: a wire cannot begin at the step output 1810.step: if a SmartMotor shall follow the step pulses",
+        "6:1: a wire cannot begin at the step output 1810.step: to send step pulses to a SmartMotor",
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),

@@ -54,9 +54,9 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
     [
         ("table.X.lod.torque", "did you mean 'load'?"),
         ("tabel", "is not in the scene"),
-        ("table.limits.5", "invalid setting table.limits.5: the scene has no list for the index 5"),
+        ("table.limits.5", "invalid index 5 in table.limits.5: the setting is not a list"),
         ("table.X.limits.5", "expected an index below 2, the length of the list"),
-        ("table.X.home.0", "invalid setting table.X.home.0: the scene has no list for the index 0"),
+        ("table.X.home.0", "invalid index 0 in table.X.home.0: the setting is not a list"),
         ("fault.cash.at", "did you mean 'crash'?"),
         ("fault.crash", "expected e.g. fault.NAME.parameter"),
         ("fault.crash.kind", "a sweep cannot vary the setting fault.crash.kind: "),

@@ -157,7 +157,7 @@ def test_every_example_is_read_by_its_form(form):
         (measure, "final |x", "invalid signal"),
         (measure, "max x while y", "invalid condition"),
         (measure, "count t.o goes", "invalid event"),
-        (measure, "from t.o rises", "expected EVENT to EVENT"),
+        (measure, "from t.o rises", "expected two events with 'to' between them"),
         (claim, "sometimes x > 1", "invalid claim"),
         (claim, "always x >", "invalid condition"),
         (claim, "always (x > 1", "invalid condition"),

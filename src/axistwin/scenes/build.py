@@ -201,7 +201,7 @@ class Builder:
         if self._pin(from_, ("wire", number, "from")).silent:
             raise self.source.error(
                 f"a wire cannot begin at the step output {from_}: "
-                'if a SmartMotor shall follow the step pulses, set its key `master`, e.g. master = "feeder.X"',
+                'to send step pulses to a SmartMotor, use the key `master`, e.g. master = "feeder.X"',
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -372,10 +372,10 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield three values for each simulated host of a scene file: key path, endpoint and program file.
+        """Yield each simulated host of a scene file as a tuple, e.g. `(("controller", 0, "host", 0), "table", file)`.
 
-        A key path is a place in the scene file, e.g. `("controller", 0, "host", 0)`.  The endpoint is the name of the
-        controller or of the shared line to which the host sends commands.
+        The tuple contains the place of the host in the scene file, the name of the controller or of the shared line to
+        which the host sends commands, and the host's program file.
         """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):

@@ -223,7 +223,7 @@ class ControllerTable(Table):
 
     @property
     def called(self) -> str:
-        """Name of the controller; the model's name if the table has no key `name`."""
+        """Name of the controller, e.g. "table".  A controller without a name is called like its model, e.g. "1810"."""
         return self.name or self.model.lower()
 
 
@@ -246,7 +246,7 @@ class LineTable(Table):
 
 
 class WireTable(Table):
-    """A wire from one terminal to another."""
+    """An electrical wire between two pins, e.g. from `table.output1` to `feeder.input1`."""
 
     from_: Annotated[str, Field(alias="from")]
     """Terminal at the beginning of the wire, as "name.pin"."""

@@ -133,9 +133,10 @@ class Journal:
         return tail
 
     def restore(self, tail: Tail) -> None:
-        """Restore the actions that `truncate` has deleted.
+        """Restore deleted actions of the recording.
 
-        All moments after the position of `tail` are replaced.
+        `tail`: the actions that the method `truncate` has deleted and returned.  All moments after the position of
+        `tail` are replaced.
         """
         self.truncate(tail.cursor)
         self._data += tail.data

@@ -29,9 +29,9 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """Serial control line, e.g. DTR, whose changes can be hidden from the host during a replay.
+    """Serial control line, e.g. DTR, with a function to suppress the reports of level changes.
 
-    While the line is muted, its changes are not reported.
+    The reports to the host are suppressed during a replay of recorded input.
     """
 
     def __init__(self, pin: Pin) -> None:

@@ -116,9 +116,10 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the controller or bus in whose conversation file the actions `acts` are saved.
+        """Select the conversation file (a recorded exchange with a controller) for the actions `acts`.
 
-        A controller with a serial port is preferred to a controller at a bus.
+        Return the name of the controller or bus to which the conversation file belongs.  A controller with a serial
+        port is preferred to a controller at a bus.
         """
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))

@@ -140,9 +140,10 @@ class Session:
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach(bench)` for the bench (the simulated controllers), and again after each restart.
+        """Call the function `attach(bench)` now, and again after each restart of the simulation.
 
-        A restart of the simulation creates a new bench.  `attach` is called before the first event of the new bench.
+        The bench is the set of simulated controllers.  A restart of the simulation creates a new bench.  `attach` is
+        called before the first event of the new bench.
         """
         self._attached.append(attach)
         attach(self.bench)
@@ -171,10 +172,10 @@ class Session:
     # Actions of users
 
     def do(self, who: str, target: str, value: str) -> None:
-        """Perform an action of a user at an endpoint, e.g. set the input `input1` to `high`.
+        """Perform an action of a user, e.g. set the input `input1` of a controller to `high`.
 
-        `who`: the endpoint; `target` and `value` are those of a line `! target value` of a conversation.  Raises
-        AxistwinError.
+        `who`: the name of the controller or of the shared line.  `target` and `value` are those of a program line
+        `! target value` in a conversation.  Raises AxistwinError.
         """
         self._do(Do(target, value, controller=who))
 
@@ -388,7 +389,10 @@ class Session:
 
     @property
     def repeating(self) -> bool:
-        """True while recorded input is replayed and hosts at real ports are blocked."""
+        """True while the session replays its recorded input.
+
+        During the replay, hosts at real ports cannot exchange data with the controllers.
+        """
         return self._replay is not None
 
     def give_up(self) -> None:
@@ -570,7 +574,10 @@ class Session:
                     port.read()
 
     def _end_replay(self) -> None:
-        """End the replay, and unblock the hosts outside this process."""
+        """End the replay of the recorded input.
+
+        Hosts at real ports can then exchange data with the controllers again.
+        """
         self._replay, self._recorded_ns = None, self.bench.now
         self.input.unmute()
 

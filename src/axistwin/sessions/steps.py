@@ -55,7 +55,7 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """Accept a message without a terminator (CR or LF) as complete, and end the simulation step.
+        """End the simulation step after a message that does not end with CR or LF.
 
         Called when no more characters of the message will come.
         """

@@ -26,7 +26,7 @@ _AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes events with small priority numb
 
 
 class _Call(Event):
-    """An event of the clock that calls a function."""
+    """A function call that is scheduled in the clock's queue of events."""
 
     _ok, _value = True, None
     callbacks = (lambda event: event._action(),)  # type: ignore[assignment]  # never appended to
@@ -86,7 +86,7 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` without waiting, if no event is due during this time.
+        """Advance the clock by `duration_ns` at once.  If an event is due during this time, do nothing.
 
         Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 
@@ -134,9 +134,9 @@ class Clock(Environment):
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` each time all events of one virtual time have happened.  Return an unsubscribe function.
+        """Call `callback` once after all events that happen at the same virtual time.
 
-        The callback may read the bench but must not change it.  Without subscribers there is no cost.
+        Return an unsubscribe function.  The callback may read the bench but must not change the bench.
         """
         self._unobserved = False
         unsubscribe = self._ends.subscribe(callback)

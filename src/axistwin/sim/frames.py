@@ -104,9 +104,10 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the bits of a serial character during which the wire is low, e.g. (0, 3) for bits 0 to 2.
+        """Return each low pulse of a serial character as a range of bits, e.g. (0, 3) for the bits 0, 1 and 2.
 
-        Each range of bits: the number of the first bit, and the number of the first bit after the range.
+        Bit 0 is the start bit.  A range contains the number of the first bit, and the number of the first bit after the
+        range.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 

@@ -115,7 +115,7 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield each low pulse of a wire whose falling edge may begin a serial character.
+        """Yield the low pulses that may begin with the start bit of a serial character.
 
         Only low pulses that begin at `since/per` ns or later are yielded, and each low pulse at most once.
         """
@@ -126,7 +126,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all stored low pulses that overlap the low pulse `first` or come later."""
+        """Remove and return all stored low pulses that end after the low pulse `first` begins."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

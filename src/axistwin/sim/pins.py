@@ -81,7 +81,10 @@ class Pin:
 
     @property
     def drivable(self) -> bool:
-        """True if a test lead can set the level of the pin, e.g. of an input."""
+        """True if the user can connect a test lead to set the level of the pin.
+
+        For most pins: True for an input, and False for an output.
+        """
         return not self._output
 
     @property
@@ -177,9 +180,9 @@ class Pin:
 
     @property
     def lead(self) -> bool | float | None:
-        """Level that the test lead forces; None without a test lead.
+        """Level of the test lead that is connected to the pin; None if no test lead is connected.
 
-        For a `UserPin`, this is a voltage.
+        For a `UserPin`, the level is a voltage.
         """
         return self._driven
 
@@ -228,7 +231,7 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """Level of the output, calculated from the motion of the axis.
+        """Level of the output at the present time, e.g. of the step output during a move.
 
         A test lead or a defect can force another level.
         """

@@ -121,7 +121,7 @@ class RegisterPort:
 
     @property
     def status(self) -> int:
-        """The status byte that the device has set."""
+        """Content of the device's status register, which the host reads."""
         return self._status
 
     @status.setter

@@ -50,7 +50,7 @@ class Wire(Protocol):
 
 
 class _Nowhere:
-    """Replaces the missing wire of an unconnected serial transmitter.  All characters are lost."""
+    """The open end of an unconnected serial transmitter.  All transmitted characters are lost."""
 
     instant, ready = False, True
 
@@ -271,7 +271,7 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Cancel the planned reception of a character that has not begun yet.
+        """Cancel the reception of the next character if its start bit has not begun yet.
 
         A new signal on the wire may contain an earlier start bit.
         """

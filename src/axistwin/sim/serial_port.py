@@ -87,7 +87,10 @@ LineAct = Write | SendBreak | SetFormat | SetLine | Setting
 
 
 def _part(name: str, doc: str) -> Any:
-    """Create a property of `HostEnd` that reads and sets one field of `format`."""
+    """Create a property for one serial setting, e.g. the property `baudrate` of the class `HostEnd`.
+
+    The property reads and sets a field of the attribute `format`.
+    """
 
     def assign(end: "HostEnd", value: Any) -> None:
         end.format = replace(end.format, **{name: value})

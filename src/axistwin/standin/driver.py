@@ -161,10 +161,10 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Let the simulated shafts of a stopped controller move again.
+        """Unblock the simulated shafts of a controller that the user has resumed after a stop.
 
-        The simulated shafts have been blocked since the real motors were stopped.  They are released when the user has
-        resumed the controller and the interrupted motion has ended.
+        The shafts have been blocked since the real motors were stopped.  The shafts are released when the interrupted
+        motion has ended.
         """
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):

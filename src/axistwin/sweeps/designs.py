@@ -55,7 +55,10 @@ def _zip(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     lengths = {path: len(values) for path, values in listed.items()}
     if len(set(lengths.values())) > 1:
         lengths_by_path = ", ".join(f"{path} {length}" for path, length in lengths.items())
-        raise UsageError(f"lists for --design zip differ in length ({lengths_by_path}): expected equal lengths")
+        raise UsageError(
+            f"the settings have different numbers of values ({lengths_by_path}): "
+            "expected the same number for each setting with --design zip"
+        )
     length = max(lengths.values(), default=1)
     listed |= {path: list(each.listed) * length for path, each in varied.items() if len(each.listed) == 1}
     listed = {path: listed[path] for path in varied if path in listed}
@@ -68,7 +71,7 @@ def _listed(varied: Mapping[str, Values]) -> dict[str, Sequence[Value]]:
     for path, values in varied.items():
         if not values.listed and ".." in values.text:
             raise UsageError(
-                f"the range {path}={values.text} has no number of values: expected e.g. {values.text}:5 for 5 values"
+                f"the range {path}={values.text} lacks the number of values: expected e.g. {values.text}:5 for 5 values"
             )
     return {path: values.listed for path, values in varied.items() if values.listed}
 
@@ -87,9 +90,9 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Complete each combination of listed values by a random value for each remaining setting.
+    """Add random values to each combination of values, e.g. for a setting with a normal distribution.
 
-    Each setting with a distribution gets a random value.  The path of each setting has its own random sequence.
+    Each setting that is not in `listed` gets a random value.  Each setting has its own random sequence.
     """
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):

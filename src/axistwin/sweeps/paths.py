@@ -198,7 +198,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
             if not isinstance(at, list):
                 raise UsageError(
-                    f"invalid setting {path}: the scene has no list for the index {key}; leave out the index"
+                    f"invalid index {key} in {path}: the setting is not a list in this scene; leave out the index"
                 )
             raise UsageError(f"invalid index in {path}: expected an index below {len(at)}, the length of the list")
         if isinstance(at, list):
@@ -236,7 +236,7 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
         raise UsageError(
-            f"a sweep cannot vary {path}, because {controllers} use the same program file {program}: "
+            f"a sweep cannot vary {path}: the controllers {controllers} share the program file {program}; "
             "give each controller its own program file"
         )
     file = str(scene.file.parent / Path(table["program"]))

@@ -213,7 +213,10 @@ class Recording:
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:
-        """Return the velocity of a servo axis as a signal, calculated from the distance moved in each sample."""
+        """Calculate the velocity of a servo axis over time.
+
+        The velocity is the change of the position between two samples of the servo, divided by the sample period.
+        """
         position, period_ns = self._traced(f"{scope}.position"), self._periods.get(scope, S)
         moved, ways = position.times[1:], np.diff(position.values)
         ends = moved + period_ns

@@ -25,9 +25,10 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of a measurement or of a required condition (claim) in one simulation run.
+    """Result of one simulation run, e.g. a measured value.
 
-    `reason`: why a result is missing; `at_ns`: time at which a claim fails.
+    The result can also belong to a claim (a condition that must be true).  `reason`: why a result is missing; `at_ns`:
+    time at which a claim fails.
     """
 
     value: Answer = None
@@ -184,7 +185,8 @@ def _two_events(text: str) -> tuple[str, str]:
         if _EVENT.fullmatch(begin) and _EVENT.fullmatch(end):
             return begin, end
     raise UsageError(
-        f"invalid events {shortened(text)}: expected EVENT to EVENT, e.g. 'table.output1 rises to table.output1 falls'"
+        f"invalid events {shortened(text)}: "
+        "expected two events with 'to' between them, e.g. 'table.output1 rises to table.output1 falls'"
     )
 
 

@@ -226,7 +226,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return the values of a setting to check before the sweep, e.g. the smallest and the largest value."""
+    """Select some values of a setting for a check before the first run, e.g. the smallest and the largest value."""
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

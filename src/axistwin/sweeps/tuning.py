@@ -77,9 +77,10 @@ class Tuning:
         return self
 
     def vary(self, path: str, values: Value) -> Self:
-        """Repeat each trial with several values of another setting, e.g. with ten seeds: `.vary("seed", "0..9")`.
+        """Run each trial several times, e.g. with ten random seeds: `.vary("seed", "0..9")`.
 
-        A trial is a combination of tuned values.  The worst run determines the score of the trial.
+        A trial is a combination of tuned values.  The worst run determines the score of the trial.  `path`: a setting
+        that is not tuned.
         """
         if path in self.changed:
             raise UsageError(f"the setting {path} is given twice: expected only one --change or --vary per setting")

@@ -75,9 +75,9 @@ class CompumotorGuide(Guide):
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of a command.  The text is the name of the command, or the command in hex.
+        """Yield an explanation of a command.
 
-        Hex digits can also be a message of the board.
+        `text`: the name of the command, or the command in hex, e.g. "88".  Hex digits can also be the board's message.
         """
         commands, language = self.controller.product.commands, self.controller.product.language
         assert language is not None, "a board has a language"

@@ -47,7 +47,7 @@ class DigiplanGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the controller has received the data format."""
+        """True if the interface accepts commands, because the data format is known, e.g. from the message U61."""
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
@@ -152,9 +152,9 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Text about the inputs that start a waiting program, e.g. ", and waits: press START".
+        """Instruction to set the inputs for which the first step of the stored program waits.
 
-        "" if the first step does not wait.
+        The text ends a sentence for the user, e.g. ", and waits: press START".  "" if the first step does not wait.
         """
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
@@ -181,7 +181,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Explain a number as the controller's answer to each of the requests K, F and I."""
+        """Yield three explanations of a number: as an answer to K, as an answer to F, and as an answer to I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"

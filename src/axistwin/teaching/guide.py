@@ -94,9 +94,10 @@ class Guide(ABC):
     # Explanations that are the same for all controller families
 
     def restored(self, name: str, level: str, *, then: str = "", away: str = "") -> str:
-        """Return an instruction to set an input to the level that permits motion.
+        """Return an instruction to the user: how to set the input `name` to the level that permits motion.
 
-        `away` is a move that leaves a limit switch.  The input is never forced while a machine is connected to it.
+        `level`: the level that permits motion, "high" or "low".  `away`: a move that leaves a limit switch.  The input
+        is never forced while a machine is connected to the input.
         """
         pin = self.controller.pins[name]
         if pin.held:

@@ -209,9 +209,9 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def present(self, now_ns: int) -> list[Part]:
-        """Return the present values of signals that have changed since the last sample.
+        """Return the present position of a servo axis if a command has just changed the position.
 
-        Such a change is caused by a command, e.g. one that sets the position.
+        The last sample of the servo does not contain such a change.  The same applies to the commanded position.
         """
         import numpy as np
 

@@ -120,7 +120,10 @@ class Rows:
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Remove the stored changes before the time `before_ns`; return their times and their values as arrays."""
+        """Remove and return all stored signal changes with times before `before_ns`.
+
+        The first array contains the times.  The other arrays contain the values.
+        """
         import numpy as np
 
         if not self._blocks:

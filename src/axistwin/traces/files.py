@@ -189,7 +189,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Decode signal values that are stored as integers, e.g. floating-point numbers and texts.
+    """Convert stored integers to signal values, e.g. to floating-point numbers or texts.
 
     The function `show` formats floating-point numbers and texts.
     """
@@ -210,7 +210,10 @@ def csv_field(text: str) -> str:
 
 
 def _vcd_value(value: Value) -> float | str:
-    """Return a text as one VCD word, with escape sequences instead of spaces; return a number unchanged."""
+    """Replace the spaces of a text by escape sequences, because a text in a VCD file must not contain spaces.
+
+    Control characters are replaced, too.  A number is returned unchanged.
+    """
     return CHARACTERS.show(value).replace(" ", r"\x20") if isinstance(value, bytes) else value
 
 

@@ -103,7 +103,7 @@ class _Changes:
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Convert the signal to a `Track`, as if the signal had been read from a trace file."""
+        """Convert the signal to a `Track`, the class for signals that are read from trace files."""
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())

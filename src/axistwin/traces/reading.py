@@ -232,8 +232,8 @@ def _vcd(path: Path) -> Trace:
                     _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
                 except ValueError:
                     raise TraceError(
-                        f"{path}:{number}: invalid change {shortened(line.rstrip())}: "
-                        "expected a value and a signal identifier, e.g. 1!, which sets the signal ! to 1"
+                        f"{path}:{number}: invalid change {shortened(line.rstrip())} of a signal: "
+                        "expected a value and the signal's identifier, e.g. 1! for the value 1 of the signal !"
                     ) from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 

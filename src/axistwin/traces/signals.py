@@ -97,7 +97,7 @@ def split(text: str | None) -> tuple[str, ...]:
 
 
 def pin_signal(pin: str) -> str:
-    """Return the name of the signal of a terminal, e.g. `host_dtr` for the terminal `host.dtr`."""
+    """Return the name of a pin in a trace: dots become underscores, e.g. `host_dtr` for the pin `host.dtr`."""
     return pin.replace(".", "_")
 
 

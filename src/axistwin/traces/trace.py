@@ -347,7 +347,7 @@ class Tracer:
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write the signal changes from the end of the last write up to, but not including, the time `before_ns`.
+        """Write the signal changes with times before `before_ns` that have not been written yet.
 
         A time span with many pulses is written in several parts.
         """
