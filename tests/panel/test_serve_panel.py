@@ -101,7 +101,7 @@ def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_als
     scene.write_text('title = "Two rows"\n[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
     (tmp_path / "a.if1").write_text("X10$\n")
     code, words = refused("serve", scene)
-    assert (code, "add ports to a controller" in words) == (2, True)
+    assert (code, "has a simulated host but no ports" in words) == (2, True)
     with started(scene, "--panel", "0.0.0.0:0", "--speed", "max") as (program, address):
         place = urlsplit(address)
         here = f"http://127.0.0.1:{place.port}/"
