@@ -394,7 +394,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    # Python rounds decimal numbers to 28 digits by default, but a number can have up to 100 characters.
+    # The default precision of 28 digits is too low: a number in a text can have up to 100 characters.
     with localcontext(prec=3 * MOST_CHARACTERS):
         return round(Decimal(value), _decimals(number)) == number
 

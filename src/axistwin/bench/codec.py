@@ -83,7 +83,7 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return an empty text instead of an explanation: the user can read serial characters directly."""
+        """Return "", because the characters of a serial line need no explanation."""
         return ""
 
 
