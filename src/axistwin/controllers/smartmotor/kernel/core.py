@@ -496,7 +496,7 @@ class Engine:
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` servo samples, and stop earlier if an event occurs.
+        """Compute up to `most` servo samples, and stop earlier if an event occurs, e.g. a fault.
 
         Returns two values: the event, and the number of computed samples.
         """
