@@ -198,5 +198,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # Stop the processor, because a write to the board's register may cause an earlier event in the simulation.
+        # The write may cause a simulation event before the planned stop of the processor, so stop the processor now.
         self._stop_ns = 0

@@ -65,7 +65,7 @@ class Comparison:
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Actions, e.g. replies, of the emulated controller that the real controller performed differently."""
+        """Actions of the emulated controller, e.g. replies, that differ from those of the real controller."""
         return tuple(act for act in self.acts if not act.same)
 
     @property

@@ -84,7 +84,7 @@ class Recorder:
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
     def record(self, event: Event) -> None:
-        """Record an event of the simulation as a line of the conversation."""
+        """Add a simulation event, e.g. a reply, as a text line to the recorded conversation with a controller."""
         match event:
             case Received():
                 self._received(event)

@@ -198,9 +198,9 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters that a program sends to each controller, divided at each power-off.
+    """Return the characters that a program sends to each controller between two power-offs.
 
-    The characters between two power-offs are a session.  The result contains one sequence of sessions for each
+    These characters are a session.  The result contains one sequence of sessions for each
     controller.
     """
     match suffix:

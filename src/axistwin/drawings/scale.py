@@ -53,7 +53,7 @@ class Flow:
         self._ns = 0
 
     def is_smooth(self, bench: Bench) -> bool:
-        """True if the change of the drawing to its new state should be animated.
+        """True if a drawing should move smoothly to its new state instead of jumping.
 
         The bench must be the same as at the last call, and little virtual time must have passed.
         """

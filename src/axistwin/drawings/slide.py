@@ -129,9 +129,9 @@ class Slide:
         return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
 
     def _button(self, part: str) -> str:
-        """Return the HTML attributes of a limit or home switch.
+        """Return the HTML attributes for the drawing of a limit or home switch.
 
-        The user can click the switch.
+        The user can click the drawn switch.
         """
         if part not in self._switches:
             return f'data-part="{part}"'

@@ -300,7 +300,7 @@ class Shaft(AxisCore):
         if units == before:
             return
         if units == 2 * before:
-            # Change A=100 to A=201, not 200: after a power cut (A=0), A=A+100 would give the old value 100.
+            # Change A=100 to A=201, not to A=200: if a power cut has set A=0, A=A+100 gives the old value, 100.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")

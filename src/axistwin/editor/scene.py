@@ -98,7 +98,7 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the name of the TOML table that contains the given line of a scene, e.g. ["controller", "axes"]."""
+    """Return the parts of the name of the TOML table at a line of a scene, e.g. ["controller", "axes"]."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]

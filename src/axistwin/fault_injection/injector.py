@@ -89,7 +89,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # The fault is still beginning, so end the fault afterwards.
+            if self._mend is None:  # The function that begins the fault is still running.
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -288,7 +288,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            # The start of a planned fault is a background event: the simulation may end before the fault begins.
+            # The start of a planned fault does not keep the simulation running: the simulation may end earlier.
             clock.background += 1
             clock.call_later(to_ns(terms.at) - clock.now, due)
 

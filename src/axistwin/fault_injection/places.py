@@ -67,7 +67,7 @@ class World(Protocol):
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """The serial lines that several motors share, by the name of the line."""
+        """The shared serial lines of the bench, each with several motors; the keys are the names of the lines."""
 
     @property
     def faults(self) -> Any:

@@ -110,7 +110,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """Arguments for the start of a fault, e.g. the affected pin or axis, and the values of the parameters.
+    """Arguments of the function that begins a fault, e.g. the affected pin and the fault's parameter values.
 
     The fault calls `over` to report its end.
     """
@@ -137,7 +137,7 @@ Mend = Callable[[], None]
 
 
 def ended() -> None:
-    """Do nothing: a fault that occurs only once, e.g. `push`, needs no action at its end."""
+    """Do nothing at the end of a fault that has only a momentary effect, e.g. `push`."""
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:

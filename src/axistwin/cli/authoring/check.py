@@ -130,7 +130,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    # Load the code of all controllers only for a scene.
+    # These imports load the code of all controllers, which the check of a program file does not need.
     from axistwin.diagnostics.scenes import diagnose_scene, is_of_program, named_programs
     from axistwin.scenes.source import read_text
 

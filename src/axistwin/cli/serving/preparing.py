@@ -32,7 +32,7 @@ product(sys.argv[1]).prepare(None, 1)
 
 @contextmanager
 def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
-    """Compile or load the code of the controllers in a thread.
+    """Start a background thread that compiles or loads the code of the emulated controllers.
 
     Yields an event, which is set when all controllers are prepared.
     """

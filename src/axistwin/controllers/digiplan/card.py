@@ -54,7 +54,7 @@ class NoBattery:
     """Memory of an IF1, which has no battery and therefore loses all data at power-off."""
 
     def load(self) -> bytes | None:
-        """Return None, because an IF1 has no data from before the power-on."""
+        """Return no stored data (None), because an IF1 loses all data at power-off."""
         return None
 
     def save(self, contents: bytes) -> None:

@@ -116,7 +116,7 @@ class Interface(State):
 
     @property
     def procedures(self) -> list[Process]:
-        """Simulation processes of the interface that are in progress, e.g. a move or a sequence."""
+        """Simulation processes that the interface is running, e.g. the process of a move or a sequence."""
         return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
     def _recall(self) -> None:
@@ -239,7 +239,7 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Execute `message` after the execution of the host's previous message has begun.
+        """Wait until the execution of the host's previous message begins, then execute `message`.
 
         The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
         that arrive after `message`.  The command `#` drops both messages.

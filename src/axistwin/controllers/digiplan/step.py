@@ -91,7 +91,7 @@ class Parameters:
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
     distance: int = 0  # Number of steps of the next move, or of the longest axis in an interpolated move.
     minor_distance: int = 0  # Distance of each minor axis in an interpolated move, in steps.
-    backlash: int = 0  # Backlash distance in steps.  If positive, corrected moves end in the positive direction.
+    backlash: int = 0  # Backlash distance in steps; its sign is the final direction of a move with backlash correction.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 

@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A procedure that calls `cancel` itself is still running, so plan the interruption for later.
+            # A simulation process cannot interrupt itself, so interrupt the process after its present step.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:

@@ -166,9 +166,9 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Change which lines of the motor's program are reported when they are executed.
+    """Select the program lines whose execution the motor reports to the simulation, e.g. for a breakpoint.
 
-    `after`: a compiled copy of the program that reports these lines, e.g. for a breakpoint.  A running program
+    `after`: a compiled copy of the program that reports these lines.  A running program
     continues at the same statement.
     """
     if after is motor.program:

@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # While the power is off, no fault can be reported, because each fault flag is already 1.
+            # Set all fault flags while the power is off, so that no fault is reported as new.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:

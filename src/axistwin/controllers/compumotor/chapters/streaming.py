@@ -149,10 +149,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command of a marker (a special value among the streamed velocities or distances).
+        """Start the command that the host has assigned to a marker.
 
-        The host has assigned the command to the marker.  The stream continues while the command is executed.  During
-        this time, other markers are ignored.
+        A marker is a special value among the streamed velocities or distances.  The stream continues while the command
+        is executed.  During this time, other markers are ignored.
         """
         if marker is None:
             return

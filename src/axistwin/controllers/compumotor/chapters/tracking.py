@@ -94,7 +94,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return how many encoder readings of the board the simulation can skip.
+    """Return the number of encoder readings that the simulation can skip without a change of the result.
 
     The board updates the position tracking every 2 ms, and then reads the encoder.  The simulation is faster without
     such an update.  An update can be skipped if no stall is possible until this update.  The last update before any

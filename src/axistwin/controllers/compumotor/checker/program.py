@@ -74,7 +74,7 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return the commands that the board accepts next, i.e. after the last command in `session`.
+    """Return all commands that the board accepts after the commands in `session`.
 
     `session` need not contain commands other than the MODAL commands.
     """

@@ -248,14 +248,17 @@ class PulseGenerator:
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """Output one motor pulse for the joystick.  The time since the previous pulse gives the step rate."""
+        """Output one motor pulse during a motion that the joystick controls.
+
+        The step rate is calculated from the time since the previous pulse.
+        """
         self._origin = self._issued
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
         self._pulse_ns = self.clock.now
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Set the property `excursion` to 0 at the start of a joystick motion.
+        """Set the pulse count `excursion` to 0 when the joystick starts a motion.
 
         The excursion is the number of pulses since the motor last started from rest.
         """

@@ -144,7 +144,7 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the entries in the streaming buffer that the board can output before the alarm "buffer empty".
+        """Return the entries that the board can take from the streaming buffer without the alarm "buffer empty".
 
         The board sends this alarm when the buffer is almost empty.  The result has at most `most` entries.  Each entry
         is one word.

@@ -84,7 +84,7 @@ class MessageFormat:
 
 
 def read_format(text: str, terminator: int) -> Frame | None:
-    """Convert a message that sets the data format, e.g. `U61`, to this data format.
+    """Return the data format that a message from the host selects, e.g. the message `U61`.
 
     Return None if the message is invalid, or if `terminator` does not suit the format.  `terminator`: the character
     that has ended the message.

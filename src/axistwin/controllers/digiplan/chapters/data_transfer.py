@@ -16,7 +16,7 @@ from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-NEARLY_FULL = 52  # The interface stops the host when its buffer contains 52 characters (80 %).
+NEARLY_FULL = 52  # The host must stop sending when the input buffer contains 52 characters (80 %).
 NEARLY_EMPTY = 12  # The host may send again when the buffer contains at most 12 characters (20 %).
 OVERFLOW = 61  # At 61 characters (95 %), the interface empties its buffer and reports a data fault.
 X_ON, X_OFF = 0x11, 0x13

@@ -36,7 +36,7 @@ def baud_rate(low_ns: Fraction) -> int | None:
 
 
 def detect_baud_rate(state: State) -> Procedure:
-    """Wait for the first character `(`, and set the UART to the baud rate of this character.
+    """Wait for the character `(`, measure its baud rate, and set the UART to this baud rate.
 
     Other characters are dropped.
     """
@@ -55,7 +55,7 @@ def detect_baud_rate(state: State) -> Procedure:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
             state.buffer.set_tolerant(True)
-            # If the serial line transmits without delay, `open` receives all characters after the character `(`.
+            # On a serial line without delay, the host sends its next characters during the call of `open`.
             state.buffer.open()
             detected.succeed()
         else:

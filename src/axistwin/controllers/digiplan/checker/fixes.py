@@ -22,9 +22,9 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a fix that adds `$` at the end of a message.
+    """Return a correction of a program: `$` is added at the end of a message to the interface.
 
-    The fix is not sure, because a message that only sets parameters is valid, too.
+    The correction is not sure, because a message that only sets parameters is valid, too.
     """
     return fixing("end the message with $", put_behind(text[-1], "$"), sure=False)
 

@@ -93,7 +93,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        # The command MD empties the buffer of points, but not while host mode is in progress.
+        # The command MD empties the buffer of positions from the host, unless the motor is in host mode.
         if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
         # Keep the buffered mode, which starts when host mode ends (manual, section 10.2).

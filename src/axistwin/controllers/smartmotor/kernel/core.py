@@ -159,7 +159,7 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # No servo sample is due before the first of `times_ns`, so the shaft still has its present position.
+        # The first time in `times_ns` is before the next servo sample: the shaft is still at its present position.
         if due == first < following:
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
@@ -260,7 +260,7 @@ class Core:
         return [*self._moves, *map(sub, places[1:], places)][-PID_MOST:]
 
     def stop(self) -> None:
-        """Stop computing samples, because the power is off."""
+        """Stop the computation of servo samples when the motor is switched off."""
         self.catch_up()
         self._report_changes()
         self._phase, self._block = Phase.STOPPED, None
@@ -448,7 +448,7 @@ class Core:
             return
         in_last = samples % LONGEST
         # A command from the host makes all precomputed servo samples invalid.
-        # If a command interrupts a block after e.g. 400 servo samples, the next block has at most 500 samples.
+        # Precompute at most 1.25 times the samples used before the command, e.g. 500 samples after 400 used ones.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -496,7 +496,7 @@ class Engine:
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute servo samples until an event occurs, but at most `most` samples.
+        """Compute up to `most` servo samples, and stop earlier if an event occurs, e.g. a fault.
 
         Returns two values: the event, and the number of computed samples.
         """

@@ -230,7 +230,7 @@ def advance(
     log: Ints,
     most: int,
 ) -> int:
-    """Compute servo samples until an event occurs, e.g. a fault, but at most `most` samples.
+    """Compute up to `most` servo samples, and stop earlier if an event occurs, e.g. a fault.
 
     Returns the bits of the events, or ALL_DONE if no event has occurred.
 

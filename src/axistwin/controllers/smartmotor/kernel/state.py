@@ -84,7 +84,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Change of the counter CTR after four edges: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
-    FOLLOW_REM,  # Fraction of a count that the motor must still move in mode MFR or MSR, multiplied by TARGET.
+    FOLLOW_REM,  # Remainder in mode MFR or MSR: the motor must still move FOLLOW_REM / TARGET of a count.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.
@@ -139,7 +139,7 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
     LATCHES,  # Output levels set by the commands UA= to UG=, from bit 0 (pin A) to bit 6 (pin G).
     GO_PIN,  # 1 if a falling edge of pin G starts a motion, as the command G does.
     BRAKE_PIN,  # Bit mask of the pin for the brake signal: pin C after BRKC, pin G after BRKG, otherwise 0.
-    BRAKE_READ,  # Flag: 1 if a statement, e.g. a=UG, has read the brake output, which then becomes an input.
+    BRAKE_READ,  # Flag: 1 if a statement, e.g. a=UG, has read the brake pin and thereby made this pin an input.
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog readings of the pins A to G, from 0 to 1023.
 # No switch of the axis changes its level while the shaft is between WINDOW_LOW and WINDOW_HIGH.
@@ -164,7 +164,7 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# Without a defect of the encoder, COUNTS_OF (reported counts) and COUNTS_OUT_OF (true counts) are both 0.
+# If COUNTS_OF and COUNTS_OUT_OF are both 0, the encoder has no defect.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
 # UNCOUNTED is the fraction of a count that a defective encoder has not reported yet, multiplied by COUNTS_OUT_OF.
 UNCOUNTED = next(_slots)

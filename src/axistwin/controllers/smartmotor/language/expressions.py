@@ -219,7 +219,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # In the SmartMotor language, `--a` is compiled as two negations, because -(-2147483648) overflows.
+            # Compile `--a` as two negations instead of `a`, because the negation of -2147483648 overflows.
             # Four minus signs in an expression give the same result as two, and three give the same result as one.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()

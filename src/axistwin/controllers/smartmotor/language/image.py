@@ -82,7 +82,7 @@ class _Block:
 
 
 def encode(text: str) -> bytes:
-    """Convert the text of a program to the image that the command UP sends."""
+    """Convert a program text to the bytes that the motor sends after the command UP."""
     targets = dict(_targets(text))
     program = _flow.sub(lambda match: _with_target(match, targets), text)
     table = "".join(f"{number:04X}{place:04X}" for number, place in labels(text).items())
@@ -192,7 +192,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the program jumps whose targets a keyword determines, e.g. ENDIF determines where IF jumps to.
+    """Yield the program jumps that a keyword completes, e.g. ENDIF completes the jump of IF.
 
     Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """

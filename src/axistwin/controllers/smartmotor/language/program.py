@@ -109,10 +109,11 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of integers of report code at the start of a compiled statement.
+        """Return the length of the report code at the start of a compiled statement.
 
-        The report code tells the simulation that the motor begins the statement, e.g. for a breakpoint.  The number is
-        0 if the statement has no report code.  `head`: index in `code` at which the code of the statement begins.
+        The report code tells the simulation that the motor begins the statement, e.g. for a breakpoint.  The length
+        (in integers) is 0 if the statement has no report code.  `head`: index in `code` at which the code of the
+        statement begins.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -249,7 +250,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Assign a BREAK statement to the innermost open SWITCH or WHILE block, which BREAK ends."""
+        """Assign a BREAK statement to the innermost SWITCH or WHILE block that contains the statement."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
@@ -411,7 +412,7 @@ class _Writer:
         self._jump(number, self.blocks[number].end)
 
     def _switch(self, number: int, statement: Statement) -> Iterator[None]:
-        """Generate the comparisons of all CASEs in order.
+        """Generate the code that compares the value of SWITCH with each CASE in order.
 
         A jump to DEFAULT or to the end of the block follows.
         """

@@ -77,9 +77,9 @@ class Dispatcher(Protocol):
         """Execute a command of the host."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary record of the host.
+        """Execute a binary message from the host, e.g. a message that sets the parameter A.
 
-        The record sets a host-mode position, a host-mode clock value, or one of the parameters A, V and P.
+        The message sets a host-mode position, a host-mode clock value, or one of the parameters A, V and P.
         """
 
     def report_host_mode(self, channel: "Channel") -> None:
