@@ -116,17 +116,14 @@ class _InnerClient:
         self._received += data
 
     def hung_up(self) -> bool:
-        """Return False: the connection has not ended.
-
-        Only the driver can end this connection.
-        """
+        """Return False, because only the driver can close the connection to the controller."""
         return False
 
     def drop(self) -> None:
         """Do nothing, because this client has no network connection to close."""
 
     def pause(self) -> None:
-        """Do nothing, because this client has no network connection to pause."""
+        """Do nothing, because a client without a network connection cannot be paused."""
 
     def resume(self) -> None:
         """Do nothing, because this client has no network connection to resume."""

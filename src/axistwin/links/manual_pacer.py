@@ -31,7 +31,7 @@ class ManualPacer(Pacer):
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Do nothing.  Only the method `advance` lets virtual time pass."""
+        """Leave virtual time stopped until a test calls the method `advance`."""
 
     def sync(self) -> None:
         """Add 1 to the counter `arrivals`.  Called before each input from a host, e.g. before data are received."""

@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # Without a client, only axistwin itself can have cleared the buffers of the pseudo terminal.
+            return  # No client is connected, so axistwin itself cleared the pseudo terminal's buffers.
         if self._connect():
             self._take(packet[0], packet[1:])
 
@@ -172,7 +172,7 @@ class PtyPort:
         self._writer.write(data)
 
     def hung_up(self) -> bool:
-        """True if the client has closed the device.
+        """True if the client has closed the pseudo terminal.
 
         The value is valid also while reading is paused.
         """

@@ -154,7 +154,7 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            # With `wrap_future`, asyncio logs unexpected exceptions in the thread that writes to the device.
+            # With `wrap_future`, asyncio logs an unexpected exception of the action `do`.
             asyncio.wrap_future(self._latest)
 
     # Functions that run in the thread that writes to the device

@@ -108,7 +108,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
         if not self._has_sent:
-            # No reply was sent: make TCP acknowledge the received data at once, instead of after a delay.
+            # Without a reply, TCP would acknowledge the received data only after a delay: acknowledge the data now.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -132,7 +132,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the queue of replies to the client is short again, because the client has read replies."""
+        """Record that the client reads the replies fast enough again."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()
@@ -140,7 +140,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that the endpoint of the connection calls
 
     def hung_up(self) -> bool:
-        """True if another client may replace this client.
+        """True if a new client may take over the TCP port from this client.
 
         This client has disconnected, or the state of its connection is unknown because the server does not read data.
         """

@@ -128,7 +128,9 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Narrow the search range for the parameter `add` of a step command, which outputs a group of step pulses.
+    """Narrow the search range for `add`, a parameter of a step command.
+
+    A step command outputs a group of step pulses.
 
     With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
 
@@ -141,7 +143,7 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     """
     (m, low), (n, high) = late, early
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
-    if gap <= add * slope:  # With this value of `add`, one step command can output both pulses at permitted times.
+    if gap <= add * slope:  # One step command with `add` can output the two given pulses at permitted times.
         return lowest, highest
     if not slope:
         return 0, -1

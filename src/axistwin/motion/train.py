@@ -66,9 +66,9 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The move that the controller has begun last: the start time, direction and velocity profile of its pulses.
+        """The latest move that the controller has begun.
 
-        The move may be finished.
+        Contains the start time, direction and velocity profile of the step pulses.  The move may be finished.
         """
         return self.moves[-1]
 

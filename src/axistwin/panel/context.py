@@ -74,7 +74,10 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Call `make(session)` once, and return the same object at each later call."""
+        """Return the shared object that the function `make` creates at the first call.
+
+        Later calls with the same `make` return the same object.
+        """
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])

@@ -15,7 +15,10 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Continue the lessons of the tutorial in a new simulation, each lesson at its present step."""
+        """Continue the tutorial's lessons about controllers in a new simulation.
+
+        Each lesson continues at its present step.
+        """
         for name, (number, pupil) in self._pupils.items():
             pupil.close()
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
@@ -50,7 +53,7 @@ class Lessons:
             session.run()
 
     def end(self, name: str) -> None:
-        """End the present lesson of a controller, if any."""
+        """End the tutorial's lesson about the controller `name`, if a lesson is in progress."""
         _, pupil = self._pupils.pop(name, (0, None))
         if pupil is not None:
             pupil.close()

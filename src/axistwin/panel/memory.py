@@ -21,7 +21,7 @@ AT_A_TIME = 50
 
 
 class Memory:
-    """Makes Python's garbage collections shorter by excluding existing objects.
+    """Makes Python's garbage collection faster: existing objects are not examined again.
 
     The pages of a session consist of many objects, whose examination takes a long time.
     """

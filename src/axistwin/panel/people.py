@@ -43,7 +43,7 @@ class Person:
 
     @property
     def gone(self) -> bool:
-        """True if no page of this user has been connected for `GONE_S` seconds."""
+        """True if the user left the panel's web pages more than `GONE_S` seconds ago."""
         return not self.pages and monotonic() - self.left_s > GONE_S
 
 

@@ -40,7 +40,10 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """Let other tasks of the event loop run, after `TURN_S` seconds of computation without a pause."""
+    """Pause a long computation, so that other tasks of the event loop can run.
+
+    Nothing is done until the computation has run for `TURN_S` seconds.
+    """
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()

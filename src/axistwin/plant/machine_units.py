@@ -67,7 +67,7 @@ class MachineUnits:
 
     @property
     def decimals(self) -> int:
-        """Number of decimals with which neighbouring counts show different positions, e.g. 2 for 80 counts per mm.
+        """Number of decimals needed to distinguish adjacent counts, e.g. 2 for 80 counts per mm.
 
         In the example, 1 count is 0.0125 mm, which is more than the last decimal (0.01 mm).  The number is at most
         `MOST_DECIMALS`.

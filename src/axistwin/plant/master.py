@@ -47,9 +47,9 @@ class Followed(Protocol):
         """The axis that turns the external encoder of this axis; None if no axis turns the encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses one of the given edges.
+        """Call `callback()` each time the axis crosses a given boundary between two positions.
 
-        Edge n lies between the positions n-1 and n.
+        `edges`: numbers of the boundaries.  Boundary n lies between the positions n-1 and n.
         """
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
@@ -125,9 +125,9 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Gear ratio: number of encoder edges per count of the axis that turns the encoder.
+        """Gear ratio between the encoder and the axis that turns the encoder.
 
-        For an axis with a stepper motor: number of encoder edges per pulse.
+        Number of encoder edges per count of the axis, or per pulse of an axis with a stepper motor.
         """
         return self._ratio
 
@@ -138,7 +138,10 @@ class Master:
 
     @property
     def predictable(self) -> bool:
-        """True if the encoder is mounted on an axis whose positions can be predicted."""
+        """True if the positions of the axis that turns the encoder can be predicted.
+
+        False if no axis turns the encoder.
+        """
         return self.followed is not None and self.followed.predictable
 
     def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:

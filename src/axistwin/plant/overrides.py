@@ -28,14 +28,14 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The normal value of a setting, followed by the value that each active defect gives to the setting.
+        """All values of a setting: the normal value, then one value per active simulated defect.
 
         E.g. [1.0, 0.5] for a motor torque of 1.0, which a defect reduces to 0.5.
         """
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change the normal value of a setting, e.g. the torque of an intact motor.
+        """Set the value that applies without simulated defects, e.g. the torque of an intact motor.
 
         The values of active defects stay the same.
         """

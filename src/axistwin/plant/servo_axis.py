@@ -92,7 +92,7 @@ class Source(Protocol):
         """Temperature of the motor, in degrees Celsius."""
 
     def energy_nj(self) -> int:
-        """Energy in nJ that the windings have received since the bench was created."""
+        """Energy in nJ that the motor's windings have received since the start of the simulation."""
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts` now."""
@@ -138,7 +138,7 @@ class AtRest:
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Return None, because a motor without power does not sample its position."""
+        """Return None, because the position is not sampled while the motor has no power."""
         return None
 
     def temperature(self) -> float:

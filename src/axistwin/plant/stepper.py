@@ -101,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # Read the encoder count first, so that the fault affects only later motion.
+        _ = self.count  # Count all earlier motion first, because the fault must not change these counts.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -457,7 +457,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis moves from position n-1 to n, or back, for any n in `edges`.
+        """Call `callback()` each time the axis crosses a given boundary between two positions.
+
+        `edges`: numbers of the boundaries.  Boundary n lies between the positions n-1 and n.
 
         The call is at the exact pulse.
 

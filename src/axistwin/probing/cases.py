@@ -50,7 +50,7 @@ class Case:
 
 @dataclass
 class Condition:
-    """State of a real controller before `axistwin probe` compares the controller with a simulated controller.
+    """State of a real controller at the start of `axistwin probe`.
 
     The texts `no_writes`, `no_motion`, `no_memory` and `machine` give the reason why some test cases are impossible.
     """

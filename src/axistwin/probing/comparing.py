@@ -317,9 +317,9 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return the options to try in the virtual controller, as pairs of option name and value.
+    """Return option values with which the simulated controller might match the real controller.
 
-    The suggested values come first, and values other than the defaults follow.
+    Returns pairs of option name and value.  The suggested values come first, and values other than the defaults follow.
     """
     hints = get_type_hints(made.options)
     default = made.options()

@@ -119,7 +119,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
 
     def run(*texts: str, name: str) -> Case:
-        # Do not request the end position, because the end position depends on when the host stops the motor.
+        # Omit the position requests, because the position at the stop depends on the host's timing.
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 

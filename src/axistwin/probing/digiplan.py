@@ -142,7 +142,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # Do not request the end position, because the end position depends on when the host stops the motor.
+        # Omit the position requests, because the position at the stop depends on the host's timing.
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip

@@ -47,7 +47,7 @@ class Ioc:
 
         Yields the address of the Channel Access server.
         """
-        # The library caproto would otherwise log each refused write of a client.
+        # Suppress the log messages of the library caproto, e.g. about refused writes of EPICS clients.
         logging.getLogger("caproto").setLevel(logging.CRITICAL)
         server = ChannelAccess(addresses, port)
         self._add_to(server)

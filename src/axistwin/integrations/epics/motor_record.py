@@ -182,7 +182,7 @@ class MotorRecord:
             await self._set(**{field: 0})
 
     def _runs_out(self, direction: int) -> bool:
-        """True if a jog in this direction could not stop before the position limit."""
+        """True if the axis is too close to the position limit to jog in this direction."""
         low, high = self.values["DLLM"], self.values["DHLM"]
         distance = self.values["JVEL"] * self.values["ACCL"] / 2
         dial = self._dial(self.axis.status.position)

@@ -21,7 +21,7 @@ class FullSpeed:
         self._ended = False
 
     def sync(self) -> None:
-        """Leave virtual time unchanged.
+        """Do not synchronise virtual time with the wall clock.
 
         At full speed, virtual time does not follow the wall clock.
         """

@@ -76,7 +76,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Advance the virtual clock `clock` from now on, instead of the previous virtual clock.
+        """Replace the virtual clock that this pacer advances.
 
         Do not call this method while virtual time is advancing.
         """

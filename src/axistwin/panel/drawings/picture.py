@@ -35,7 +35,10 @@ class Picture(Element, component="picture.js"):
             self.drawing.click(event.args)
 
     def _begin_again(self) -> None:
-        """Send all values of the drawing after the browser has loaded the drawing."""
+        """Send the complete state of the drawing to the web browser.
+
+        Called when the browser has loaded the drawing.
+        """
         self._show(self.drawing.everything())
 
     def _displayed_contents(self, *, only_visible: bool) -> list[Any]:

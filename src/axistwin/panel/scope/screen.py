@@ -230,7 +230,10 @@ class Screen:
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Find the newest edge of the trigger signal that is followed by enough data to fill the screen."""
+        """Find the newest edge of the trigger signal.
+
+        The data after the edge must be sufficient to fill the screen.
+        """
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)

@@ -75,16 +75,16 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Shorten the table of a signal's history to at most one row per period of `2 ** shift` ns.
+    """Merge the rows of a signal's history that begin in the same period of `2 ** shift` ns.
 
-    All rows that begin in the same period are merged into one row, e.g. with their smallest and largest value.
+    A merged row contains e.g. the smallest and the largest value.
     """
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # If each row is a single change of a signal, the rows have no duration, and their area is 0.
+    # The area of a row is the integral of the signal over time: 0 if the row is a single change.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -303,7 +303,7 @@ class Words(Track):
             self._forget()
 
     def _forget(self) -> None:
-        """Delete the oldest quarter of the texts in the signal's history, to limit the memory."""
+        """Delete the oldest quarter of the recorded texts, to save memory."""
         del self.changes[: TEXTS // 4]
         self._forgotten_ns = self.changes[0][0]
         gone = bisect(self.begins, self._forgotten_ns) - 1

@@ -189,7 +189,7 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the text in the dialog as a program into the controller.
+        """Load the program from the dialog's text field into the controller.
 
         A text that is too long is refused.  `event.args`: length of the text in the browser.
         """

@@ -144,7 +144,7 @@ class _Scope:
             case "seen":
                 self._seen = bool(value.get("seen"))
             case "zoom":
-                # While virtual time is stopped, freeze the screen, so that zooming keeps the time at the mouse pointer.
+                # Zooming around the mouse pointer needs a frozen screen: freeze the screen if virtual time is stopped.
                 if not self._runs():
                     screen.pause()
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
