@@ -18,7 +18,7 @@ QUIET_S = 0.3
 
 
 class PortEnd:
-    """Connection of the terminal to a port that pyserial opens.
+    """Connection of the terminal program to a serial port, which pyserial opens.
 
     `receive` is called with received data, `lost` with the error if the port fails.
     """
