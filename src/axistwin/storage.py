@@ -42,7 +42,7 @@ class MemoryStore:
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing, because the contents are not written to a file."""
+        """Do nothing: this class stores data only in the computer's RAM and has no file to close."""
 
 
 class FileStore:

@@ -230,9 +230,10 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the serial format in which a host sends `(` to an interface after power-on, and the next message.
+    """Return the data with which a host starts an interface: a serial format, and a message, e.g. `U61`.
 
-    The message selects the character format `wanted`, e.g. `U61` for 8N2.
+    After power-on, the host first sends `(` in this serial format.  The message then selects the character format
+    `wanted`, e.g. `U61` for 8N2.
     """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 

@@ -45,7 +45,7 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message is complete.
+        """True if the last byte of this serial message has arrived, e.g. CR.
 
         A message ends with CR or LF.  A message on a bus has no terminator: all its bytes arrive at the same time.
         """
@@ -116,7 +116,7 @@ class RunRecord:
         elif isinstance(event, FaultChanged):
             self.faults.append(event)
         elif isinstance(event, VoltageChanged):
-            # Record each voltage between 0 V and 5 V; the levels 0 V and 5 V are recorded as level changes.
+            # Record only intermediate voltages, e.g. 2 V.  Changes to 0 V or 5 V are recorded as level changes.
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:
                 self.turned.append(event)
         elif isinstance(event, Received):

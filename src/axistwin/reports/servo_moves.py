@@ -80,7 +80,7 @@ class ServoMoves:
         self._farthest = 0  # Farthest commanded position of the present move.
 
     def add_samples(self, samples: Samples) -> None:
-        """Find the moves of the axis in the next position samples."""
+        """Search new position samples of a servo axis for moves, e.g. a move from 0 to 4000."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
@@ -97,7 +97,7 @@ class ServoMoves:
             self.moves[-1].target = self._position  # The shaft still moves until the servo has settled.
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return positions of a servo axis: first `WINDOW` earlier positions, and then the new positions.
+        """Return the new positions of a servo axis, with the `WINDOW` previous positions in front.
 
         If the earlier samples are unknown, the axis is assumed to have been at rest.
         """

@@ -142,7 +142,7 @@ class Copy:
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return the file name that a program has in the folder of the new scene, e.g. `a.if1` for `../a.if1`.
+        """Return a program's file name in a copy of its scene, e.g. `a.if1` instead of `../a.if1`.
 
         `file`: the name of the file in an action `load`.  The file is copied if the new name differs.
         """

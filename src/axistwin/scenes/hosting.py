@@ -158,7 +158,7 @@ class _ConversationHost:
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return a function that performs an action of the conversation.
+        """Return a function that performs an action of a conversation file, e.g. sends a command.
 
         Raises ProgramError for an action that is impossible.
         """

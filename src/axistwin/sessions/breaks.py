@@ -51,7 +51,7 @@ class Break:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Resume a suspended breakpoint.
+        """Switch a breakpoint on again after a call of `suspend`, if the breakpoint was on before.
 
         A breakpoint whose sentence does not fit the bench is switched off.
         """

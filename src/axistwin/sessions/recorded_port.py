@@ -29,9 +29,9 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """Serial control line, e.g. DTR, with a function to suppress the reports of level changes.
+    """Serial control line, e.g. DTR, whose level changes can be hidden from the host.
 
-    The reports to the host are suppressed during a replay of recorded input.
+    Level changes are hidden during a replay of recorded input.
     """
 
     def __init__(self, pin: Pin) -> None:

@@ -38,12 +38,12 @@ def files(
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # New conversation files get the highest rank: at equal times, their actions are executed last.
+    # At equal times, the scene's old conversation files act first, so new files get a higher rank.
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # A [[script]] acts before conversation files at equal times, so a scene with such files gets no [[script]].
+        # Recorded actions must act after the scene's conversation files, but a [[script]] acts before these files.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
@@ -67,7 +67,7 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if the script of a scene file can perform the recorded actions.
+    """True if the recorded actions of a user can be saved as a `[[script]]` table of a scene file.
 
     A script can perform only manual actions on one controller.  `moment`: recorded actions that have the same virtual
     time.
@@ -116,10 +116,9 @@ class _Conversations:
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Select the conversation file (a recorded exchange with a controller) for the actions `acts`.
+        """Return the name of the controller or bus whose conversation file stores the actions `acts`.
 
-        Return the name of the controller or bus to which the conversation file belongs.  A controller with a serial
-        port is preferred to a controller at a bus.
+        A controller with a serial port is preferred to a controller at a bus.
         """
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))

@@ -216,7 +216,7 @@ class Session:
         do()
 
     def _power_cycle(self, name: str) -> None:
-        """Switch off each controller at an endpoint, and switch the controller on again."""
+        """Switch a controller, or each controller on a bus, off and on again."""
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):

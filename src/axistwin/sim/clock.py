@@ -86,7 +86,7 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` at once.  If an event is due during this time, do nothing.
+        """Advance the clock by `duration_ns` in one step, unless an event is due during this time.
 
         Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 

@@ -89,7 +89,10 @@ def flip(mask: int) -> Effect:
 
 
 def delay(delay_ns: Callable[[], int]) -> Effect:
-    """Return a function that delays a character on a serial line.  `delay_ns()` returns the delay in ns."""
+    """Return a function that delays a character on a serial line.
+
+    The parameter `delay_ns` is a function that returns the delay in ns.
+    """
 
     def effect(passage: Passage) -> None:
         passage.delay_ns += delay_ns()

@@ -104,7 +104,7 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return each low pulse of a serial character as a range of bits, e.g. (0, 3) for the bits 0, 1 and 2.
+        """Return the low pulses of a serial character as pairs of bit numbers, e.g. (0, 3) if bits 0 to 2 are low.
 
         Bit 0 is the start bit.  A range contains the number of the first bit, and the number of the first bit after the
         range.

@@ -43,7 +43,7 @@ class Levels:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of stored low pulses of the wire."""
+        """Return the number of low pulses that this object stores for a serial wire."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
@@ -88,7 +88,7 @@ class Levels:
             first_low = max(0, (space.begin * per - since + width - 1) // width)
             if first_low >= count:
                 break
-            # Index of the first sample after the low pulse of the wire, at most `count`.
+            # Index of the first sample after this low pulse, or `count` if no sample follows the pulse.
             next_high = min(count, (space.end * per - since + width - 1) // width)
             if next_high > first_low:
                 levels &= ~((1 << next_high) - (1 << first_low))
@@ -115,7 +115,7 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the low pulses that may begin with the start bit of a serial character.
+        """Yield low pulses whose falling edge can be the beginning of a serial character.
 
         Only low pulses that begin at `since/per` ns or later are yielded, and each low pulse at most once.
         """
@@ -126,7 +126,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return all stored low pulses that end after the low pulse `first` begins."""
+        """Remove all stored low pulses that overlap or follow the low pulse `first`, and return these pulses."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

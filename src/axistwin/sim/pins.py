@@ -94,7 +94,7 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level that the terminal has if no test lead is connected and no defect is active."""
+        """Level of a controller's terminal without a connected test lead and without an active defect."""
         return self._source
 
     @property
@@ -346,7 +346,7 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the terminal has if no test lead is connected and no defect is active.
+        """Level of a controller's terminal without a connected test lead and without an active defect.
 
         The output stage, the external wiring or the pull-up resistor sets this level.
         """

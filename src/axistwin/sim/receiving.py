@@ -22,7 +22,9 @@ class Whole:
 
 
 class Reading:
-    """A character during its reception.  The receiver samples the middle of each bit.
+    """State of a serial receiver during the reception of one character.
+
+    The receiver samples the middle of each bit.
 
     Instants are whole numbers of 1/`per` ns.  The falling edge of the start bit is at `edge/edge_per` ns.
     """

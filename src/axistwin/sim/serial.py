@@ -75,7 +75,7 @@ class Line:
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        # End of the last delayed character, in ns; later characters must not overtake a delayed character.
+        # Time in ns when the last delayed character ends; no later character may arrive earlier.
         self._free_ns = 0
 
     # Faults of the serial line
@@ -166,7 +166,7 @@ class Line:
         return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
 
     def _passage(self, sent: UartFormat) -> Passage:
-        """Return the next character with the effects of all disturbances of the serial line."""
+        """Apply all disturbances of a serial line to the next character, and return the result."""
         passage = Passage(sent)
         for disturbance in tuple(self._disturbances):
             disturbance.meet(passage)

@@ -39,7 +39,10 @@ class Format:
 
 
 class Dictionary:
-    """Commands, responses, pins and constants of a board's firmware.  Raises LinkError for an invalid dictionary."""
+    """Description of a board's firmware: commands, responses, pins and constants.
+
+    Raises LinkError for an invalid description.
+    """
 
     def __init__(self, described: Mapping[str, Any] | None = None) -> None:
         described = described or {}

@@ -161,7 +161,7 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Unblock the simulated shafts of a controller that the user has resumed after a stop.
+        """Unblock the simulated motor shafts after the user has resumed a stopped controller.
 
         The shafts have been blocked since the real motors were stopped.  The shafts are released when the interrupted
         motion has ended.

@@ -134,7 +134,7 @@ def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
 
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Raise UsageError if a stop input belongs to a controller that has no axis on this board."""
+    """Raise UsageError if a stop input belongs to a controller without axes on this board."""
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(

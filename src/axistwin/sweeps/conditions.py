@@ -42,7 +42,7 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions that check a condition for each value of a signal, e.g. the condition "> 100".
+    """Return two functions for a condition, e.g. "> 100": one checks signal values, the other calculates margins.
 
     The first function returns 1 (true) or 0 (false).  The second function returns the margin, e.g. 20 for the value
     120.  The margin is negative if the comparison is false.

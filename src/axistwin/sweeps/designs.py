@@ -90,9 +90,10 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Add random values to each combination of values, e.g. for a setting with a normal distribution.
+    """Complete each combination of setting values with random values of the other settings.
 
-    Each setting that is not in `listed` gets a random value.  Each setting has its own random sequence.
+    Each setting that is not in `listed`, e.g. with a normal distribution, gets a random value.  Each setting has its
+    own random sequence.
     """
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
@@ -127,7 +128,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert fractions to values of the varied settings, e.g. the fraction 0.5 to 15 in the range 10..20.
+    """Convert each fraction of a setting's range to a value, e.g. 0.5 to 15 in the range 10..20.
 
     The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
 

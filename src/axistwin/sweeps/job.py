@@ -201,7 +201,7 @@ def _function(name: str) -> Callable[[Bench], object]:
 
 
 def check_names(names: Iterable[str], paths: Iterable[str]) -> None:
-    """Raise UsageError if the name of a measure or claim is invalid or is already in use."""
+    """Raise UsageError if the name of a result column is invalid or is already in use."""
     taken = {*paths, *OWN_COLUMNS}
     for name in names:
         if name in taken:

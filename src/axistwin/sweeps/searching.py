@@ -53,7 +53,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin by which a simulation run meets the required conditions (claims).
+    """Return the smallest margin of a run over all claims (required conditions), e.g. -2 for a violation by 2.
 
     The margin (robustness) is negative if the condition is violated.  A smaller number means a worse run, so the search
     minimises the number.  The number is limited to ±`FAR`; it is `FAR` if no condition has a margin.

@@ -54,7 +54,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """Pattern of a sentence that a user writes to measure or check a run, e.g. `count EVENT`."""
+    """Text pattern of a user's request to evaluate a simulation run, e.g. `count EVENT`."""
 
     form: str
     pattern: str
@@ -88,7 +88,7 @@ def _read(text: str, forms: tuple[Form, ...], measure_or_claim: str) -> Sentence
     raise UsageError(f"invalid {measure_or_claim} {shortened(text)}: expected e.g. {examples}")
 
 
-# Functions that parse measures, e.g. "final table.X.position"
+# Parsers of texts that name a result of a run, e.g. "final table.X.position"
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
@@ -191,7 +191,7 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the duration in seconds from each begin event to the next end event.
+    """Yield the time in seconds between two events, e.g. from each rising edge to the next falling edge.
 
     Begin events before this end event are skipped, so that the durations do not overlap.
     """

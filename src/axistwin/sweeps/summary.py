@@ -63,7 +63,7 @@ def _finite(value: float) -> float | None:
 
 
 def without_effect(rows: Sequence[Mapping[str, Any]], plan: Mapping[str, Any]) -> list[str]:
-    """Return the varied settings whose values do not change the results of the sweep.
+    """Return the settings that were varied in a sweep without any effect on the results.
 
     Only runs that differ in this setting alone are compared.  Without such runs, the results of all runs must be equal.
     """

@@ -226,7 +226,10 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Select some values of a setting for a check before the first run, e.g. the smallest and the largest value."""
+    """Return test values of a setting, e.g. the smallest and the largest value.
+
+    The test values are checked before the first run.
+    """
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]

@@ -42,7 +42,7 @@ Progress = Callable[[int, int, Trial | None, Trial], object]
 
 
 class Tuning:
-    """Finds the values of a scene that give the best result.
+    """Finds settings, e.g. gains, that minimise or maximise a result of a simulation.
 
     `goal`: the measure to minimise or maximise.
     """

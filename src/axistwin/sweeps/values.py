@@ -44,7 +44,10 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """Values of a setting to check before the sweep begins, e.g. the first, the middle and the last value."""
+        """Test values of a setting, e.g. the first, the middle and the last value.
+
+        The test values are checked before a sweep begins.
+        """
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]

@@ -110,7 +110,7 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the cause and the remedy if a fault that has ended still prevents motion.
+        """Yield the reason why motion stays blocked after a fault has ended, and the remedy.
 
         The user must first read the fault flags with `K`, or switch the interface off and on.
         """
@@ -129,7 +129,7 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reasons why an interface cannot move while the command `[` locks the communication."""
+        """Yield the reasons why no motion is possible after the command `[` has locked the communication."""
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:
@@ -152,7 +152,7 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Instruction to set the inputs for which the first step of the stored program waits.
+        """Text that tells the user how to set the inputs for which a stored program waits in its first step.
 
         The text ends a sentence for the user, e.g. ", and waits: press START".  "" if the first step does not wait.
         """

@@ -18,7 +18,7 @@ QUIET_S = 0.3
 
 
 class PortEnd:
-    """Connection of the terminal to a port that pyserial opens.
+    """Connection of the terminal program to a serial port or a URL, e.g. `COM3` or `socket://host:4000`.
 
     `receive` is called with received data, `lost` with the error if the port fails.
     """

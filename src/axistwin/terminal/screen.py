@@ -73,7 +73,7 @@ class Screen:
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 
     def show(self, *lines: str) -> None:
-        """Show messages of the terminal, one per line."""
+        """Show the terminal program's own messages to the user, one per line."""
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()

@@ -209,9 +209,10 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def present(self, now_ns: int) -> list[Part]:
-        """Return the present position of a servo axis if a command has just changed the position.
+        """Return the new position of a servo axis after a command has changed the position, e.g. `O=0`.
 
-        The last sample of the servo does not contain such a change.  The same applies to the commanded position.
+        The last sample of the servo does not contain such a change.  The same applies to the commanded position.  The
+        list is empty without a change.
         """
         import numpy as np
 

@@ -120,7 +120,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
     if values["RP"] not in ("", "0"):
         changed["O"] = int(values["RP"])
     if "D" in changed:
-        # Write P after D, because D selects relative moves, and P selects absolute moves again.
+        # The assignment of D selects relative moves, so write P last to select absolute moves.
         changed["P"] = changed.pop("P", int(values["P"] or 0))
     if changed:
         found.controller["variables"] = changed

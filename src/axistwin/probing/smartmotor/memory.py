@@ -246,7 +246,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
-        # With a changed baud rate or parity, a motor can misread a byte as an address byte, so address all motors.
+        # A wrong baud rate can turn a byte into the address of another motor, so address all motors again.
         lines = ("Zb Zc Zf Zs", f"GOSUB{label}", *sent, ADDRESS_ALL, *then)
         return case(name, commands[code].chapter, *lines, stores=True, waits=((1 + len(sent), CHANNEL_S),))
 

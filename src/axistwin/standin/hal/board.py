@@ -131,7 +131,7 @@ class HalBoard:
             self.commands.append({"stop": stopping})
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: accept pulses for its axes."""
+        """Accept step pulses again for all axes of a stopped controller."""
         if self.ready and group in self.stopped:
             self.stopped.discard(group)
             for axis in self.wiring.axes:

@@ -186,7 +186,7 @@ class HalSender:
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: accept pulses for its axes."""
+        """Accept step pulses again for all axes of a stopped controller."""
         self._act(self._board.resume, group)
 
     def restart(self, now_s: float) -> None:
