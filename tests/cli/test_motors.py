@@ -17,6 +17,8 @@ from axistwin.traces import tracing, tracing_in_memory
 from ..command import ended, run, serving
 from ..links.serving import dial
 
+pytestmark = pytest.mark.timeout(240)  # the first test compiles the kernel, which takes a loaded computer a minute
+
 MS = 10**6
 
 TALK = """\
