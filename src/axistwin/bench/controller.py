@@ -214,11 +214,7 @@ class Controller:
         changes when the procedure next yields, in the same nanosecond.
         """
         self.manual_actions.report(ManualAct.POWER, on)
-        clock = self._clock
-        if clock.active_process in self._abilities.procedures():
-            clock.soon(partial(self._switch, on))
-        else:
-            self._switch(on)
+        self._clock.call_outside(self._abilities.procedures(), partial(self._switch, on))
 
     def power_cycle(self) -> None:
         """Switch the power off and on again."""

@@ -4,7 +4,7 @@ A procedure that takes time is a generator; time passes only where it yields.  E
 the order in which they were scheduled.  Two runs of the same bench are therefore identical.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Collection, Generator
 from functools import partial
 from heapq import heapify, heappush
 from inspect import GEN_RUNNING, getgeneratorstate
@@ -176,6 +176,16 @@ class Clock(Environment):
         event._ok, event._value = True, None
         event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
         self.schedule(event, priority=URGENT)
+
+    def call_outside(self, procedures: Collection[Process], action: Callable[[], object]) -> None:
+        """Call `action` at once, but not during one of the given procedures.
+
+        If one of `procedures` is running, `action` is called when this procedure next yields, in the same nanosecond.
+        """
+        if self.active_process in procedures:
+            self.soon(action)
+        else:
+            action()
 
 
 def interrupt(process: Process) -> None:

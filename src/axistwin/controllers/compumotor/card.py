@@ -160,9 +160,10 @@ class Card:
         If one of the board's own procedures causes the reset (by an edge that has subscribers), the reset takes effect
         when the procedure next yields, in the same nanosecond.
         """
-        if self.clock.active_process in self._procedures():
-            self.clock.soon(self._restart)
-        elif self._board is not None:
+        self.clock.call_outside(self._procedures(), self._power_cycle)
+
+    def _power_cycle(self) -> None:
+        if self._board is not None:
             self.power(False)
             self.power(True)
 
