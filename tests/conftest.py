@@ -40,8 +40,8 @@ SLOW_FILES = {
     " state_machine streaming streaming_moments",
     "conversations": "golden recorder",
     "diagnostics": "check_agrees check_fix check_formats codes",
-    "digiplan": "anything at_every_moment backlash battery_backup check command_list control_of_data_transfer"
-    " data_format faults initialisation interpolation listing memory_image ramp sequence_properties stored_state",
+    "digiplan": "anything at_every_moment backlash check command_list interpolation listing ramp sequence_properties"
+    " stored_state",
     "editor": "editing lsp",
     "examples": "scenes",
     "fault_injection": "anywhere machines triggers",
