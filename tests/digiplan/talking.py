@@ -294,7 +294,7 @@ def _act(bench: Bench, controller: Controller, words: list[str], seen: Seen) -> 
         case [seconds, "s"]:
             bench.run(float(seconds))
         case ["until", *check]:
-            assert bench.run_until(lambda: equal(_state(controller, check, seen)), 100), " ".join(words)
+            assert bench.run_until(lambda: _holds(_state(controller, check, seen)), 100), " ".join(words)
         case ["slowly", *text]:
             each_character(bench, controller, " ".join(text) + "\r", lambda n: bench.run(0.002))
         case [pin, "low" | "high" as level]:
@@ -438,7 +438,7 @@ def characters(text: str) -> bytes:
     return re.sub(r"<(\w\w)>", lambda m: named.get(m[1]) or chr(int(m[1], 16)), text).encode("latin-1")
 
 
-def equal(found: tuple[object, object] | None) -> bool:
-    """True if a state is the expected one."""
+def _holds(found: tuple[object, object] | None) -> bool:
+    """Return whether a state is the expected one."""
     assert found is not None, "not a check of a state"
     return found[0] == found[1]
