@@ -4,6 +4,7 @@ import socket
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 import serial
@@ -49,6 +50,23 @@ def initialised(twin, host):
     assert twin.call(ask, host, b"(") == b"U\r"
     host.write(b"U61\r")
     twin.advance(1.2)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads the state of a thread in /proc")
+def test_a_host_that_ends_while_its_state_is_read(twin, monkeypatch):
+    finish, read_text = threading.Event(), Path.read_text
+
+    def read_after_the_end(path, **options):
+        if path.name != "stat":
+            return read_text(path, **options)
+        with path.open(**options) as file:
+            finish.set()
+            while path.exists():
+                pass
+            return file.read()
+
+    monkeypatch.setattr(Path, "read_text", read_after_the_end)
+    assert twin.call(finish.wait, HOST_TIMEOUT_S) is True
 
 
 def test_a_host_that_does_not_wait(twin, host):

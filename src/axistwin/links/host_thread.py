@@ -114,7 +114,7 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # The host's thread has ended, or `/proc` is missing, e.g. on macOS.
+        except (FileNotFoundError, ProcessLookupError):  # The thread has ended, or `/proc` is missing, e.g. on macOS.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"
