@@ -127,20 +127,78 @@ def test_each_move_is_watched_from_its_own_beginning(bench, board):
     assert number(bench, board, 0x9B) == 0
 
 
+def deflect(bench, board, pulses, cw=True, period_s=0.001):
+    """Let the joystick make pulses from zero velocity."""
+    board.pins["direction_in"].drive(cw)
+    board.pins["at_zero"].drive(False)
+    for level in (False, True) * pulses:
+        board.pins["step_in"].drive(level)
+        bench.run(period_s / 2)
+
+
+def release(bench, board):
+    """Let the joystick return to zero velocity; return the messages that the board has sent since the last ones."""
+    board.pins["at_zero"].drive(True)
+    bench.run(0.004)
+    return messages(bench, board)
+
+
+@pytest.mark.parametrize("cw", [True, False])
+def test_each_motion_by_the_joystick_is_counted_from_its_own_beginning(bench, board, cw):
+    """11h: from zero velocity and back "is considered a move"; 98h: "the number of encoder pulses ... during the last
+    move".  An encoder pulse is 6.25 motor pulses."""
+    sign = 1 if cw else -1
+    complete(bench, board, 0x33, *i32(1_000))
+    assert number(bench, board, 0x98) == 160
+    send(bench, board, 0x11)
+    for pulses, counts in ((100, 16), (25, 4)):
+        deflect(bench, board, pulses, cw)
+        release(bench, board)
+        assert (position(bench, board, 0x80), number(bench, board, 0x98)) == (sign * pulses, sign * counts)
+    board.pins["at_zero"].drive(False)
+    assert number(bench, board, 0x98) == 0
+    send(bench, board, 0x10)
+    assert (number(bench, board, 0x98), number(bench, board, 0x9A)) == (0, 160 + sign * 20)
+
+
+def test_a_joystick_that_was_enabled_and_not_moved_is_no_move(bench, board):
+    complete(bench, board, 0x33, *i32(1_000))
+    send_all(bench, board, (0x11,), (0x10,), seconds=0.01)
+    assert number(bench, board, 0x98) == 160
+
+
 @pytest.mark.parametrize("cw", [True, False])
 def test_a_motion_by_the_joystick_is_watched_from_its_beginning(bench, board, cw):
-    """11h: from zero velocity and back "is considered a move"; here two pulses are one of 50 teeth of 100 pulses."""
+    """A slip of before, here 499 pulses by a move and 499 by the joystick, is no stall of this motion."""
+    send(bench, board, 0xA7, 1)
+    board.axes["motor"].jam()
+    complete(bench, board, 0x33, *i32(499))
+    send(bench, board, 0x11)
+    for pulses, told in ((499, []), (500, ["a7 00"]), (2_000, ["a7 00"])):
+        deflect(bench, board, pulses, cw)
+        assert release(bench, board) == told
+    board.axes["motor"].jam(False)
+    deflect(bench, board, 1_000, cw)
+    assert release(bench, board) == []
+
+
+def test_a_stall_by_the_joystick_between_two_updates_is_found_at_its_end(bench, board):
+    """Of 100 encoder pulses to the revolution, a tooth of 50 is two motor pulses."""
     send_all(bench, board, (0xB0, 0, 1, 0, 1), (0xB1, *i32(100)), (0xA7, 1), (0x11,))
     board.axes["motor"].jam()
-    pins = board.pins
-    pins["direction_in"].drive(cw)
-    pins["at_zero"].drive(False)
-    for level in (False, True) * 2:
-        pins["step_in"].drive(level)
-        bench.run(0.0001)
-    assert messages(bench, board) == []
-    send(bench, board, 0x10)
-    assert messages(bench, board) == ["a7 00"]
+    deflect(bench, board, 2, period_s=0.0001)
+    board.pins["at_zero"].drive(True)
+    board.axes["motor"].jam(False)
+    assert release(bench, board) == ["a7 00"]
+
+
+def test_a_stall_under_the_joystick_is_told_and_stops_nothing(bench, board):
+    """The joystick's pulses pass through the board, as at a limit: "will not disable the Joystick"."""
+    send_all(bench, board, (0x19, 1), (0xA6, 1), (0x11,))
+    board.axes["motor"].jam()
+    deflect(bench, board, 1_000)
+    assert messages(bench, board) == ["a6 00"]
+    assert (position(bench, board), board.pins["remote_acknowledge"].level) == (1_000, True)
 
 
 def test_backlash_is_no_stall_if_it_has_been_defined(bench):

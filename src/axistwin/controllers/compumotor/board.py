@@ -173,6 +173,7 @@ class Board(State):
         """Report the start or the end of a motion under joystick control (11h)."""
         if not self.alive:
             return
+        tracking.joystick_moves(self, begins)
         if begins:
             self.motion.begun += 1
         self.events.happened(Happening.START if begins else Happening.END, self.motion.begun)

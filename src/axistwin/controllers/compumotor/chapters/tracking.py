@@ -50,17 +50,24 @@ def _end_move(board: State) -> None:
         loop.use = Use.OPEN_LOOP
 
 
+def joystick_moves(board: State, begins: bool) -> None:
+    """Record the start or the end of a motion by the joystick, which is a move (manual, command 11h)."""
+    if begins:
+        board.loop.leave_zero()
+    else:
+        _end_move(board)
+
+
 def refresh(board: State) -> None:
     """Update position tracking when joystick control begins or ends.
 
-    The end of joystick control counts as the end of a move.
+    The position at the end of joystick control becomes the desired position.
     """
     loop = board.loop
     if board.joystick.enabled:
         loop.use = Use.JOYSTICK
     elif loop.use is Use.JOYSTICK:
-        loop.use, loop.ended = Use.OPEN_LOOP, None
-        _end_move(board)
+        loop.use, loop.desired = Use.OPEN_LOOP, loop.encoder.count
     wake(board)
 
 
