@@ -32,15 +32,15 @@ class Accept(Flag):
 
     DIRECT = auto()  # The command is allowed in a direct message, which is executed immediately.
     STEP = auto()  # The command is allowed in a step of a sequence.
-    ALONE = auto()  # A message with this command must not contain another command.
-    LOCKED = auto()  # The interface performs this command even while it is locked.
-    REQUEST = auto()  # The interface answers this command at once, even if an earlier message has not been executed.
+    ALONE = auto()  # Flag of a command that must be the only command in its message, e.g. `#` (cancel).
+    LOCKED = auto()  # Flag of a command that a locked interface accepts, e.g. `]` (communication unlock).
+    REQUEST = auto()  # Flag of a status request, e.g. `E` (busy).  The interface answers status requests at once.
     SETUP = auto()  # The command is allowed only during initialisation.
-    WRITTEN = auto()  # The character belongs to a parameter, e.g. the sign of a distance.
+    WRITTEN = auto()  # Flag of a character that is not a command, e.g. the minus sign in `X-100`.
 
 
 class Order(IntEnum):
-    """Order of the commands in a message or a sequence step.
+    """Required order of the commands within one message or one sequence step, e.g. command H before command X.
 
     Each member is a group of commands.  Groups with lower numbers come first, e.g. HIGH (command H) before MOVE.
     Chapter Combining inputs and outputs with move instructions.
@@ -72,7 +72,7 @@ class Instruction(Command):
 
 @dataclass(frozen=True)
 class Written(Field):
-    """Base class of the parameters of a command.
+    """Describes one parameter of a command, e.g. the distance in the command `X100`.
 
     `pattern`: a regular expression with one group.
     """
@@ -157,7 +157,7 @@ class _Reader:
         self.text = text.replace(" ", "")
         self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
-        self.begins: list[int] = []  # Index of the first character of each sequence step.
+        self.begins: list[int] = []  # Start of each sequence step, as an index in `self.text`.
 
     def read(self) -> Message:
         self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0
@@ -323,7 +323,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # A digit or comma after the number is an error, which the parser reports in its next step.
+            return  # The method `_read_step` reports the surplus text after a parameter, e.g. ",5" in `X100,5`.
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)

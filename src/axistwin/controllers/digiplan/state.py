@@ -35,7 +35,7 @@ class Stage(Enum):
 
 
 class Hardware(NamedTuple):
-    """Components of an interface card that do not change at power-on and power-off, e.g. terminals and axes."""
+    """Components of an interface card that exist even while its power is off, e.g. its terminals."""
 
     clock: Clock
     uart: Uart
@@ -109,7 +109,7 @@ class State(ABC):
 
     @property
     def message_format(self) -> MessageFormat:
-        """Format of the message that is being received: baud rate, data bits, parity and bit 8."""
+        """Format of the host's latest message: baud rate, data bits, parity, and the eighth bit of its characters."""
         bytesize, parity, _ = self.frame.uart
         return MessageFormat(self.baudrate, bytesize, parity, (any(self.eighth[:-1]), *self.eighth[-1:]))
 

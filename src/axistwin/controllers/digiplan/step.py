@@ -89,7 +89,7 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Number of steps of the next move, or of the longest axis in an interpolated move.
+    distance: int = 0  # Distance of the next move in steps; minor axes use `minor_distance` instead.
     minor_distance: int = 0  # Distance of each minor axis in an interpolated move, in steps.
     backlash: int = 0  # Backlash distance in steps; its sign is the final direction of a move with backlash correction.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
@@ -100,9 +100,9 @@ class Parameters:
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the parameters with the distances of all axes set to 0.
+        """Return a copy of the parameters in which `distance` and `minor_distance` are 0.
 
-        A run (continuous move) sets these distances to zero.
+        A run (continuous move) sets both distances to 0.
         """
         return replace(self, distance=0, minor_distance=0)
 

@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A simulation process cannot interrupt itself, so interrupt the process after its present step.
+            # A simulation process can be interrupted only while it waits, so interrupt a running process later.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -119,10 +119,7 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Delete the waiting messages.
-
-        These messages wait for the end of a move, a run or a sequence.
-        """
+        """Delete the messages from the host that wait for the end of a move, a run or a sequence."""
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)
