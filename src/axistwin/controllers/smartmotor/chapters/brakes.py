@@ -46,17 +46,17 @@ def internal(motor: Processor) -> None:
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: also send the brake signal to pin C, if UCO has made pin C an output (manual, section 5.1).
+    """BRKC: send the brake signal to pin C and to the internal brake pin (manual, section 5.1).
 
-    BRKC ends BRKG.
+    Pin C carries the signal only if UCO has made the pin an output.  BRKC ends BRKG.
     """
     motor.i[s.BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: also send the brake signal to pin G, if UGO has made pin G an output (manual, section 5.1).
+    """BRKG: send the brake signal to pin G and to the internal brake pin (manual, section 5.1).
 
-    BRKG ends BRKC.
+    Pin G carries the signal only if UGO has made the pin an output.  BRKG ends BRKC.
     """
     motor.i[s.BRAKE_PIN] = PIN_G
 
@@ -82,7 +82,7 @@ def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
 
 
 def update_outputs(motor: Processor) -> None:
-    """Update the windings, the static brake and the brake signals.
+    """Set the state of the windings (driven, open or shorted), of the static brake and of the brake signals.
 
     Called after a change of the flags Bt or Bo, or of the signal that controls the brake.
     """

@@ -35,9 +35,9 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: end the program, unless the command RUN has started the program.
+    """RUN?: end a program that has started without the command RUN, e.g. at power-up.
 
-    For example, a program starts without RUN after power-up.  RUN? ends such a program.
+    A program that the command RUN has started continues.
     """
     if not motor.i[s.RUN_GIVEN]:
         end(motor)

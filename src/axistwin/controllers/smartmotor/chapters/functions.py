@@ -10,9 +10,9 @@ ALL = 255
 
 
 def functions(motor: Processor, value: int) -> None:
-    """F=exp: select functions of table 7.1.  Each bit of the value (0 to 255) switches one function on or off.
+    """F=exp: switch functions of the motor on or off, e.g. F=2 reverses the direction of the shaft.
 
-    Any other value sets Bs.
+    Each bit of the value (0 to 255) switches one function (manual, table 7.1).  Any other value sets Bs.
 
     F=2 reverses the shaft's direction at once, in every mode; the position keeps its value.  In mode cam, a change of
     the bits 16 or 128 takes effect after CI, and invalidates an earlier CI (manual, section 9.5).

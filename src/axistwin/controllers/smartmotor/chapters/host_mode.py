@@ -14,7 +14,7 @@ CLOCK_TURN = 1 << 32
 
 
 def clear(motor: Processor) -> None:
-    """MD: empty the buffer of points."""
+    """MD: delete all trajectory points that the host has sent for host mode."""
     motor.reception = Reception()
     motor.i[s.HOST_HEAD] = motor.i[s.HOST_COUNT] = motor.i[s.HOST_LEFT] = motor.i[s.HOST_STARTED] = 0
 
@@ -48,9 +48,9 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Add a trajectory point for which the host has sent only the position, without the time (clock value).
+    """Store a trajectory point that the host has sent without a clock value (time).
 
-    The clock value of the point is the last clock value plus the last clock difference.
+    The stored clock value is the last clock value plus the last clock difference.
     """
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:

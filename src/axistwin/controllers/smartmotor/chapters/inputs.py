@@ -186,7 +186,10 @@ class Inputs:
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """Return the time of the next sample, or None while the motor is at rest."""
+        """Return the time in ns of the next servo sample that will be computed, or None for a motor at rest.
+
+        No servo samples are computed while the motor is at rest.
+        """
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None
 

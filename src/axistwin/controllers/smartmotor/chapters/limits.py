@@ -15,7 +15,7 @@ def enable_soft(motor: Processor) -> None:
 
 
 def disable_soft(motor: Processor) -> None:
-    """SLD: disable the software limits.  This is the default (manual, section 3.2)."""
+    """SLD: disable the software limits.  At power-up, the software limits are disabled (manual, section 3.2)."""
     motor.i[s.SOFT_LIMITS] = 0
 
 
@@ -67,7 +67,7 @@ def directional(motor: Processor) -> None:
 
 
 def update_flags(motor: Processor) -> None:
-    """Clear the flag Bp unless the positive limit is asserted, and Bm unless the negative limit is asserted.
+    """Clear the flags of limits that are no longer asserted: Bp (positive limit) and Bm (negative limit).
 
     The next servo sample sets the flags of asserted limits.
     """

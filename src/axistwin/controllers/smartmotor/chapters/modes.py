@@ -96,7 +96,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
         # The command MD empties the buffer of positions from the host, unless the motor is in host mode.
         if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
-        # Keep the buffered mode, which starts when host mode ends (manual, section 10.2).
+        # Do not change BUFFERED_MODE: the motor enters this mode at the end of host mode (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
@@ -295,12 +295,18 @@ def _follow(motor: Processor, mode: int, factor: int) -> None:
 
 
 def quadrature(motor: Processor) -> None:
-    """MF0: use pins A and B as the inputs of an encoder, and set CTR to 0.  The mode does not change."""
+    """MF0: set the counter CTR to 0, and let CTR count the edges of an encoder at pins A and B.
+
+    The mode of motion, e.g. velocity mode, does not change.
+    """
     _count(motor, FULL, steps=False)
 
 
 def count_steps(motor: Processor) -> None:
-    """MS0: use pin A for steps and pin B for the direction, and set CTR to 0.  The mode does not change."""
+    """MS0: set the counter CTR to 0, and let CTR count the steps at pin A.  Pin B gives the direction of the steps.
+
+    The mode of motion, e.g. velocity mode, does not change.
+    """
     _count(motor, FULL, steps=True)
 
 

@@ -71,9 +71,10 @@ def sample_rate(motor: Processor) -> str:
 
 
 def channel_errors(motor: Processor, channel: int | None = None) -> str:
-    """RCHN, RCHN0, RCHN1 (RCS, RCS1): report the errors of both channels or of one channel as a sum of bits.
+    """RCHN, RCHN0, RCHN1, RCS, RCS1: report the errors of the serial channels, e.g. 2 for a framing error.
 
-    The bits are 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN reports both channels.
+    The values are 1 overflow, 2 framing, 4 syntax, 8 parity; several errors are reported as their sum.  RCHN reports
+    both channels, RCHN0 and RCS channel 0, RCHN1 and RCS1 channel 1.
     """
     first, second = (one.status() for one in motor.channels)
     return str(int((first, second)[channel] if channel is not None else first | second))
