@@ -36,7 +36,7 @@ class Findings:
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """Yield a pair (number, statement) for each statement with one of the given keywords."""
+        """Yield a pair (index in the program, statement) for each statement with one of the given keywords."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
@@ -46,7 +46,7 @@ class Findings:
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if a statement of the program may set a given bit of F, e.g. F=32.
+        """True if the program may set the bit `bit` of the option word F, e.g. bit 32 by the statement F=32.
 
         A statement such as F=a, whose value is not constant, may set any bit.
         """

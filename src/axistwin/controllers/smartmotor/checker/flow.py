@@ -84,7 +84,7 @@ class Flow:
 
     @cached_property
     def interrupts_only(self) -> frozenset[int]:
-        """Numbers of the statements that only an interrupt routine (C1 or C2) can execute.
+        """Indices of the statements that only an interrupt routine (C1 or C2) can execute.
 
         Statements in subroutines of the interrupt routines are included.  Statements that the main program can reach
         are not included.
@@ -142,7 +142,7 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index at which the compiled code of an expression has ended.
+        """Return the index of the first element after the compiled code of an expression.
 
         `at`: index of the first element of the expression.
         """
@@ -183,7 +183,7 @@ CALLED_BY = {FAULT: "a fault (F=32)", INPUT: "pin G (F=64)"}
 
 
 def _returns(findings: Findings, flow: Flow) -> None:
-    """Report routines that end with the wrong return command, such as RETURN in C1."""
+    """Report routines that end with a wrong return command, e.g. the fault routine C1 with RETURN, not RETURNF."""
     called = {label for routine in flow.routines.values() for label in routine.calls.values()}
     for number, keyword in flow.main.returns.items():
         findings.report(rules.RETURN, number, f"{keyword} is reached without a GOSUB: it sets Bs and ends the program")

@@ -26,7 +26,7 @@ def check(findings: Findings) -> None:
 
 
 def _limits(findings: Findings, flow: Flow) -> None:
-    """Warn about a program that moves the motor although limit faults may prevent the motion.
+    """Warn if limit faults may prevent a motion that the program commands.
 
     Unconnected limit inputs cause a fault at power-up.  The program must clear this fault, e.g. with ZS (manual,
     sections 2.0 and 3.1).  The warning is at the first motion command.
