@@ -87,7 +87,7 @@ N, L, X, P, C = Form.NUMBER, Form.LET, Form.AFTER, Form.ITEMS, Form.CALL
 
 # fmt: off
 COMMANDS = CommandSet(
-    # Commands for communication (section 2)
+    # Commands for communication
     I("SADDRn",    "set address",                        SERIAL,   (ADDRESS,),      BOTH,   serial_data.address,                                   N),
     I("ECHO",      "echo on, channel 0",                 SERIAL,   (),              BOTH,   serial_data.echo),
     I("ECHO_OFF",  "echo off, channel 0",                SERIAL,   (),              BOTH,   serial_data.echo_off),
@@ -107,7 +107,7 @@ COMMANDS = CommandSet(
     I("RS4",       "channel 0 is RS-485, with pin G",    SERIAL,   (),              BOTH,   serial_data.rs4),
     I("RS2",       "channel 0 is RS-232",                SERIAL,   (),              BOTH,   serial_data.rs2),
 
-    # Commands for motion and motion parameters (section 4)
+    # Commands for motion and motion parameters
     I("A=",        "acceleration",                       MOTION,   (GAIN,),         BOTH,   kept(state.A, GAIN),                                   L),
     I("V=",        "velocity",                           MOTION,   (SPEED,),        BOTH,   kept(state.V, SPEED),                                  L),
     I("P=",        "absolute position",                  MOTION,   (COUNTS,),       BOTH,   modes.position,                                        L),
@@ -124,7 +124,7 @@ COMMANDS = CommandSet(
     I("THD=",      "time allowed too hot",               MOTION,   (HOT_TIME,),     BOTH,   kept(state.THD, HOT_TIME),                             L),
     I("CLK=",      "sample counter",                     MOTION,   (TICKS,),        BOTH,   modes.clock,                                           L),
 
-    # Modes of operation (base language, section 5) and cam mode (4.76 manual, chapter 9)
+    # Commands for modes of motion, e.g. cam mode
     I("MP",        "mode position",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_POSITION)),
     I("MV",        "mode velocity",                      MODES,    (),              BOTH,   partial(modes.buffer, mode=state.M_VELOCITY)),
     I("MT",        "mode torque",                        MODES,    (),              BOTH,   modes.torque),
@@ -151,7 +151,7 @@ COMMANDS = CommandSet(
     I("ENC0",      "servo from the internal encoder",    MODES,    (),              BOTH,   modes.internal_encoder),
     I("ENC1",      "servo from the external encoder",    MODES,    (),              BOTH,   modes.external_encoder),
 
-    # Commands for limits (chapter 3)
+    # Commands for limits
     I("UCP",       "pin C is the positive limit",        HARD,     (),              BOTH,   limits.limit_pin_c),
     I("UDM",       "pin D is the negative limit",        HARD,     (),              BOTH,   limits.limit_pin_d),
     I("LIMD",      "limits are directional, as always",  HARD,     (),              BOTH,   limits.directional),
@@ -160,7 +160,7 @@ COMMANDS = CommandSet(
     I("SLN=",      "negative software limit",            SOFT,     (COUNTS,),       BOTH,   limits.soft_negative,                                  L),
     I("SLP=",      "positive software limit",            SOFT,     (COUNTS,),       BOTH,   limits.soft_positive,                                  L),
 
-    # Assignments to variables (section 6) and arrays (chapter 8)
+    # Commands that assign values to variables and arrays
     I("a…zzz=",    "variable a…z, aa…zz, aaa…zzz",       EQUAL,    (ANY,),          BOTH,   variables.assign,                                      Form.VARIABLE, "a=exp"),
     I("ab[]=",     "bytes 0…203",                        ARRAYS,   (INDEX, ANY),    BOTH,   variables.assign_elements,                             Form.ARRAY, "ab[exp]=exp"),
     I("aw[]=",     "words 0…101",                        ARRAYS,   (INDEX, ANY),    BOTH,   variables.assign_elements,                             Form.ARRAY, "aw[exp]=exp"),
@@ -169,7 +169,7 @@ COMMANDS = CommandSet(
     I("VST()",     "store variables in the EEPROM",      EEPROM,   (FIRST, MANY),   BOTH,   eeprom.store_variables,                                C, "VST(variable,number)"),
     I("VLD()",     "load variables from the EEPROM",     EEPROM,   (FIRST, MANY),   BOTH,   eeprom.load_variables,                                 C, "VLD(variable,number)"),
 
-    # Commands for program flow (section 8)
+    # Commands for program flow
     I("Cn",        "label",                              FLOW,     (LABEL,),        BLOCK,  flow.part_of_block,                                    N),
     I("GOTOn",     "go on at label",                     FLOW,     (LABEL,),        BOTH,   flow.goto,                                             N),
     I("GOSUBn",    "call subroutine",                    FLOW,     (LABEL,),        BOTH,   flow.gosub,                                            N),
@@ -196,7 +196,7 @@ COMMANDS = CommandSet(
     I("!",         "pause until a character arrives",    FLOW,     (),              INSIDE, flow.pause),
     I("Z",         "total reset",                        FLOW,     (),              BOTH,   flow.reset),
 
-    # Commands that clear flags (4.76 manual, chapter 4), and the command F= (chapter 7)
+    # Commands that clear status flags, and the command F=, which switches functions of the motor on or off
     I("ZS",        "clear all flags",                    CLEARING, (),              BOTH,   faults.clear_all),
     I("Zr",        "clear Br, positive limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BR)),
     I("Zl",        "clear Bl, negative limit",           CLEARING, (),              BOTH,   partial(faults.clear, slot=state.BL)),
@@ -212,7 +212,7 @@ COMMANDS = CommandSet(
     I("Zf",        "clear Bf, framing error",            STATUS,   (),              BOTH,   partial(faults.clear, slot=state.BF)),
     I("F=",        "functions",                          F_WORD,   (SWITCHES,),     BOTH,   functions.functions,                                   L),
 
-    # Commands for inputs and outputs (chapter 6) and brakes (chapter 5)
+    # Commands for inputs, outputs and brakes
     *(I(f"U{pin}I", f"pin {pin} is an input",            PINS,     (),              BOTH,   partial(io.direction_in, pin=pin)) for pin in state.USER_PINS),
     *(I(f"U{pin}O", f"pin {pin} is an output",           PINS,     (),              BOTH,   partial(io.direction_out, pin=pin)) for pin in state.USER_PINS),
     *(I(f"U{pin}=", f"output latch of pin {pin}",        PINS,     (LEVEL,),        BOTH,   partial(io.latch, pin=pin),                            L) for pin in state.USER_PINS),
@@ -227,7 +227,7 @@ COMMANDS = CommandSet(
     I("BRKC",      "brake signal on pin C too",          BRAKE,    (),              BOTH,   brakes.pin_c),
     I("BRKG",      "brake signal on pin G too",          BRAKE,    (),              BOTH,   brakes.pin_g),
 
-    # Commands for the PID filter (section 13)
+    # Commands for the PID filter
     I("KP=",       "proportional coefficient",           TUNING,   (TUNED,),        BOTH,   kept(state.KP, TUNED),                                 L),
     I("KI=",       "integral coefficient",               TUNING,   (TUNED,),        BOTH,   kept(state.KI, TUNED),                                 L),
     I("KD=",       "derivative coefficient",             TUNING,   (TUNED,),        BOTH,   kept(state.KD, TUNED),                                 L),
@@ -239,14 +239,14 @@ COMMANDS = CommandSet(
     I("F",         "use the new coefficients",           TUNING,   (),              BOTH,   modes.tune),
     I("PIDn",      "servo law every n samples",          TUNING,   (PID_RATE,),     BOTH,   modes.pid,                                             N),
 
-    # Commands for program storage (section 15)
+    # Commands for program storage
     I("LOAD",      "download a program",                 STORAGE,  (),              HOST,   program_store.load),
     I("UPLOAD",    "upload the program's text",          STORAGE,  (),              HOST,   program_store.upload),
     I("UP",        "upload the compiled program",        STORAGE,  (),              HOST,   program_store.upload_image),
     I("LOCKP",     "prevent upload",                     STORAGE,  (),              BOTH,   program_store.lock),
     I("RCKS",      "report checksums",                   STORAGE,  (),              BOTH,   program_store.checksum_report),
 
-    # Report commands (section 9, and chapter 6 for inputs and outputs)
+    # Commands that report or print values
     I("RP",        "report position",                    REPORTS,  (),              BOTH,   partial(reports.variable, name="@P")),
     I("RPE",       "report position error",              REPORTS,  (),              BOTH,   partial(reports.variable, name="@PE")),
     I("RV",        "report velocity now",                REPORTS,  (),              BOTH,   partial(reports.variable, name="@V")),
