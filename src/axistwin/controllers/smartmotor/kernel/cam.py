@@ -36,9 +36,9 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a pending command CI, because a cam parameter has changed.
+    """Cancel a command CI (use new cam parameters) that has not taken effect yet.
 
-    A new MCn must precede the next CI (manual, section 9.5).
+    A cam parameter has changed after CI.  A new MCn must precede the next CI (manual, section 9.5).
     """
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1
@@ -68,7 +68,8 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         i[s.CTR] = i[s.CAM_PHASE] // factor
     elif word & RELATIVE_CAM:
         i[s.CAM_ORIGIN] += end * way
-    if i[s.CAM_F] == 0:  # Without F=16 or F=128, the positions in the cam table are absolute.
+    # If the cam options F=16 and F=128 are both off, the positions in the cam table are absolute.
+    if i[s.CAM_F] == 0:
         i[s.CAM_ORIGIN] = 0
 
 

@@ -159,8 +159,8 @@ class Core:
             return [here]
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
-        # The first time in `times_ns` is before the next servo sample: the shaft is still at its present position.
         if due == first < following:
+            # At the first time in `times_ns`, the shaft is still at its present position, `here`.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -242,9 +242,9 @@ class Core:
             self.on_replan.emit()
 
     def speed(self) -> float:
-        """Return the mean speed of the shaft in counts/sample.
+        """Return the mean speed of the shaft over the last n servo samples, in counts/sample.  PIDn sets n.
 
-        The mean is taken over the last n samples, where n is the number in the command PIDn.
+        n is 1, 2, 4 or 8.
         """
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
@@ -447,8 +447,8 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST
-        # A command from the host makes all precomputed servo samples invalid.
-        # Precompute at most 1.25 times the samples used before the command, e.g. 500 samples after 400 used ones.
+        # A command from the host makes the precomputed servo samples after the command invalid.
+        # Limit the next block to 125 % of the number of valid samples in this block, e.g. to 500 after 400.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

@@ -173,7 +173,7 @@ def _seal(directory: Path) -> None:
 
     Caches that were not used for 30 days are deleted.
     """
-    import json  # lazy imports: the modules json and shutil are needed only for compiled code
+    import json  # lazy imports: json and shutil are needed only when machine code has been stored in the cache
     from shutil import rmtree
 
     try:
@@ -206,9 +206,9 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Return the global variables of each module, with compiled functions instead of Python functions.
+    """Copy the global variables of each module.  In the copies, compiled functions replace the Python functions.
 
-    The result contains copies of the variables.  The keys of the result are the names of the modules.
+    The keys of the result are the names of the modules.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
@@ -250,7 +250,7 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     try:
         directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError means that the user has no home directory.
+    except (OSError, RuntimeError):  # `user_cache` raises RuntimeError if the user has no home directory.
         return None
     return directory if os.access(directory, os.W_OK) else None
 

@@ -41,7 +41,7 @@ GO_EDGE = 256  # Event: the input pin G has changed from high to low.
 SWITCH = 512  # Event: the shaft has reached a position at which a switch changes its level.
 INDEX_MARK = 1024  # Event: the index signal of the encoder has changed.
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # Event: a statement, e.g. a=UG, has read the brake output, which then becomes an input.
+PIN_TAKEN = 16384  # Event: a program statement, e.g. a=UG, has used the pin of the brake signal as an input.
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 """Events that the motor's program causes before the next servo sample is computed."""
 
@@ -245,7 +245,7 @@ def advance(
         budget = i[s.BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            # Program statements and host commands can change any traced value; motion changes only some values.
+            # `stated`: True if a program statement or a host command may have changed traced values, e.g. variables.
             stated = i[s.BUDGET] != budget or i[s.SAMPLE] == first
             why = sample(i, v, f, ring, predicted)
             n = i[s.SAMPLE] - first - 1

@@ -19,7 +19,10 @@ def position(i: Ints) -> int:
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Return the commanded position of the shaft, without the shift by O= and the reversal by F=2."""
+    """Return the commanded position of the shaft in encoder counts.
+
+    The commands O= (shift of positions) and F=2 (reversed direction) do not affect this position.
+    """
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 

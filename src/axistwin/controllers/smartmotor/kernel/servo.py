@@ -323,7 +323,7 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == m.HEAT_BLOCK and before == (f[m.WINDING_C], f[m.HOUSING_C], f[m.MEAN_SQUARE]):
-            # The temperatures have reached constant values, so further blocks of 256 servo samples can be skipped.
+            # The temperatures have become constant, so omit all further updates of the temperatures.
             left %= m.HEAT_BLOCK
     i[s.HEAT] += square * left
     i[s.HEAT_SAMPLES] += left

@@ -11,7 +11,7 @@ _slots = count()
 
 # Time
 SAMPLE = next(_slots)  # Number of the last computed servo sample; the number is 0 at power-up.
-CLK_ZERO = next(_slots)  # Number of the servo sample in which the counter CLK was 0.
+CLK_ZERO = next(_slots)  # Offset of the counter CLK: the value of CLK is SAMPLE minus CLK_ZERO.
 
 # State of the running program
 (
@@ -40,7 +40,7 @@ KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
 F = next(_slots)  # Value that the command F= has set; each bit enables a function (manual, chapter 7).
 SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # SOFT_LIMITS is 1 while the software limits are enabled.
 MFMUL, MFDIV = next(_slots), next(_slots)
-# RATIO_MUL / RATIO_DIV is the gear ratio MFMUL / MFDIV at the last command MFR or MSR.
+# The commands MFR and MSR copy the gear ratio: MFMUL to RATIO_MUL, and MFDIV to RATIO_DIV.
 RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
@@ -80,9 +80,9 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
-    PIN_EDGES,  # Forward edges minus backward edges at pins A and B; edges of the external encoder are not included.
+    PIN_EDGES,  # Forward minus backward edges at pins A and B that wires or tests cause, not the external encoder.
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
-    RESOLUTION,  # Change of the counter CTR after four edges: 1 in mode MF1, 2 in mode MF2, 4 in other modes.
+    RESOLUTION,  # Counts of the counter CTR per encoder period (four edges): 1 in mode MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
     FOLLOW_REM,  # Remainder in mode MFR or MSR: the motor must still move FOLLOW_REM / TARGET of a count.
 ) = islice(_slots, 6)
@@ -92,19 +92,18 @@ MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next 
 # CI_PENDING is 1 from the command CI until the cam passes its zero point.
 # CI_SPOILT is 1 if a cam parameter was changed between the command CI and the zero point of the cam.
 # While CI_SPOILT is 1, the command CI has no effect.
-# The next command that selects a cam mode, e.g. MC4, sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 # The cam factor, e.g. 4 in MC4, multiplies either the cam table (CAM_TABLE = 1) or the external counts (CAM_TABLE = 0).
 CAM_TABLE = next(_slots)
 
 # Host mode
 # HOST_HEAD is the index of the oldest trajectory point in the buffer of host mode.
-# HOST_COUNT is the number of trajectory points in the buffer of host mode.
+# HOST_COUNT is the number of stored trajectory points, which the host has sent for host mode.
 # HOST_LEFT is the number of servo samples until the end of the present trajectory segment in host mode.
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
-HOST_SIZE = next(_slots)  # Size of the buffer of host mode: two integers for each trajectory point.
-# HOST_ARMED is 1 after the command MD (select host mode), until G starts host mode or another mode is selected.
+HOST_SIZE = next(_slots)  # Number of integers in the array of trajectory points (host mode): two integers per point.
+# HOST_ARMED is 1 if the next command G starts host mode; otherwise, HOST_ARMED is 0.
 HOST_ARMED = next(_slots)
 
 # Each status flag of the motor, e.g. Bt (trajectory in progress), is stored as the integer 0 or 1.
@@ -112,7 +111,7 @@ BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 
 BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # Captured position of the index mark, which the program reads as the variable I.
-    INDEX_ARMED,  # 1 if the next index mark will be captured; 0 from a capture until the captured position is read.
+    INDEX_ARMED,  # Flag: 1 if the motor will capture the shaft position at the next index mark of the encoder.
     INDEX_FORCED,  # Flag: 1 while an external signal holds the index input of the motor high.
 ) = islice(_slots, 3)
 
@@ -153,7 +152,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
     TEMP,  # Motor temperature in whole °C, which the program reads as the variable TEMP.
     CURRENT,  # Motor current in units of 0.01 A, which the program reads as the variable UIA.
     BUS_VOLTAGE,  # Supply voltage in units of 0.1 V, which the program reads as the variable UJA.
-    IDEAL,  # 1 for an ideal motor, whose shaft follows the trajectory exactly.
+    IDEAL,  # Flag: 1 for an ideal motor, whose shaft follows the trajectory exactly; 0 for a real motor.
 ) = islice(_slots, 7)
 
 # Internal state of the servo law and of the physical model
@@ -164,9 +163,9 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# If COUNTS_OF and COUNTS_OUT_OF are both 0, the encoder has no defect.
+# For an encoder that reports every count of the shaft, COUNTS_OF and COUNTS_OUT_OF are 0.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-# UNCOUNTED is the fraction of a count that a defective encoder has not reported yet, multiplied by COUNTS_OUT_OF.
+# A defective encoder must still report UNCOUNTED / COUNTS_OUT_OF of a count, e.g. 9/10 of a count.
 UNCOUNTED = next(_slots)
 ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
 HOT = next(_slots)  # Flag: 1 while the motor is overloaded (by current or temperature) or still too hot.
@@ -205,8 +204,10 @@ STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)
 USER_PINS = "ABCDEFG"
 """The user pins, from bit 0 of PINS on."""
 
-# Index of the first variable in each group of variables: a…z, aa…zz, aaa…zzz, and an array with separate memory
-LETTERS, DOUBLES, TRIPLES, ALONE = 0, 26, 52, 78
+LETTERS = 0  # Index of the variable a in the memory of the program's variables; the variables b to z follow.
+DOUBLES = 26  # Index of the variable aa in the memory of the program's variables; the variables bb to zz follow.
+TRIPLES = 52  # Index of the variable aaa in the memory of the program's variables; the variables bbb to zzz follow.
+ALONE = 78  # Index of the array element al[0] if the array does not share the memory of the variables aa to zzz.
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16
 VARIABLES = HIDDEN + HIDDEN_MOST

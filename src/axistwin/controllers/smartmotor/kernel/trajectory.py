@@ -57,7 +57,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if speed > max_velocity:
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # The motor is at rest or moves away from the target.
+        return wanted * way  # The new velocity is 0 or leads away from the target, so the motor cannot overshoot.
     # The stopping distance is at most w²/(2A) + w/2 + A/8 for the velocity w and the acceleration A.
     # Multiply the stopping distance and the remaining distance by 8A (A: acceleration), to avoid divisions.
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
@@ -159,7 +159,7 @@ def follow(i: Ints, moved: int) -> None:
 
 @sampled
 def profile(i: Ints) -> None:
-    """Compute one sample of the trajectory of MP, MV or X.
+    """Compute one servo sample of a trajectory: a position move (MP), velocity mode (MV) or a stop (X).
 
     MP is a trapezoidal move, MV is a ramp to a velocity, and X is a ramp to a stop.
     """
@@ -191,7 +191,7 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Keep the commanded position within 32 bits.
+    """Wrap the commanded position at the ends of the 32-bit range.
 
     After the highest position, the count continues at the lowest position, and vice versa.  The flag Bw is then set,
     and the target is shifted by the same amount, so that the move keeps its length.

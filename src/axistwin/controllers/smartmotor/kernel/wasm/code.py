@@ -43,22 +43,22 @@ def signed(value: int) -> bytes:
 
 
 def i32_const(value: int) -> bytes:
-    """Return the instruction that pushes a 32-bit integer."""
+    """Return the WebAssembly instruction that pushes a 32-bit integer onto the stack."""
     return b"\x41" + signed(value)
 
 
 def i64_const(value: int) -> bytes:
-    """Return the instruction that pushes a 64-bit integer."""
+    """Return the WebAssembly instruction that pushes a 64-bit integer onto the stack."""
     return b"\x42" + signed(value)
 
 
 def f64_const(value: float) -> bytes:
-    """Return the instruction that pushes a float."""
+    """Return the WebAssembly instruction that pushes a float onto the stack."""
     return b"\x44" + struct.pack("<d", value)
 
 
 def local_get(index: int) -> bytes:
-    """Return the instruction that pushes a local variable."""
+    """Return the WebAssembly instruction that pushes a local variable onto the stack."""
     return b"\x20" + unsigned(index)
 
 

@@ -15,7 +15,7 @@ from axistwin.controllers.smartmotor.kernel.wasm.expressions import Expressions
 
 
 def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
-    """Compile the function `entry` and all functions that `entry` calls to one WebAssembly module."""
+    """Create a WebAssembly module that contains the function `entry` and all functions called by `entry`."""
     order = [entry]
     found: list[w.Function] = []
     while len(found) < len(order):
