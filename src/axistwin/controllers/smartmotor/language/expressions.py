@@ -219,8 +219,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Compile `--a` as two negations instead of `a`, because the negation of -2147483648 overflows.
-            # Four minus signs in an expression give the same result as two, and three give the same result as one.
+            # Do not compile `--a` as `a`: for the value -2147483648, the first negation must set the overflow flag Bd.
+            # An odd number of minus signs before a value acts as one minus sign, and an even number acts as two.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
@@ -278,7 +278,8 @@ class Reader:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
             raise Malformed(
-                f"too many inputs in one statement, e.g. GETCHR or AINA1: expected at most {s.HIDDEN_MOST}", self.at
+                f"the statement reads too many external values, e.g. GETCHR or AINA1: expected at most {s.HIDDEN_MOST}",
+                self.at,
             )
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)

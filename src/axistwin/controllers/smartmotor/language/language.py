@@ -36,7 +36,7 @@ class Elements(Computed):
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Return the code that the interpreter executes for the assignment.
+        """Return the code with which the interpreter assigns values to array elements, e.g. for `al[0]=1`.
 
         The values that the interpreter cannot compute are fetched first.
         """

@@ -109,11 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the report code at the start of a compiled statement.
+        """Return the length of the extra code that reports the start of a statement, e.g. for a breakpoint.
 
-        The report code tells the simulation that the motor begins the statement, e.g. for a breakpoint.  The length
-        (in integers) is 0 if the statement has no report code.  `head`: index in `code` at which the code of the
-        statement begins.
+        The length (in integers) is 0 if the statement has no such code.  `head`: index in `code` at which the code of
+        the statement begins.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -453,7 +452,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """Return the number in a label, GOTO, GOSUB or CASE, such as 5 for GOSUB5."""
+    """Return the number that a statement contains, e.g. 5 for the label C5, for GOTO5, GOSUB5 or CASE 5."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value
