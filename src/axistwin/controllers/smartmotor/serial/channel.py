@@ -71,7 +71,7 @@ class Dispatcher(Protocol):
         """Advance the motor's state to the present time, i.e. to the latest servo sample."""
 
     def update_outputs(self) -> None:
-        """Update the motor's outputs after a change of its state."""
+        """Update the output signals of the motor after a change of the motor's state."""
 
     def execute(self, channel: "Channel", text: str) -> None:
         """Execute a command of the host."""
@@ -143,7 +143,7 @@ class Channel:
             self._start_timeout()
 
     def _start_timeout(self) -> None:
-        """Start the time-out of a command that has just begun."""
+        """Start the time-out when the first character of a command has been received."""
         if not (self._words.begun or self._record):
             self._begun_ns = None
         elif self._begun_ns is None:
@@ -256,7 +256,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # Delete the errors that were stored before the error flag was cleared.
+            # A cleared error flag also cancels the earlier errors of the same kind in the report RCHN.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1

@@ -27,7 +27,7 @@ class Download:
     """Receives a program that a host sends, and stores the program."""
 
     def __init__(self, motor: Processor, channel: Channel) -> None:
-        # lazy import: only program downloads need a decoder
+        # lazy import: a program decoder is needed only if a host sends a program to the motor
         from axistwin.controllers.smartmotor.language.image import Decoder
 
         self.motor, self.channel = motor, channel
@@ -137,9 +137,9 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """Continue or end the upload of the program when the host sends a character.
+        """Send the next block of the program if the host has sent the byte 06.  Any other byte ends the upload.
 
-        The character 06 requests the next block.  Any other character ends the upload and is then handled as usual.
+        A byte that ends the upload is then handled as usual.
         """
         if byte == ACKNOWLEDGE:
             self._send()

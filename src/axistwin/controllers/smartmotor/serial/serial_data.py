@@ -127,7 +127,7 @@ def close_channel(motor: Processor, parameters: str) -> None:
 
 
 def rs4(motor: Processor) -> None:
-    """RS4: make channel 0 RS-485.
+    """RS4: switch serial channel 0 to RS-485.
 
     Pin G is the direction line, which is high while the motor transmits.
     """
@@ -135,7 +135,7 @@ def rs4(motor: Processor) -> None:
 
 
 def rs2(motor: Processor) -> None:
-    """RS2: make channel 0 RS-232.
+    """RS2: switch serial channel 0 to RS-232.
 
     Pin G becomes an input if the pin was the direction line.
     """
