@@ -112,7 +112,7 @@ def test_no_value_is_believed_that_cannot_have_been_programmed(file, tmp_path, p
         switched_on(tmp_path)
     assert (
         "\n" not in str(told.value)
-        and str(told.value).endswith("delete the file to get a new memory")
+        and str(told.value).endswith("delete the file to erase the memory")
         and "if2" in str(told.value)
     )
 

@@ -54,7 +54,7 @@ class Nonvolatile:
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             memory_file, reason = store, excerpt(error)
             raise UsageError(
-                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to get a new memory"
+                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to erase the memory"
             ) from None
 
     @classmethod

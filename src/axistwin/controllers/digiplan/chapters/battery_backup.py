@@ -54,7 +54,7 @@ class Retained:
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             reason = excerpt(error)
             raise UsageError(
-                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to get a new memory"
+                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to erase the memory"
             ) from None
         return retained
 
