@@ -146,7 +146,7 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="the line does not begin with a controller name"):
+    with pytest.raises(ProgramError, match="the line of the conversation file does not begin with a controller name"):
         play(parse("> RP\\r\n= A low"), bench)
 
 

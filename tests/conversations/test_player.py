@@ -118,7 +118,9 @@ def test_several_controllers_are_told_apart_by_name(bench):
     bench.add("if1", "right")
     assert said(bench, "+1.5\nleft: > (\nleft: < U\\r\nright: <\nright: ! input1 high\nleft: = input1 low\n") == ""
     with pytest.raises(
-        ProgramError, match=r"a\.talk:1: the line does not begin with a controller name: expected one of left, right"
+        ProgramError,
+        match=r"a\.talk:1: the line of the conversation file does not begin with a controller name: "
+        "expected one of left, right",
     ):
         said(bench, "> E\\r\n")
 

@@ -154,7 +154,9 @@ class Player:
         if act.controller or len(self.bench.controllers) == 1:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
         controllers = ", ".join(self.bench.controllers)
-        raise ProgramError(f"the line does not begin with a controller name: expected one of {controllers}")
+        raise ProgramError(
+            f"the line of the conversation file does not begin with a controller name: expected one of {controllers}"
+        )
 
     def _endpoint(self, act: Act) -> str:
         """Return the name of the port or bus through which the host performs an action, e.g. sends a command."""
@@ -166,7 +168,9 @@ class Player:
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))
         controllers = ", ".join(self.received)
-        raise ProgramError(f"the line does not begin with a controller name: expected one of {controllers}")
+        raise ProgramError(
+            f"the line of the conversation file does not begin with a controller name: expected one of {controllers}"
+        )
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
         received = self.received[name]

@@ -204,7 +204,7 @@ class Recorder:
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Return the line of a conversation file that records an event at the host's serial port, e.g. `! break 0.25`.
+        """Convert an event at the host's serial port to a line of a conversation file, e.g. to `! break 0.25`.
 
         The event is a break signal, or a change of DTR, RTS or the character format.
         """
