@@ -68,7 +68,10 @@ class Board(Core):
         if marker_bit not in (None, 0, 1, 2):
             raise ValueError(f"invalid marker_bit {marker_bit}: expected 0, 1, 2 or None")
         if not 1 <= home_percent <= 100:
-            raise ValueError(f"invalid home_percent {home_percent}: expected 1 to 100")
+            raise ValueError(
+                f"invalid home_percent {home_percent} (final velocity of a home search, in % of the default velocity): "
+                "expected 1 to 100, e.g. 10"
+            )
         self.interrupts, self.marker_bit = interrupts, marker_bit
         self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
         self.messages: deque[bytes] = deque(maxlen=256)
@@ -169,7 +172,7 @@ class Board(Core):
         yield from self._control(COMMAND_READY)
 
     def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
-        """Send a request to the board, and return the board's answer without the opcode (15 bytes)."""
+        """Send a request to the board, and return the board's answer: the 15 bytes after the opcode."""
         yield from self._status_until(READY)
         return (yield from self._request(opcode, *parameters))
 
@@ -186,7 +189,7 @@ class Board(Core):
             elif (yield Clock()) > end:
                 raise SilentError(
                     f"no answer to the request {opcode:02X}h within {self.timeout:g} s: "
-                    "check in the manual in which state the board answers this request"
+                    "check the conditions of this request in the board's manual"
                 )
             else:
                 yield from self._wait_for_message()
@@ -284,8 +287,8 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            is_empty, is_stuck = free == size, not count and free == before
-            # If the board's buffer of velocities is empty or stays full, the board no longer reads new velocities.
+            is_empty = free == size  # The board has used all velocities before new velocities arrived.
+            is_stuck = not count and free == before  # The buffer is full, and the board uses no more velocities.
             if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
