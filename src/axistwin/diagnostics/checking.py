@@ -97,7 +97,7 @@ class HostProgram:
 def host_programs(
     text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
 ) -> tuple[list[HostProgram], list[Diagnostic]]:
-    """Return the data that a program sends to each endpoint.
+    """Return the data that a host program sends to each endpoint, e.g. to each controller.
 
     Also returns the diagnostics of unreadable lines.
 
@@ -250,7 +250,7 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Split the characters that a host program sends into sessions; a session ends when the power is switched off.
+    """Divide the characters of a host program into sessions.  Each power-off in the program ends a session.
 
     The program uses only one controller.  `sent` returns the characters of one program line.
     """

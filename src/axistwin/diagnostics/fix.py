@@ -42,7 +42,7 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Choose fixes that change different places of a text, and return the diagnostics of these fixes.
+    """Return the diagnostics whose fixes do not overlap in the text.
 
     If two fixes overlap, only the diagnostic of the first fix is returned.
     """

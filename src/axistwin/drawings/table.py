@@ -114,7 +114,7 @@ class Table:
 
 
 def _share(position: float, limits: tuple[int, int]) -> float:
-    """Return a position as a fraction of the travel, from 0 to 1.
+    """Return the position of an axis as a fraction of the axis's travel, from 0 to 1.
 
     The fraction of a position beyond a limit is slightly below 0 or above 1.
     """
