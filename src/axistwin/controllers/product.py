@@ -285,7 +285,7 @@ class Product(NamedTuple):
 
     @property
     def front(self) -> "tuple[Group, ...]":
-        """Front panel of this model: groups of lamps and displayed registers."""
+        """Groups of display elements (lamps, words and numbers) on the front panel of this model."""
         return self.make_front()
 
     @property

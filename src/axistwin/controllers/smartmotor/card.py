@@ -118,7 +118,7 @@ class SmartMotor:
         self.power(True)
 
     def _let_go(self) -> None:
-        """Make all user pins inputs and engage the static brake, because the power is off."""
+        """Change each user pin to an input, and engage the static brake, because the power is off."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)

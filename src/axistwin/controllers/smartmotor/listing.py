@@ -141,7 +141,7 @@ class Lines:
         return None if stopped else self.rows().row(motor.i[s.STATEMENT])
 
     def _begins(self, number: int) -> None:
-        """Report the line in which a statement begins.
+        """Notify subscribers when the motor begins to execute a program line.
 
         Nothing is reported if the preceding statement was in the same line.
         """

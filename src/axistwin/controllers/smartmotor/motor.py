@@ -142,7 +142,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # Stop here: the program is already compiled, or the host has replaced the program.
+            return  # The compilation is already complete, or the host has sent a newer program.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # Set all fault flags while the power is off, so that no fault is reported as new.
+            # The simulation reports a fault only while the fault's flag is 0, so set all fault flags at power-off.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -208,7 +208,8 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # Continue with the speed and the temperatures of the motor just before power-up.
+        # `axis.f` holds the motor's speed and temperatures at the end of the time without power.
+        if axis.f:
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value

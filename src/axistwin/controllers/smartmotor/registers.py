@@ -115,10 +115,9 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Combine all subscriptions to registers: return the names of the registers, and one callback function.
+        """Return the names of all observed registers, and one function that forwards changes to the subscribers.
 
-        The callback function receives each change of a register, and passes the change to all subscribers of this
-        register.
+        The function passes each change of a register to all subscribers of this register.
         """
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower

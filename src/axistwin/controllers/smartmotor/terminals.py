@@ -102,7 +102,7 @@ class EncoderPin(UserPin):
                 self._edges.emit(self)
 
     def _arm(self) -> None:
-        """Schedule the encoder's next edge on this pin, if there are subscribers."""
+        """Schedule an event for the next encoder edge at the pin, if a callback is subscribed to the pin's edges."""
         self._disarm()
         self._disarm = lambda: None
         if self._edges and self.shows_encoder:
@@ -146,7 +146,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the next encoder edge at the pin in both directions of rotation.
+        """Subscribe to two encoder edges at the pin: the next forward edge and the next backward edge.
 
         The external encoder is mounted on an axis, which reports when the axis crosses the position of the edge.
         """
