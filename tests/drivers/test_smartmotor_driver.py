@@ -103,7 +103,7 @@ def test_a_power_cut_between_the_check_and_the_move_is_noticed(twin, motor, monk
 
     monkeypatch.setattr(shaft.core, "_set_profile", after_a_power_cut)
     shaft.set_profile(acceleration=30_000)
-    with pytest.raises(RefusedError, match="was not started, because the power of shaft was cut"):
+    with pytest.raises(RefusedError, match="the position of shaft is lost, because the power of shaft was cut"):
         shaft.move_to(300)
     assert shaft.status().lost and true_position(twin) == 0
 

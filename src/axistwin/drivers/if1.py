@@ -107,7 +107,10 @@ class IF1(Core):
     # Synchronisation of the driver with the controller
 
     def synchronise(self) -> Procedure[None]:
-        """Find the IF1.  If the IF1 has been switched on and is not initialised yet, initialise the IF1."""
+        """Establish communication with the IF1 at the serial port.  Initialise the IF1 if necessary.
+
+        An IF1 needs an initialisation after each power-up.
+        """
         yield from self._discard(0.0)
         if (yield from self._probe()):
             yield from self._adopt()
@@ -183,7 +186,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        # If the position of an axis was lost before, the first reason of the loss is kept.
+        # If the dict `lost` already contains an axis, keep the old value.
         self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages

@@ -293,14 +293,17 @@ class Shaft(AxisCore):
     def _set_profile(self) -> Procedure[None]:
         """Send the acceleration to the motor if the acceleration has changed.
 
-        The message changes the acceleration by a difference.  A motor whose power was cut has neither the old nor the
-        new acceleration afterwards, even if the motor has received only a part of the message.
+        The message changes the acceleration by a difference, so that a power cut can be detected.  For example,
+        `A=A+50` changes 100 to 150, but 0, the value after a power cut, to 50.  A motor whose power was cut then has
+        neither the old nor the new acceleration, even if the motor has received only a part of the message.
+
+        If the new acceleration is twice the old acceleration, the new acceleration is increased by 1.  Otherwise
+        `A=A+100` would change 0 to the old value, 100.
         """
         before, units = self._set_acceleration, self._units()
         if units == before:
             return
         if units == 2 * before:
-            # Change A=100 to A=201, not to A=200: if a power cut has set A=0, A=A+100 gives the old value, 100.
             units += 1
         self._setting = units
         (found,) = yield from self._line.ask(self.prefix, f"A=A{units - before:+} RA")
@@ -310,8 +313,8 @@ class Shaft(AxisCore):
             yield from self.prepare()
             cause = self._lost
             raise RefusedError(
-                f"the motion of {self.name} was not started, because {cause} and the position is lost: "
-                "home the axis, or call set_position"
+                f"the position of {self.name} is lost, because {cause}: "
+                "home the axis, or call set_position, then repeat the motion"
             )
         self._set_acceleration = units
 
