@@ -100,7 +100,10 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 
 def _docstring(handler: Callable[..., Any]) -> str:
-    """Return the docstring of the function that executes a command; "" if several commands share the function."""
+    """Return the docstring of the function that executes a command.
+
+    Return an empty text if several commands share the function.
+    """
     if isinstance(handler, partial):
         return ""
     return " ".join((inspect.getdoc(handler) or "").split())

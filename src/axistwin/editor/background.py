@@ -112,7 +112,7 @@ def work() -> None:
     This is the main function of the separate process.
     """
     with suppress(ValueError):
-        # Ctrl-C must end only the language server, which then ends this process.
+        # Ignore Ctrl-C, because the parent process (the language server) ends this background process.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # Redirect printed text to standard error, because standard output carries the results of checks.

@@ -66,7 +66,7 @@ class Conversations:
         return []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences that the host sends in a conversation."""
+        """Return an entry of the editor's outline for each sequence (controller program) in a conversation."""
         made = _product(lines)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []
