@@ -62,11 +62,11 @@ def require(library: str, extra: str) -> None:
 
 def installation(extra: str, library: str) -> str:
     """Return the pip commands that install the libraries of an optional extra."""
-    from importlib.metadata import PackageNotFoundError, requires  # lazy import: this module loads slowly
+    from importlib.metadata import PackageNotFoundError, requires  # lazy import: `importlib.metadata` loads slowly
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # axistwin can run from its source directory without installation.
+    except PackageNotFoundError:  # axistwin runs from its source directory and is not installed.
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]
