@@ -126,16 +126,16 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
             "motor",
             "motor runs 3",
             (
-                "program line 3 of motor (C5) cannot start a fault, "
-                "because the controller executes nothing in this line: expected line 4 (a=a+1)"
+                "program line 3 (C5) of motor contains nothing to execute, "
+                "so no fault can begin at this line: expected line 4 (a=a+1)"
             ),
         ),
         (
             "motor",
             "motor runs 8",
             (
-                "program line 8 of motor (ENDIF) cannot start a fault, "
-                "because the controller executes nothing in this line: expected line 9 (END)"
+                "program line 8 (ENDIF) of motor contains nothing to execute, "
+                "so no fault can begin at this line: expected line 9 (END)"
             ),
         ),
         ("motor", "engine runs 8", "unknown controller 'engine': expected one of motor"),

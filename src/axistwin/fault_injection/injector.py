@@ -89,7 +89,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # The function that begins the fault is still running.
+            if self._mend is None:  # The call that starts the fault has not returned yet: end the fault later.
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -258,9 +258,9 @@ class Faults:
             fault.mend()
 
     def subscribe(self, callback: Listener) -> Callable[[], None]:
-        """Call `callback(fault, what)` whenever a fault begins or ends.  Return an unsubscribe function.
+        """Call `callback(fault, "begins")` when a fault begins, and `callback(fault, "ends")` when a fault ends.
 
-        `what`: "begins" or "ends".
+        Return an unsubscribe function.
         """
         return self.changes.subscribe(callback)
 
@@ -288,7 +288,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            # The start of a planned fault does not keep the simulation running: the simulation may end earlier.
+            # The planned start of a fault is a background event: the simulation can end without this event.
             clock.background += 1
             clock.call_later(to_ns(terms.at) - clock.now, due)
 

@@ -36,7 +36,7 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """Stop the bouncing, so that the pin has the level of its signal source again."""
+        """End this fault, so that the contact no longer bounces."""
         self._unsubscribe()
         self._bouncing = False
         self._release()

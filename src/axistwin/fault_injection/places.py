@@ -155,7 +155,10 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
-    """Return the line, pin, axis or controller with this name.  Raises UsageError for an unknown name."""
+    """Return the object that has the name `name`, e.g. the axis `if1.X`.
+
+    Raises UsageError for an unknown name.
+    """
     if name in found:
         return found[name]()
     for similar in get_close_matches(name, found, n=1):

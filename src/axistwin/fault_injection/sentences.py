@@ -31,7 +31,7 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
     """
     words = _split(text)
     if not words:
-        raise UsageError("the fault is missing: expected a kind of fault, e.g. lose 3")
+        raise UsageError("the description of the fault is missing: expected KIND PLACE VALUES, e.g. stuck input1 low")
     kind = kind_of(words[0])
     named, bare = _sorted(words[1:])
     if "on" not in named and bare:

@@ -132,7 +132,10 @@ def _receives(wish: _Wish) -> Arm:
 
 
 def _port(wish: _Wish) -> Any:
-    """Return the serial port that an event names; None for a controller on a bus."""
+    """Return the serial port for a trigger, e.g. the port of the controller if1 for "if1 hears X1000".
+
+    Return None for a controller on a bus.
+    """
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
@@ -226,8 +229,8 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
     if listing is not None and line - 1 in listing.silent:
         text, valid_line = listing.lines[line - 1], _timed_line(listing, line)
         raise UsageError(
-            f"program line {line} of {machine.name} ({text}) cannot start a fault, "
-            f"because the controller executes nothing in this line: expected {valid_line}"
+            f"program line {line} ({text}) of {machine.name} contains nothing to execute, "
+            f"so no fault can begin at this line: expected {valid_line}"
         )
 
 
