@@ -30,7 +30,7 @@ class Goal:
 
 
 class DrivenAxis:
-    """An axis of a controller that performs one motion at a time.  All positions are in counts.
+    """An axis of a controller.  The axis performs one motion at a time, and its positions are in counts.
 
     A motion is `busy` from its request to the reading of the exact position at rest.  A move that the controller cannot
     accept yet, because another axis of an IF1 is moving, waits.
@@ -200,7 +200,7 @@ class DrivenAxis:
         return True
 
     async def _end_motion(self, request: Callable[[], Procedure[None]]) -> None:
-        """Stop the axis if a motion has begun or is in progress.
+        """Stop the axis, unless the axis is already at rest.
 
         `request`: function that returns the procedure for the stop.
         """

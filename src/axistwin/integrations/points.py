@@ -46,7 +46,10 @@ class Point:
         return self._write is not None
 
     async def refresh(self) -> None:
-        """Read the value of the pin or register, if the controller reports this value."""
+        """Read the present value of the pin or register from the controller.
+
+        An output that cannot be read keeps its stored value.
+        """
         if self._read is not None:
             await self._set(await self._read())
 

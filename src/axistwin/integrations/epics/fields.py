@@ -86,7 +86,7 @@ def called(record: str, field: str) -> str:
 
 
 def decimals(per: Fraction) -> int:
-    """Return the number of decimals of positions, e.g. 3 for counts of 0.005 mm.
+    """Return the number of decimals of positions, e.g. 3 if one count is 0.005 mm.
 
     The length of one count is exact with this number of decimals.  The largest result is 6.  `per`: counts per unit.
     """
