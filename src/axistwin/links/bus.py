@@ -76,7 +76,7 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no requests from the client.
+        """True while the server reads no requests from the client, e.g. because too many answers are queued.
 
         The gate is closed, or the client does not read its answers.
         """

@@ -312,7 +312,7 @@ class ComPort:
 
     def set_line_state(self, errors: LineError) -> None:
         """Report line errors of received characters to the client."""
-        # Example: a parity error is bit 0 of `LineError`, and bit 2 of the line state in RFC 2217.
+        # Shift by 2 bits: a parity error is bit 0 of `LineError`, but bit 2 in RFC 2217.
         state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
             self._report_line_state()

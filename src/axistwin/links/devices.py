@@ -185,7 +185,7 @@ class ThreadStream:
         lost = 0
         try:
             self._device.write(data)
-        except DEVICE_ERRORS:  # If the write to the device fails, all its characters are counted as lost.
+        except DEVICE_ERRORS:  # After a failed write, count all characters in `data` as lost.
             lost = len(data)
         self._call(self._count, len(data), lost)
 

@@ -52,7 +52,6 @@ class HostThread:
         """
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
-            # Raise the same error as `time.sleep(-1)` in Python.
             raise ValueError("sleep length must be non-negative")
         self.slept_ns = to_ns(seconds)
         self._due.clear()
@@ -114,7 +113,7 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except (FileNotFoundError, ProcessLookupError):  # The thread has ended, or `/proc` is missing, e.g. on macOS.
+        except (FileNotFoundError, ProcessLookupError):  # A finished thread has no file `stat`; macOS has no `/proc`.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

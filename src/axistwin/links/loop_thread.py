@@ -56,7 +56,7 @@ class LoopThread:
     def stop(self) -> None:
         """End the event loop's thread after the pending callbacks have been executed."""
         self.do(lambda: None)  # Execute pending callbacks of asyncio, e.g. those that close network connections.
-        self.run(self._loop.shutdown_default_executor())  # This call ends the threads that resolve network addresses.
+        self.run(self._loop.shutdown_default_executor())  # End the threads that resolve network addresses.
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

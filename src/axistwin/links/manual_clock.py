@@ -50,9 +50,9 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError: the user's program can advance only a manual clock.
+        """Raise UsageError, because the virtual time of this clock advances by itself.
 
-        The virtual time of this clock advances automatically.
+        A program can advance only a `ManualClock`.
         """
         raise UsageError(
             f"cannot advance virtual time by {seconds:g} s without a manual clock: "
@@ -197,7 +197,9 @@ class ManualClock(ServedClock):
         """
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
-            raise UsageError("a host program cannot advance virtual time: call time.sleep, or wait for an answer")
+            raise UsageError(
+                "a host program must not advance virtual time itself: to wait, call time.sleep, e.g. time.sleep(0.5)"
+            )
         with self._turn:
             yield
 

@@ -148,7 +148,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no characters from the client.
+        """True while the server reads no characters from the client, e.g. because too many characters are queued.
 
         The gate prevents clients from sending, or many characters are pending.
         """

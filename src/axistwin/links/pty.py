@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # No client is connected, so axistwin itself cleared the pseudo terminal's buffers.
+            return  # While no client is connected, ignore reports of cleared buffers.
         if self._connect():
             self._take(packet[0], packet[1:])
 

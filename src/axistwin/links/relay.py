@@ -154,7 +154,7 @@ class Relay:
             self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
             self._latest = self._worker.submit(self._counted, do)
-            # With `wrap_future`, asyncio logs an unexpected exception of the action `do`.
+            # `wrap_future` makes asyncio log an exception that the function `do` does not catch.
             asyncio.wrap_future(self._latest)
 
     # Functions that run in the thread that writes to the device

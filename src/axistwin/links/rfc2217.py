@@ -37,7 +37,7 @@ FLOWS = {
 class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
-    linger_s = 0  # The end of a connection must release the control lines DTR and RTS at once.
+    linger_s = 0  # Reset DTR and RTS as soon as the client disconnects.
     answers = True
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:

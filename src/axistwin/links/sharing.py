@@ -42,7 +42,7 @@ class Seat:
 
     @property
     def full(self) -> bool:
-        """True while the server reads no characters from this client.
+        """True while the server reads no characters from this client, e.g. because too many characters are queued.
 
         The connector is full, or many characters of this client are waiting.
         """
@@ -174,7 +174,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False, because a new client never replaces the clients of a shared connection."""
+        """True if a new client may replace the present clients.  Always False for a shared serial port."""
         return False
 
     def drop(self) -> None:
@@ -186,7 +186,7 @@ class Hub:
         self._each(TcpClient.pause)
 
     def resume(self) -> None:
-        """Continue reading from all clients whose queue is not full."""
+        """Continue reading from each client, unless too many characters of the client are queued."""
         for seat in self._seats:
             if seat.client is not None and not seat.full:
                 seat.client.resume()

@@ -45,10 +45,7 @@ class Connector(Protocol):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no data from the client.
-
-        For example, many characters of the client are waiting for the serial line.
-        """
+        """True while the server reads no data from the client, e.g. because too much data is queued."""
 
     @property
     def chunk(self) -> int:
@@ -87,7 +84,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect the client to the endpoint, or close the connection of a refused client."""
+        """Connect the client to the endpoint.  Close the connection if the endpoint refuses the client."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=STALLED)
         peer = self._transport.get_extra_info("peername")
@@ -108,7 +105,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
         if not self._has_sent:
-            # Without a reply, TCP would acknowledge the received data only after a delay: acknowledge the data now.
+            # No reply has been sent: acknowledge the received TCP packet without delay.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -185,9 +182,9 @@ class TcpClient(Connection):
         self.dropped = 0
 
     def resume_writing(self) -> None:
-        """Log the number of lost characters.
+        """Log the number of characters that were lost while the client did not read.
 
-        Called when a client that has read too slowly reads data again.
+        Called when the client reads again.
         """
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
@@ -255,12 +252,12 @@ async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    # asyncio disables Nagle's algorithm (which delays short messages) only for the protocol IPPROTO_TCP.
+    # The argument IPPROTO_TCP makes asyncio send short messages without delay (TCP_NODELAY).
     sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         # On Windows, the option SO_REUSEADDR would let a second server use the same address.
         sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
-        # TCP connections inherit the size of their receive buffer from the listening socket.
+        # Set the size of the receive buffer for all TCP connections that this socket accepts.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         sock.bind(address)
     except OSError:

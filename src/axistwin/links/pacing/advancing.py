@@ -50,17 +50,16 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Advance virtual time with the function `advance`, and send the output of the ports.
+        """Advance virtual time for a short period of real time, then send the pending output to the clients.
 
-        The advance lasts for one `Slice` of real time.  `advance(over)` advances the bench, outside the pacer's own
-        advances.
+        The period is one `Slice`.  `advance(over)` advances the bench, outside the pacer's own advances.
 
         `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
         `advance`.
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # An error of a controller can end `advance` early.  Then repeat `advance`.
+        while not found:  # If an AxistwinError ends the function `advance`, call the function again.
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
@@ -108,7 +107,7 @@ class Advancer(ABC):
         """Apply a requested start, stop or speed change of virtual time."""
 
     def flush(self) -> None:
-        """Send the pending output of all ports, then notify the subscribers."""
+        """Send the pending output of all ports, then call the functions registered with `subscribe`."""
         while self._to_flush:
             ports, self._to_flush = self._to_flush, []
             for port in ports:

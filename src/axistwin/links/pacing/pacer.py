@@ -130,7 +130,10 @@ class Pacer(Advancer):
 
     @property
     def behind_s(self) -> float:
-        """Seconds by which virtual time was behind the wall clock at the last advance; 0 at full speed."""
+        """Seconds by which virtual time was behind the wall clock at the last advance of virtual time.
+
+        The result is 0 if virtual time does not follow the wall clock.
+        """
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:
