@@ -246,7 +246,7 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Convert a time from units of 1/`per_second` s to seconds.  The result is an exact fraction.
+    """Return the time `parts / per_second` in seconds, as an exact fraction.
 
     Calls with equal arguments return the same object.
     """

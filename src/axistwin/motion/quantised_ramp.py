@@ -34,17 +34,17 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield each step rate of a fast ramp, whose rate changes in each time interval.
+    """Yield the step rate in each of the equal time intervals of a ramp.
 
-    Each step rate comes with its duration, which is 1 interval.
+    For a fast ramp, whose rate changes in each interval.  Each rate comes with its duration, 1 interval.
     """
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield each step rate of a slow ramp, with the number of time intervals for which the rate lasts.
+    """Yield the step rates of a ramp, each with its duration as a number of equal time intervals.
 
-    A slow ramp keeps each step rate for one or more intervals.
+    For a slow ramp, which keeps each step rate for one or more intervals.
     """
     if steps < 1:
         return

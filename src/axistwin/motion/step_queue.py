@@ -143,7 +143,7 @@ def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early:
     """
     (m, low), (n, high) = late, early
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n
-    if gap <= add * slope:  # One step command with `add` can output the two given pulses at permitted times.
+    if gap <= add * slope:
         return lowest, highest
     if not slope:
         return 0, -1
