@@ -138,7 +138,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # In each pixel column, draw first the minimum or the maximum, whichever is nearer to the signal's previous value.
+    # For each pixel column: True if the line is drawn to the minimum first, then to the maximum.
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
@@ -154,10 +154,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return the texts to show in the plot of a text signal, each with its start time.
+    """Return the messages that the plot of a signal shows, each with its start time.
 
-    An example of a text is a message of the host.  The time span is divided into `most` equal intervals.  The plot
-    shows only the first text in each interval.
+    The values of such a signal are texts, e.g. messages of the host.  The time span is divided into `most` equal
+    intervals.  The plot shows only the first message in each interval.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

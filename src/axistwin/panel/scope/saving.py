@@ -82,9 +82,9 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time in ns from which every change of the given signals is stored.
+    """Return the time in ns before which changes of the given signals are stored only as summaries.
 
-    Earlier changes are merged into intervals.
+    A summary is an interval with e.g. its smallest and its largest value.  Every later change is stored.
     """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 

@@ -256,7 +256,7 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the history of the oscilloscope's trigger signal, and the latest time in ns to search for an edge.
+        """Return the recorded trigger signal, and the latest time in ns at which a trigger edge is accepted.
 
         The data after a later edge would not fill the oscilloscope screen yet.
         """

@@ -59,7 +59,7 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the table rows with the indexes in the slice `part`."""
+        """Return the rows of the table that the slice `part` selects."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
@@ -70,7 +70,7 @@ def changes(times: Times, values: Numbers) -> Rows:
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Append several tables of a signal's history to each other, in the given order."""
+    """Return one table that contains the rows of all given tables, in the given order."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -84,7 +84,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # The area of a row is the integral of the signal over time: 0 if the row is a single change.
+    # In a table of single changes, `begin` and `end` are the same array, and `area` is 0.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -161,7 +161,7 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """Return a copy of the history; later changes do not affect the copy."""
+        """Return a copy of the recorded signal; later changes of the signal do not affect the copy."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -212,7 +212,7 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # Copy the newer rows, because a NumPy slice would keep the complete old array in memory.
+            # `joined` copies the rows, so that NumPy can free the memory of the removed rows.
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
@@ -261,9 +261,9 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns from which all texts of a signal are stored, e.g. all messages of a host.
+        """Time in ns before which recorded texts, e.g. messages of a host, may have been deleted.
 
-        Earlier texts may have been deleted, to save memory.
+        All later texts are stored.
         """
         return max(super().exact_ns, self._forgotten_ns)
 
@@ -283,7 +283,7 @@ class Words(Track):
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """Return a copy of the history; later changes do not affect the copy."""
+        """Return a copy of the recorded signal; later changes of the signal do not affect the copy."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy
