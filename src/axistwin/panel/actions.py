@@ -67,12 +67,12 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Begin a step or a jump in virtual time.
+        """Begin a change of virtual time, e.g. an advance to the next event.
 
-        The call waits in a queue while another step or jump is in progress.
+        The call waits in a queue while another such change is in progress.
 
-        `begin`: function that starts a `step` to the next event, or a `go_to` to a recorded time.  Returns the result
-        of `begin()`; None if `stop` has removed the call from the queue.
+        `begin`: function that starts the change, e.g. a `step` to the next event, or a `go_to` to a recorded time.
+        Returns the result of `begin()`; None if `stop` has removed the call from the queue.
         """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         if self.busy:

@@ -15,7 +15,7 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Continue the tutorial's lessons about controllers in a new simulation.
+        """Transfer all lessons in progress to the new simulation `bench`.
 
         Each lesson continues at its present step.
         """

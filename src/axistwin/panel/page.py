@@ -335,7 +335,7 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update waiting sections of the web page for about `TURN_S` seconds of real time at most.
+    """Update the next sections of the web page; stop after `TURN_S` seconds of real time.
 
     `left`: a queue of functions, each of which updates one section of the page.  Called functions are removed from the
     queue.  Virtual time does not advance meanwhile.

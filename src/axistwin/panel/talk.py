@@ -47,7 +47,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the total number of events at an endpoint, and a list of the newest events.
+        """Return the number of all events at an endpoint (a port or a bus), and the events that are new to the caller.
 
         `count`: the number of events that the caller already has.  The list contains only later events.
         """

@@ -25,9 +25,9 @@ class _Abandoned(BaseException):
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Execute `compute()` in short pieces, and return the result of `compute()`.
+    """Return the result of `compute()`, and let other tasks of the event loop run during the computation.
 
-    Other tasks of the event loop run between two pieces.  Raises the exception of `compute()`.
+    The computation pauses regularly for these tasks.  Raises the exception of `compute()`.
     """
     work = _Work(compute)
     try:
@@ -66,7 +66,10 @@ class _Work(Generic[T]):
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation by an exception in its thread, so that its `finally` clauses are executed."""
+        """Cancel this computation: its next call of `breathe` raises an exception.
+
+        The `finally` clauses of the computation are executed.
+        """
         self._abandoned = True
         while not self._over:
             self.go_on()
@@ -78,9 +81,10 @@ class _Work(Generic[T]):
         return self._found[0]
 
     def breathe(self) -> None:
-        """Pause the long computation if the computation has run for `TURN_S` seconds without a pause.
+        """Pause this computation, so that other tasks can run.
 
-        Called in the thread of the computation.
+        Nothing is done until the computation has run for `TURN_S` seconds without a pause.  Called in the thread of the
+        computation.
         """
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
@@ -92,7 +96,7 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        # Allow calls of asyncio in this thread: the event loop's own thread is blocked until this thread stops.
+        # Permit calls of asyncio functions in this thread, e.g. `asyncio.create_task`.
         asyncio._set_running_loop(self._loop)
         _here.work = self
         self._began_s = perf_counter()

@@ -79,7 +79,7 @@ class Panel:
 
         The URL contains the token, if any.  Raises LinkError.
         """
-        # Open the socket before the server starts: `listening_socket` raises LinkError if the port is in use.
+        # If the port is in use, `listening_socket` raises LinkError.
         sock = listening_socket(self.address)
         server = self._server = _Server(
             uvicorn.Config(

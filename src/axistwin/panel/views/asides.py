@@ -47,7 +47,10 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Store explanations (lines of text) until the terminal has shown the present messages."""
+        """Store explanations, which the terminal shows at its next update.
+
+        `lines`: the lines of text of the explanations.
+        """
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:

@@ -54,7 +54,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # Even after an invalid input, the next page update shows the simulated ambient temperature.
+        known = None  # At the next page update, replace the user's input by the simulated ambient temperature.
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 

@@ -53,7 +53,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # If all oscilloscopes together have too many signals, a new oscilloscope shows none.
+        except AxistwinError:  # These signals would exceed the largest number of recorded signals: show no signals.
             screen.show(())
         return screen
 
@@ -98,7 +98,9 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
-        self._client.on_delete(self._views.clear)  # When a page is closed, the memory of its controls is freed.
+        self._client.on_delete(
+            self._views.clear
+        )  # To save memory, empty the list of update functions when the page is closed.
 
     def refresh(self) -> None:
         """Update the controls, and update the plot if its contents have changed."""
@@ -144,8 +146,8 @@ class _Scope:
             case "seen":
                 self._seen = bool(value.get("seen"))
             case "zoom":
-                # Zooming around the mouse pointer needs a frozen screen: freeze the screen if virtual time is stopped.
                 if not self._runs():
+                    # Freeze the screen, so that the time under the mouse pointer stays at its place.
                     screen.pause()
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
