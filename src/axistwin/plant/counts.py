@@ -106,7 +106,9 @@ class CountHistory:
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":
-        """Return the times of all changes of the encoder count from `start_ns` to before `stop_ns`.
+        """Return the times of all changes of the encoder count in a time range.
+
+        The range includes `start_ns`, but not `stop_ns`.
 
         Raises UsageError if old changes have been discarded; the message suggests the option `history=larger_history`.
         """

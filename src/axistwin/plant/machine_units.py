@@ -41,7 +41,8 @@ class MachineUnits:
         """
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
             raise UsageError(
-                f"invalid units {table!r}: expected counts per unit (key `per`) and the unit (key `of`), e.g. {EXAMPLE}"
+                f"invalid units {table!r}: expected a table with the keys `per` and `of`, "
+                f"e.g. {EXAMPLE} for 80 counts per mm"
             )
         return cls(check_per(table["per"]), check_of(table["of"]))
 

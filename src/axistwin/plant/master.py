@@ -53,15 +53,15 @@ class Followed(Protocol):
         """
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
-        """Return the predicted positions at `times_ns`, which are in ascending order.
+        """Predict the positions of the axis at the times `times_ns`, which must be in ascending order.
 
         The prediction is for a motion that does not change.
         """
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return a list: the present position, followed by the predicted positions.
+        """Return the present position of the axis, followed by its predicted positions at the times `times_ns`.
 
-        Only certain positions are predicted.  The predictions are for `times_ns`, and are valid until `on_replan`.
+        Only certain positions are predicted.  The predictions are valid until `on_replan`.
         """
 
 
@@ -125,10 +125,7 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Gear ratio between the encoder and the axis that turns the encoder.
-
-        Number of encoder edges per count of the axis, or per pulse of an axis with a stepper motor.
-        """
+        """Number of encoder edges per pulse or count of the axis that turns the encoder."""
         return self._ratio
 
     @property
@@ -176,9 +173,9 @@ class Master:
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
-        """Start a motion of the encoder at constant speed: `counts` edges in `seconds`.
+        """Turn the encoder at constant speed, e.g. by 4000 counts in 2 seconds.
 
-        With 0 seconds, all edges occur at once.
+        With 0 seconds, all counts occur at once.
 
         Cancels an earlier motion.  Raises UsageError for a negative time.
         """
@@ -218,7 +215,7 @@ class Master:
                 refused_axis = "the motor's own axis" if axis is self._own else "an axis that follows this motor"
                 raise UsageError(
                     f"a motor's external encoder cannot be mounted on {refused_axis}: "
-                    "expected another axis, e.g. X of an IF1"
+                    "expected an axis that does not depend on this motor, e.g. axis X of an IF1"
                 )
             below = below.follows
 

@@ -28,7 +28,7 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """All values of a setting: the normal value, then one value per active simulated defect.
+        """The normal value of this setting, followed by one value for each active simulated defect.
 
         E.g. [1.0, 0.5] for a motor torque of 1.0, which a defect reduces to 0.5.
         """
@@ -44,7 +44,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Start a simulated defect, e.g. one that reduces the motor torque from 1.0 to 0.5.
+        """Simulate a defect that changes this setting, e.g. one that halves the motor torque.
 
         `value`: the value of the setting with this defect, e.g. 0.5.  Return a function that ends the defect.
         """

@@ -65,9 +65,9 @@ class Source(Protocol):
         """Commanded position at the present time, in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return a list: the present position, followed by the predicted positions.
+        """Return the present position of the shaft, followed by its predicted positions at the times `times_ns`.
 
-        The predictions are for `times_ns`, up to the first time at which an input could change the motion.
+        The predictions end at the first time at which an input could change the motion.
         """
 
     def setpoint(self) -> int:
@@ -113,15 +113,15 @@ class AtRest:
     catch_up = replan = refresh
 
     def position(self) -> int:
-        """Position of the resting shaft in encoder counts."""
+        """Position of the shaft in encoder counts."""
         return self._axis.shaft
 
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return a list that contains only the present position of the shaft.
+        """Return only the present position, because later positions of the shaft cannot be predicted.
 
-        Later positions cannot be predicted, because a person can turn the shaft at any time.
+        A person can turn the shaft at any time.
         """
         return [self._axis.shaft]
 
@@ -134,7 +134,7 @@ class AtRest:
         return 0.0
 
     def moving(self) -> bool:
-        """True if the motor moves the shaft.  Always False, because the motor has no power."""
+        """Return False, because a motor without power does not move its shaft."""
         return False
 
     def next_sample_ns(self) -> int | None:
@@ -156,7 +156,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Ignore a slip of the encoder on its shaft, because a motor without power counts no encoder pulses."""
+        """Do nothing, because a motor without power does not read its encoder."""
 
 
 class EncoderView:
@@ -261,7 +261,10 @@ class ServoAxis:
         self._source = source
 
     def disconnect(self) -> None:
-        """Disconnect the motor's processor; the shaft then rests at its present position."""
+        """Remove the emulated processor that calculates the motion of the shaft.
+
+        The shaft then stays at its present position.
+        """
         self.shaft = self._source.position()
         self._source = AtRest(self)
 
@@ -326,9 +329,9 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """True if the axis stays at rest until the event `on_motion`.  Always False for a servo axis.
+        """Always False: a person can turn the shaft of a servo axis at any time.
 
-        The shaft of a servo can move at any time without this event, because a person can turn the shaft.
+        True would mean that the axis stays at rest until the event `on_motion`.
         """
         return False
 
@@ -342,17 +345,17 @@ class ServoAxis:
         """Axis to which the motor's external encoder is coupled; None if the encoder is coupled to no axis."""
         return self.master.followed
 
-    def positions_at(self, times_ns: Sequence[int]) -> list[int]:
+    def positions_at(self, times_ns: Sequence[int]) -> list[int]:  # noqa: ARG002
         """Raise an error, because positions of a servo cannot be predicted."""
         raise AssertionError(
-            f"cannot calculate future positions of axis {self.name} at {times_ns} ns: "
-            "expected an axis with a stepper motor, not a servo"
+            f"cannot predict the positions of axis {self.name}, because its motor is a servo motor: "
+            "expected an axis with a stepper motor"
         )
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return a list: the present position, followed by the predicted positions.
+        """Return the present position of the axis, followed by its predicted positions at the times `times_ns`.
 
-        Only certain positions are predicted.  The predictions are for `times_ns`, and are valid until `on_replan`.
+        Only certain positions are predicted.  The predictions are valid until `on_replan`.
         """
         return self._source.positions_ahead(times_ns)
 

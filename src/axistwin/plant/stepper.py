@@ -101,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # Count all earlier motion first, because the fault must not change these counts.
+        _ = self.count  # Update the encoder count now, so that the fault affects only later motion.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -153,9 +153,9 @@ class StepperAxis:
         self._slips: list[Slip] = []
         # Steps lost in finished moves; a lost step in the negative direction counts as -1.
         self._lost = 0
-        # Sum of the pulses that were suppressed while the step output was held.
+        # Step pulses suppressed up to the last call of `let_go`; a pulse in the negative direction counts as -1.
         self._unmade = 0
-        # Pulse count at which the step output is held; None while the output is not held.
+        # Pulse count at which the method `hold` has stopped the step output; None while the output is not stopped.
         self._made: int | None = None
         self._was_held = False
 
@@ -245,9 +245,9 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if the motor is ideal, and no subscriber observes the motion of the axis.
+        """True if a change of the velocity profile changes only the times of the step pulses.
 
-        A new velocity profile then affects only the pulses.
+        The motor is then ideal, and no function is subscribed to `on_motion`.
         """
         return self._loses_no_steps and not self.on_motion
 
@@ -534,7 +534,10 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Recalculate the lost steps of the present move after a change of the velocity profile or of a torque."""
+        """Recalculate the lost steps of the present move.
+
+        Called after a change of the velocity profile, the motor torque or the load torque.
+        """
         if self._loses_no_steps and not self._held:
             self.on_motion.emit()
             return
@@ -570,7 +573,7 @@ class _EdgeSubscription:
         self._unsubscribe()
 
     def update(self) -> None:
-        """Call `callback` now, and schedule the next call."""
+        """Call `callback` now, and again when the axis next crosses one of the given positions."""
         self._forget()
         plan = self._plan
         self._callback()
@@ -578,7 +581,7 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        """Schedule `callback` for the next time at which the axis crosses a position."""
+        """Schedule `callback` for the next time at which the axis crosses one of the given positions."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]
