@@ -52,9 +52,9 @@ def write(folder: Path, *, with_playground: bool) -> None:
 
 def status_bits(model: str) -> Iterator[str]:
     """Return the bits of the status answers: value, name and meaning, as the front panel shows them."""
-    yield "**Status answers.** A status answer is the sum of the values of all bits that are 1. In the tables, the"
-    yield "column *bit* gives the value of each bit. To see which bits of a status answer are 1, enter"
-    yield "`:explain NUMBER` in `axistwin term`, where `NUMBER` is the status answer.\n"
+    yield "**Status answers.** A status answer is the sum of the weights of all bits that are 1. In a table of status"
+    yield "bits, the column *bit* contains the weight of each bit: 1, 2, 4 or a higher power of 2. To see which bits of"
+    yield "a status answer are 1, enter `:explain NUMBER` in `axistwin term`, where `NUMBER` is the status answer.\n"
     for group in product(model).front:
         bits = [lamp for lamp in group.items if isinstance(lamp, Lamp) and lamp.bit is not None]
         if bits:
@@ -81,15 +81,17 @@ def chapters(model: str, title: str) -> Iterator[str]:
     yield "| --- | --- |"
     yield from (f"| {chapter} | {' '.join(codes)} |" for chapter, codes in found.items())
     yield "\n**Decisions.** Where the manual says nothing or contradicts itself, axistwin follows a decision about the"
-    yield "emulated behaviour. The links below lead to the decisions about this family of controllers. Each decision is"
-    yield "listed with the evidence from the manual and with its tests.\n"
+    yield "emulated behaviour. The links below lead to the decisions about this family of controllers. For each"
+    yield "decision about the emulated behaviour, the page [Fidelity](../fidelity.md) contains the evidence from the"
+    yield "manual and the names of the tests.\n"
     family = FIDELITY.read_text(encoding="utf-8").split(f"\n## {title}\n")[1].split("\n## ")[0]
     first, *parts = family.split("\n### ")
     for part in ([f"{title}\n{first}"] if "\n| " in first else []) + parts:
         heading, rows = part.split("\n", 1)
         count = len(re.findall(r"^\| (?!question|---)", rows, re.MULTILINE))
         if count:
-            yield f"* [{heading}](../fidelity.md#{_anchor(heading)}): {count} decision{'s' if count > 1 else ''}"
+            decisions = f"{count} decision{'s' if count > 1 else ''} about the emulated behaviour"
+            yield f"* The section [{heading}](../fidelity.md#{_anchor(heading)}) contains {decisions}."
 
 
 def _anchor(heading: str) -> str:
