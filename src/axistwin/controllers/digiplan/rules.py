@@ -21,17 +21,17 @@ RULES = (
         "status answer F.  Write commands in upper case.  In a file of command lines, `;` begins a comment.",
         "x1000$"),
     LOST_NUMBER := Rule("DP102", "a number is in a place where no number is allowed", E, ALL,
-        "A number must follow a command that takes a number.  Some commands take a number only with a sign, for "
-        "example `B+20`.  The interface refuses the whole message.",
+        "Write each number directly after its command, for example `X1000`.  After the command `B`, a number needs a "
+        "sign, for example `B+20`.  The interface refuses the whole message.",
         "B20"),
     ALONE := Rule("DP103", "the command must be the only command in its message", E, ALL,
-        "Send this command as a separate message that ends with <CR>.  A message that contains a status request or "
+        "Send a status request, for example `E`, as a separate message.  A message that contains a status request or "
         "one of the commands `#`, `[` and `]` must contain no other command.",
         "X100 E"),
     SETUP := Rule("DP104", "the command is allowed only during initialisation", E, INITIALISATION,
-        "The interface obeys `(`, `*`, `U` and `V` only during initialisation.  After the initialisation, each of "
-        "the four commands sets the data fault bit of the status answer F.  A file of command lines must not contain "
-        "`(`, `*`, `U` or `V`, because axistwin itself initialises the interface.",
+        "The interface obeys `(`, `*`, `U` and `V` only during initialisation.  After the initialisation, each of the "
+        "commands `(`, `*`, `U` and `V` sets the data fault bit of the status answer F.  A file of command lines must "
+        "not contain `(`, `*`, `U` or `V`, because axistwin itself initialises the interface.",
         "U61"),
     MISPLACED := Rule("DP105", "`$`, `:`, `+`, `-` or `,` is in a wrong position", E, ALL,
         "`$`, `:`, `+`, `-` and `,` are not commands, but parts of commands and messages.  `$` ends a message, and "
@@ -48,7 +48,7 @@ RULES = (
         "first, then `A`, and then `=`.",
         "S1X100$"),
     NEEDS := Rule("DP108", "a parameter is missing", E, ALL,
-        "This command needs a number, but the number is missing or malformed.",
+        "Write a valid number after a command that needs a number, for example `@1000` instead of `@`.",
         "@"),
     RANGE := Rule("DP109", "a parameter is out of range", E, ALL,
         "The interface refuses the whole message and sets the out-of-range bit of the status answer F.",
@@ -57,10 +57,10 @@ RULES = (
         "In a message or a step, each axis, `/` and `G` can occur only once.  Before `/`, `G` or `B`, write an axis.",
         "X1X2$"),
     WAITS := Rule("DP111", "a message waits for an input (H or L), but contains no move", E, COMBINING,
-        "H and L delay a move until an input has the given level.  This message has no move to delay.  A sequence can "
-        "wait for an input and then switch an output, even if the sequence contains no move.",
+        "H and L delay a move until an input has the given level.  This message has no move to delay.  A sequence "
+        "can wait for an input without a move: for example, `:H1S2:$` waits for input 1 and sets output 2.",
         "H1$"),
-    MINOR := Rule("DP112", "the minor axis is missing", E, INTERPOLATION,
+    MINOR := Rule("DP112", "an interpolated move has no axis after `/`", E, INTERPOLATION,
         "Before `/`, write the major axis, which moves the longest distance.  After `/`, write one or two minor axes, "
         "for example `X200/Y100$`.",
         "X200/$"),
@@ -73,7 +73,7 @@ RULES = (
         "contain no other command.",
         ":X100%:$"),
     SEQUENCE_END := Rule("DP201", "the end of a sequence is missing", E, SEQUENCE,
-        "A message that begins with `:` is a sequence.  A sequence must end in `:$`.",
+        "A sequence begins with `:` and ends with `:$`, for example `:X100:Y200:$`.",
         ":X100"),
     STEP_MISSING := Rule("DP202", "a step of a sequence is empty", E, SEQUENCE,
         "Two colons of the sequence follow each other without a step between them.  The steps of a sequence are "
@@ -84,8 +84,8 @@ RULES = (
         "old sequence.",
         ":" + "X:" * 64 + "$"),
     REPEAT := Rule("DP204", "a repeat command `=` names a later step", E, REPEATS,
-        "`=times,first` repeats the steps from the step with the number `first` to the step that contains `=`.  The "
-        "value of `first` must not be higher than the number of the step that contains `=`.",
+        "`=times,first` repeats the steps from the step with the number `first` to the step that contains `=`.  For "
+        "example, the command `=2,3` is not allowed in step 2, because step 3 is a later step.",
         ":X100:=2,3:$"),
     NEVER_REACHED := Rule("DP205", "some steps of a sequence are never executed", W, REPEATS,
         "`=0,n` repeats the steps from step n until the host sends `#`.  The steps after `=0,n` are stored but never "
@@ -96,12 +96,12 @@ RULES = (
         "only after the end of the run-mode move.  In a sequence, only the command `A` ends a run-mode move.",
         ":X@500G:X5:$"),
     NO_INTERVENTION := Rule("DP207", "% is sent, but no sequence waits for the host", E, INTERVENTION,
-        "A step `%` of a sequence gives control to the host.  The host then sends `%` to give control back to the "
-        "sequence.",
+        "A step `%` of a sequence gives control to the host.  The host sends `%` to continue a sequence after a "
+        "step `%`.",
         "%"),
     NOTHING_STORED := Rule("DP208", "`:$` is sent, but no sequence is stored", W, SEQUENCE,
-        "`:$` starts the stored sequence, but the host has not sent a sequence since power-up.  An IF2 may still have "
-        "an old sequence in its battery-backed memory.",
+        "After power-up, an IF1 has no stored sequence that the message `:$` could start.  An IF2 may still have an "
+        "old sequence in its battery-backed memory.",
         ":$"),
     TOO_FAST := Rule("DP301", "the speed is above the maximum of the speed range", E, "Speed",
         "The highest speeds of the speed ranges 1 to 4 are 25000, 50000, 100000 and 4000 steps/s.  The interface "
@@ -109,7 +109,8 @@ RULES = (
         "@25001"),
     CONSTRAINT := Rule("DP302", "a move exceeds a limit of linear interpolation", E, CONSTRAINTS,
         "Linear interpolation needs speed range 1, a speed of at most 10000 steps/s and an acceleration of at least "
-        "5000 steps/s².  The first axis must have the longer distance, which can be at most 65535 steps.",
+        "5000 steps/s².  In an interpolated move, for example `X200/Y100$`, the axis before `/` must have the longest "
+        "distance.  The longest distance in an interpolated move is at most 65535 steps.",
         "@10001\nX200/Y100$"),
     NO_DISTANCE := Rule("DP303", "an index move has the distance 0", W, INDEX,
         "Nothing moves, because the distance is 0.  Either no distance has been sent, or a run-mode move has set the "
@@ -117,11 +118,12 @@ RULES = (
         "X@500G$\nX$"),
     UNUSED_DISTANCE := Rule("DP304", "a run-mode move does not use the distance in the message", W, RUN,
         "G starts a run-mode move, which continues until the motor is stopped.  G ignores the distance in the message "
-        "and sets the stored distance to 0.  Later moves use the distance 0 until the host sends a new distance.",
+        "and sets the stored distance to 0.  After a run-mode move, the host must send a new distance for an index "
+        "move.",
         "X1000G$"),
     NO_START := Rule("DP305", "a message does not contain `$`", W, INDEX,
-        "If a message contains no `$`, the interface stores the parameters that the message contains.  The interface "
-        "starts no move and sets no output.",
+        "If a message contains no `$`, the interface stores the parameters that the message contains.  A message "
+        "without `$` starts no move and sets no output.",
         "S2"),
     TOO_EARLY := Rule("DP401", "a command is sent before `(` has set the baud rate", W, INITIALISATION,
         "After power-on the interface obeys only `(`.  The interface detects the baud rate from the character `(`.",
@@ -135,11 +137,12 @@ RULES = (
         "last character is <CR> in a message that begins with U, and <LF> in a message that begins with V.",
         "> (U61", ".talk"),
     UNENDED := Rule("DP404", "the end of a message is missing", W, INITIALISATION,
-        "The interface executes a message only after the last character of the message.  The last character is <CR>, "
-        "or <LF> if the data format is V.",
+        "The interface executes a message only after the last character of the message.  If the data format begins "
+        "with U, for example U61, each message ends in <CR>.  If the data format begins with V, for example V62, each "
+        "message ends in <LF>.",
         "> (U61\\r\n> X100$", ".talk"),
     LOCKED := Rule("DP405", "a command is sent while the interface is locked", W, LOCKOUT,
-        "`[` locks the interface, and `]` unlocks the interface.  A locked interface obeys status requests, `]`, and, "
-        "while DSR is active, `(`.  A locked interface ignores all other commands.",
+        "After the command `[`, an IF1 or IF2 ignores most commands from the host until the host sends `]`.  A locked "
+        "interface obeys only status requests, `]`, and, while DSR is active, `(`.",
         "[\nX100$\n]"),
 )  # fmt: skip
