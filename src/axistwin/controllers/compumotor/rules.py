@@ -18,8 +18,8 @@ DISTANCE_TIME = "53 01 04 00 00 00 00 00 02\n"
 RULES = (
     NO_COMMAND := Rule(
         "CM101", "the board has no such command", E, LANGUAGE,
-        "The board does not have this opcode, or only an 1811 has this opcode.  `axistwin commands 1811` lists all "
-        "opcodes.",
+        "An opcode is the first byte of a command.  Some opcodes are valid only for an 1811, and not for an 1810.  "
+        "`axistwin commands 1811` lists all opcodes.",
         "02",
     ),
     TOO_LONG := Rule(
@@ -49,43 +49,46 @@ RULES = (
     ),
     UNKNOWN_NAME := Rule(
         "CM110", "no command has this name", E, LANGUAGE,
-        "Write the hex code of the command or the name of the command.  `axistwin commands` lists all names.  In a "
-        "name, replace each blank by `_`, for example `go_relative`.",
+        "In a program for an 1810 or 1811, write each command by its hex code or by its name.  `axistwin commands` "
+        "lists all names.  Write `_` instead of each blank in the name of a command, for example `go_relative`.",
         "go_relatve 25000",
     ),
     WORD := Rule(
         "CM111", "a value is malformed or out of range", E, LANGUAGE,
         "After the name of a command, write the values of the parameters of the command.  A number is decimal, or "
-        "hexadecimal after 0x.  A range is two digits, and a switch is `on` or `off`.  If the command is written in "
-        "hex, write each byte with two digits, e.g. 05.",
+        "hexadecimal after 0x.  Write the velocity range and the acceleration range together as two digits, for "
+        "example `51`.  For a parameter that switches a function on or off, write `on` or `off`.  In a command that "
+        "is written in hex, write each byte with two digits, for example `05`.",
         "set_user_bit 3",
     ),
     NUMBER_OF_VALUES := Rule(
         "CM112", "the command has too few or too many values", E, LANGUAGE,
-        "After the name of a command, write one value for each parameter that the command uses.  Omit parameter bytes "
-        "that the board does not use: axistwin inserts the omitted bytes.",
+        "After the name of a command, write one value for each parameter that the command uses.  For the unused bytes "
+        "of a command, write no value, because axistwin sends 00 for each unused byte.",
         "go_relative",
     ),
     NOT_IN_SEQUENCE := Rule(
         "CM201", "the command is not allowed in a sequence", E, SEQUENCES,
-        "The command D9h begins the definition of a sequence, and the command D8h ends the definition.  Between D9h "
-        "and D8h, the board ignores this command and does not store the command in the sequence.",
+        "The definition of a sequence begins with the command D9h, and ends with the command D8h.  During the "
+        "definition of a sequence, the board ignores commands that are not allowed in a sequence.",
         "D9 01\n70\nD8",
     ),
     ONLY_IN_SEQUENCE := Rule(
         "CM202", "the command is allowed only in a sequence", E, SEQUENCES,
-        "Commands that wait or repeat are allowed only in the definition of a sequence.  The command D9h begins the "
-        "definition, and the command D8h ends the definition.",
+        "Commands that wait or repeat are allowed only in the definition of a sequence.  The definition of a sequence "
+        "begins with the command D9h, and ends with the command D8h.",
         "wait_seconds 2",
     ),
     ONLY_STREAMING := Rule(
         "CM203", "the command is allowed only in a streaming mode", E, STREAM,
-        "The board ignores this command in indexer mode.  The commands 51h, 52h and 53h select a streaming mode.",
+        "In indexer mode, the board ignores commands that are valid only in a streaming mode, for example E0h.  The "
+        "commands 51h, 52h and 53h select a streaming mode.",
         "E0" + " 00" * 12,
     ),
     NOT_STREAMING := Rule(
         "CM204", "the command is not allowed in a streaming mode", E, MODES,
-        "The board ignores this command in a streaming mode.  The command 50h selects indexer mode.",
+        "In a streaming mode, the board ignores commands that are valid only in indexer mode, for example 40h.  The "
+        "command 50h selects indexer mode.",
         STREAMING + "40 01",
     ),
     NESTED := Rule(
@@ -96,8 +99,9 @@ RULES = (
     ),
     LOOP_TOO_LONG := Rule(
         "CM206", "a loop repeats more commands than the sequence contains", W, SEQUENCES,
-        "For example, `repeat 3 2` repeats the next three commands twice.  At least three commands must follow in the "
-        "sequence; otherwise the loop ends at the end of the sequence.",
+        "For example, after the command `repeat 3 2`, the board executes the next three commands of the sequence two "
+        "times.  A loop ends at the latest with the last command of the sequence, even if the loop should contain "
+        "more commands.",
         "D9 01\nrepeat 3 2\n83\nD8",
     ),
     UNENDED := Rule(
@@ -124,8 +128,8 @@ RULES = (
     ),
     VELOCITY := Rule(
         "CM302", "the velocity exceeds the velocity range", E, "Positions and moves",
-        "Each velocity range has a highest velocity.  The board does not perform a move whose velocity is above the "
-        "highest velocity of the range.",
+        "Each velocity range has a highest velocity.  The board does not perform a move whose velocity exceeds the "
+        "highest velocity of the selected velocity range.",
         "31 00 00 00 10 00 00 00 00 00 01",
     ),
     ACCELERATION := Rule(
@@ -134,12 +138,12 @@ RULES = (
         "31 00 00 00 00 61 A8 00 00 00 00",
     ),
     NO_MOVE := Rule(
-        "CM304", "the move is not defined", E, DEFINE,
+        "CM304", "the board has no stored move with this number", E, DEFINE,
         "The command 40h performs a stored move.  Define the move before you send the command 40h.",
         "40 07",
     ),
     NOT_GIVEN := Rule(
-        "CM305", "the board ignores the command, because a definition is missing", E, "Positions and moves",
+        "CM305", "the command uses values that the host has not defined", E, "Positions and moves",
         "Some commands use values that other commands must define first.  Send the command 31h before a default move.  "
         "Send the command 38h before a search for home.  Send the commands B0h to B4h before a closed-loop move.",
         "33 00 00 00 01",
@@ -153,8 +157,8 @@ RULES = (
     NO_ENCODER := Rule(
         "CM307", "an 1810 has no encoder for a closed-loop move", W, DEFINE,
         "An 1810 stores the definition of a closed-loop move, but does not perform the move, because an 1810 has no "
-        "encoder.  With the option `encoder_commands=\"performed\"`, the 1810 performs the move as if the count of an "
-        "encoder were always 0.",
+        "encoder.  With the option `encoder_commands=\"performed\"`, a virtual 1810 performs closed-loop moves, with "
+        "an encoder count that is always 0.",
         "; model: 1810\n> D4 01 00 00 00 61 A8 00 03 D0 90 00 00 00 0A\n> 40 01",
         suffix=".talk",
     ),
@@ -165,7 +169,8 @@ RULES = (
     ),
     SHORT_PAIR := Rule(
         "CM402", "the duration of a velocity-distance pair is too short", E, STREAM,
-        "The duration of a pair is its distance divided by its velocity.  The duration must be at least 2 ms.",
+        "The duration of a velocity-distance pair is its distance divided by its velocity.  The duration of a "
+        "velocity-distance pair must be at least 2 ms.",
         STREAMING + "E0 10 00 00 01" + " 00" * 8,
     ),
     BEYOND_CLOCK := Rule(
@@ -174,8 +179,8 @@ RULES = (
         DISTANCE_TIME + "E3 01 7F FF" + " 00" * 12,
     ),
     NOT_MARKED := Rule(
-        "CM404", "the command is not allowed in a marker", E, STREAM,
-        "A marker can contain only a command that is allowed during streaming and has at most two parameter bytes.",
+        "CM404", "a marker (a special streamed value) cannot start this command", E, STREAM,
+        "A marker can start only a command that is allowed during streaming and has at most two parameter bytes.",
         STREAMING + "EE 7F FE 7C 01 01",
     ),
 )  # fmt: skip
