@@ -28,8 +28,9 @@ RULES = (
     ),
     REMOVED := Rule(
         "SM102", "the command does not exist in firmware 4.76", E, "1.3 Commands removed",
-        "Earlier firmware has this command.  In firmware 4.76, the command sets the status bit Bs (syntax error).  "
-        "The error message says what to write instead of this command.",
+        "Firmware 4.76 lacks some commands of earlier firmware.  A motor with firmware 4.76 sets the status bit Bs "
+        "(syntax error) when the motor executes a command that only earlier firmware has.  The error message says "
+        "what to write instead of the old command.",
         "KGON",
     ),
     EQUAL_SIGN := Rule(
@@ -56,14 +57,15 @@ RULES = (
         "g=5 endif",
     ),
     NO_COMMENT := Rule(
-        "SM107", "a line of punctuation marks is not a comment", E, LEXICAL,
-        "A comment begins with an apostrophe and ends at the end of the line.  For a line of punctuation marks, write "
-        "`'-----` instead of `-----`.",
+        "SM107", "the apostrophe before a separating line such as `-----` is missing", E, LEXICAL,
+        "A comment begins with an apostrophe and ends at the end of the line.  To separate the parts of a program by "
+        "a line of hyphens, write the line as a comment, for example `'-----`.",
         "-----",
     ),
     PROGRAM_ONLY := Rule(
         "SM108", "the command is allowed only in a program", E, LEXICAL,
-        "If a host sends this command, the motor sets the status bit Bs (syntax error).",
+        "If a host sends a command that is valid only in a program, for example WAIT=5, the motor sets the status bit "
+        "Bs (syntax error).",
         "> WAIT=5\\r", ".talk",
     ),
     NUMBER := Rule(
@@ -74,7 +76,7 @@ RULES = (
     ),
     RANGE := Rule(
         "SM110", "a value is out of range", E, LEXICAL,
-        "The motor refuses the new value and keeps the present value.",
+        "The motor does not execute an assignment with a value that is out of range, and keeps the old value.",
         "E=40000",
     ),
     INDEX := Rule(
@@ -91,19 +93,20 @@ RULES = (
     ),
     VARIABLE := Rule(
         "SM113", "the variable does not exist", E, EXPRESSIONS,
-        "The names of variables are a…z, aa…zz and aaa…zzz.  The motor's built-in values have names in upper case, for "
-        "example @P or CLK.",
+        "The name of a variable is one lower-case letter, or the same lower-case letter two or three times, for "
+        "example a, bb or ccc.  The motor's built-in values have names in upper case, for example @P or CLK.",
         "a=FOO",
     ),
     ELEMENTS := Rule(
         "SM114", "a list of array values is malformed", E, "1.1 Features added",
-        "Write the values after the array element, with blanks between them and a period after the last value.",
+        "To assign values to successive array elements, write for example `aw[0] 1 2 3.`, with blanks between the "
+        "values and a period after the last value.",
         "aw[0] 1 2 3",
     ),
     PRINTED := Rule(
         "SM115", "an item of PRINT is not valid", E, "Reports",
         "The items of PRINT are texts in quotes, expressions and character codes from #0 to #255.  Write commas "
-        "between the items, and a closing parenthesis at the end.",
+        "between the items of PRINT, and close the parenthesis, for example `PRINT(\"x=\",a,#13)`.",
         'PRINT("go)',
     ),
     ARGUMENTS := Rule(
@@ -123,9 +126,10 @@ RULES = (
     ),
     LATER := Rule(
         "SM119", "the command exists only in Class 5 motors", E, LEXICAL,
-        "Programs for Class 5 motors do not work with firmware 4.76: the motor sets the status bit Bs (syntax "
-        "error).  The error message gives the equivalent command of firmware 4.76.  A Class 5 motor has 8000 samples "
-        "per second.  The values of velocities and accelerations must therefore be converted for firmware 4.76.",
+        "Programs for Class 5 motors do not work with firmware 4.76: the motor sets the status bit Bs (syntax error).  "
+        "The error message gives the equivalent command of firmware 4.76.  A Class 5 motor has 8000 samples per "
+        "second, and a motor with firmware 4.76 has 4069 samples per second.  Velocities and accelerations are "
+        "measured per sample, so convert these values for firmware 4.76.",
         "PT=1000",
     ),
     BLOCK := Rule(
@@ -136,13 +140,13 @@ RULES = (
     ),
     NO_LABEL := Rule(
         "SM202", "a label is missing", E, FLOW,
-        "A GOTO or GOSUB to a missing label sets the status bit Bs (syntax error).  The program continues with the "
-        "statement after the GOTO or GOSUB.",
+        "If the label of a GOTO or GOSUB is missing, the motor sets the status bit Bs (syntax error), and executes "
+        "the next statement of the program.",
         "GOTO5",
     ),
     LABEL_TWICE := Rule(
         "SM203", "a label is defined twice", E, FLOW,
-        "GOTO and GOSUB always go to the first of the two labels.",
+        "If two labels of a program have the same number, GOTO and GOSUB always go to the first of the two labels.",
         "C5 a=1\nC5",
     ),
     RETURN := Rule(
@@ -187,7 +191,7 @@ RULES = (
     ),
     UNREACHED := Rule(
         "SM211", "some statements are never reached", W, FLOW,
-        "Neither the program nor a call from the host reaches these statements.",
+        "For example, the motor never executes the statement a=1 in the program `END a=1`.",
         "END a=1",
     ),
     SWITCHES := Rule(
@@ -197,7 +201,8 @@ RULES = (
     ),
     SIZE := Rule(
         "SM301", "the cam table is too small", W, LIMITATIONS,
-        "SIZE is the highest index of the cam table.  SIZE should be 4 or more, but the motor accepts a smaller SIZE.",
+        "SIZE is the highest index of the cam table.  The command SIZE= should set a value of 4 or more, but the "
+        "motor accepts a smaller value.",
         WIRED + "BASE=800 SIZE=3 MC G",
     ),
     TABLE := Rule(
@@ -251,8 +256,8 @@ RULES = (
     ),
     LIMITS := Rule(
         "SM401", "the program moves a motor that may have no limit switches", W, HARD,
-        "Since firmware 4.76 the limit inputs are active high.  A motor without wired limit switches therefore has a "
-        "limit fault when it is switched on.",
+        "Since firmware 4.76, a limit input of a SmartMotor reports a limit while the limit input is high.  A limit "
+        "input without a wired switch is high, so a motor without limit switches has a limit fault at power-up.",
         "MP G",
     ),
     LIMIT_FAULTS := Rule(
@@ -263,8 +268,8 @@ RULES = (
     ),
     DIRECTION := Rule(
         "SM403", "the meaning of F=2 has changed in firmware 4.76", W, "1.4 Commands modified",
-        "Since firmware 4.76, F=2 reverses the direction of the shaft.  In earlier firmware, F=2 lets the motor send "
-        "scan errors to the host.",
+        "Since firmware 4.76, F=2 reverses the direction of the shaft.  In earlier firmware, the command F=2 allowed "
+        "the motor to report scan errors (errors in received commands) to the host.",
         "F=2",
     ),
     ENDS_PROGRAM := Rule(
