@@ -12,7 +12,8 @@ IF1 = '[[controller]]\nmodel = "if1"\n'
 RULES = (
     UNREADABLE := Rule(
         "AX100", "a line is not allowed in this type of file", E, PAGE,
-        "A file of this type must not contain this line of text.  The error message says what the line can contain.",
+        "Each type of file permits only certain texts in a line, for example commands of a host in an `.if1` file.  "
+        "The error message says which text axistwin expected in the line.",
         "; model: 1811\n> ; nothing", ".talk",
     ),
     NO_ACT := Rule(
@@ -27,14 +28,14 @@ RULES = (
         "+soon", ".talk",
     ),
     NO_VALUE := Rule(
-        "AX103", "a name or a value is missing", E, PAGE,
+        "AX103", "a name or a value is missing after `!` or `=`", E, PAGE,
         "A line with `!` or `=` needs a name and a value, for example `= X.position 1000` or `!input1 high`.",
         "! input1", ".talk",
     ),
     NO_ASCII := Rule(
         "AX104", "a character is not ASCII", E, PAGE,
-        "A host sends bytes.  Write printable ASCII characters as they are.  In a conversation, write all other bytes "
-        "as \\xNN, where NN is two hex digits, e.g. \\x0D.",
+        "A host sends bytes.  Write a printable ASCII character as the character itself, for example `X`.  In a "
+        "conversation, write any other byte as `\\xNN`, where NN is the byte in hex, for example `\\x0D`.",
         "X100é$", ".if1",
     ),
     NO_ESCAPE := Rule(
@@ -44,12 +45,13 @@ RULES = (
     ),
     NO_TOML := Rule(
         "SC101", "the file is not valid TOML", E, SCENES,
-        "The file cannot be read as TOML.  The rest of the file has not been checked.",
+        "The file cannot be read as TOML.  After a TOML error, axistwin does not check the rest of the file.",
         '[[controller]\nmodel = "if1"', ".toml",
     ),
     UNKNOWN_KEY := Rule(
         "SC102", "the name of a key is unknown", E, SCENES,
-        "This table cannot have a key with this name.  The name of the key may be misspelled.",
+        "Each table of a scene, for example `[[controller]]`, permits only keys with certain names.  The name of the "
+        "key may be misspelled.",
         IF1 + 'nmae = "left"', ".toml",
     ),
     MISSING_KEY := Rule(
@@ -64,8 +66,8 @@ RULES = (
     ),
     SCENE := Rule(
         "SC110", "the scene cannot be built", E, SCENES,
-        "Each table of the scene is valid, but the tables together are not valid.  For example, a table refers to a "
-        "name that is not defined, two tables define the same name, or two tables contradict each other.",
+        "Each table of the scene is valid, but the tables together are not valid.  A scene cannot be built, for "
+        "example, if a wire refers to a pin that does not exist, or if two controllers have the same name.",
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip
