@@ -104,7 +104,7 @@ def test_a_chain_of_motors(bench):
             UsageError, match=r"has no serial port of its own in the daisy chain 'chain': use Bench\.port\('chain'\)"
         ):
             _ = motor.serial
-    with pytest.raises(UsageError, match="m2 is connected to the serial line 'chain' already"):
+    with pytest.raises(UsageError, match="m2 is already connected to the serial line 'chain'"):
         bench.chain(second)
 
 

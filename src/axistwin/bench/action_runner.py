@@ -25,7 +25,8 @@ def no_programs(controller: str, file: str) -> Callable[[], object]:
     This function always raises UsageError.  It is the default of `ActionRunner` for a bench that cannot load programs.
     """
     raise UsageError(
-        f'the action `load` is not possible here: set the key program = "{file}" for {controller} in a scene file'
+        f'the action `load` (load a program) is not available in an FMU: set the key program = "{file}" '
+        f"for the controller {controller} in the scene file"
     )
 
 

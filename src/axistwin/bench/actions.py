@@ -252,8 +252,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected COUNTS in SECONDS, e.g. `4000 in 2`, "
-            "or on AXIS times RATIO, e.g. `on table.X times 3/2`"
+            f"invalid encoder move {value!r}: expected counts and seconds, e.g. `4000 in 2`, "
+            "or the name of an axis that turns the encoder, e.g. `on table.X times 3/2`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
@@ -394,7 +394,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    # The default precision of 28 digits is too low: a number in a text can have up to 100 characters.
+    # Increase the precision of Decimal from 28 digits, because the expected number can have 100 digits.
     with localcontext(prec=3 * MOST_CHARACTERS):
         return round(Decimal(value), _decimals(number)) == number
 
@@ -423,7 +423,7 @@ def _level(value: str, *other_values: str) -> bool:
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:
-    """Parse a duration in seconds.  Raises ProgramError.
+    """Parse a duration in seconds, e.g. `2.5`.  Raises ProgramError if the text is not a valid duration.
 
     `above_zero`: True if 0 and negative numbers are errors.
     """

@@ -229,8 +229,8 @@ class Bench:
             if channel in motor._lines:
                 line = motor._lines[channel]
                 raise UsageError(
-                    f"motor {motor.name} is connected to the serial line {line!r} already: "
-                    "expected one serial line per channel"
+                    f"motor {motor.name} is already connected to the serial line {line!r}: "
+                    f"expected each motor in only one call of {method}()"
                 )
             if motors.count(motor) > 1:
                 raise UsageError(f"motor {motor.name} is given twice to {method}(): expected each motor once")

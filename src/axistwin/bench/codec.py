@@ -35,7 +35,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of each byte in a text, e.g. (0, 1) and (1, 4) in `X\x0d`."""
+        r"""Yield the position and the length of the notation of each byte, e.g. (1, 4) for `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
@@ -79,7 +79,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of each byte in a text, e.g. (0, 1) and (1, 2) in `X\r`."""
+        r"""Yield the position and the length of the notation of each character, e.g. (1, 2) for `\r` in `X\r`."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002

@@ -46,7 +46,7 @@ class Controller:
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
         self._asked_for_second = False
-        # Names of shared serial lines by serial channel, e.g. {"rs485": "bus"}.
+        # Key: channel of the motor, e.g. "rs485".  Value: name of the shared serial line at this channel.
         self._lines: dict[str, str] = {}
         self.alarms = self._abilities.alarms
         """Subscriptions to the fault flags of the device; None for a device without fault flags."""

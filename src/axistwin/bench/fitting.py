@@ -46,7 +46,10 @@ def fit_plug(
 
 
 def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | None:
-    """Return the serial port of the host for the RS-485 channel; None for a device without an RS-485 channel."""
+    """Connect a host to the RS-485 channel of a device, and return the host's serial port.
+
+    Return None if the device has no RS-485 channel.
+    """
     if abilities.rs485 is None:
         return None
     assert plug is not None, "a device with a second channel has a plug"
