@@ -7,7 +7,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.bus_hosts.x86 import Computer
-else:  # Load the emulator of the processor only at its first use, because the emulator is optional.
+else:  # Import x86.py only when the class `Computer` is used, because x86.py needs the optional package unicorn.
     __getattr__ = lazy(__name__, x86="Computer")
 
 __all__ = ["C_FILES", "Computer"]

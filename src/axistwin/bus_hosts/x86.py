@@ -198,5 +198,5 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        # The write may cause a simulation event before the planned stop of the processor, so stop the processor now.
+        # Pause the emulated processor after an OUT instruction, because OUT may cause a new event in the simulation.
         self._stop_ns = 0
