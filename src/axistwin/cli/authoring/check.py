@@ -101,7 +101,7 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
-        # Import pydantic only for a scene, because pydantic loads slowly.
+        # Import `is_sweep_file` only for a scene file (.toml), because the import is slow.
         from axistwin.sweeps.sweep_file import is_sweep_file
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
@@ -130,7 +130,7 @@ def _check_sweep(file: Path) -> Checked:
 
 
 def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
-    # These imports load the code of all controllers, which the check of a program file does not need.
+    # Only the check of a scene imports these modules, because these modules load slowly.
     from axistwin.diagnostics.scenes import diagnose_scene, is_of_program, named_programs
     from axistwin.scenes.source import read_text
 

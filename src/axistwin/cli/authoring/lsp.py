@@ -29,10 +29,10 @@ def lsp() -> int:
     require("pygls", "lsp")
     from axistwin.editor.server import make
 
-    # Give the language server copies of stdin and stdout, because the language server closes its streams.
+    # Duplicate stdin and stdout.  The language server closes the duplicates, and the originals stay open.
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
-        # Exclude the imported modules from garbage collections, which would delay requests by 50 ms.
+        # Shorten garbage collections: without gc.freeze(), a garbage collection delays a request by 50 ms.
         gc.freeze()
         server.start_io(heard, said)
     return 0 if server.asked_to_end else 1

@@ -217,7 +217,8 @@ def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[Host
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):
-        from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
+        # Import `Scene` only for a scene file (.toml), not for a model name such as if1, because the import is slow.
+        from axistwin.scenes.scene import Scene
 
         named += Scene.load(Path(target)).named_programs()
     if program is not None:

@@ -92,7 +92,8 @@ class Wanted:
                 self.what, self.model, self.options, baud=self.baud, units=self.units, registers=self.registers,
                 period_s=period_s,
             )  # fmt: skip
-        from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
+        # Import `Scene` only for a scene file (.toml), not for the port of a controller, because the import is slow.
+        from axistwin.scenes.scene import Scene
 
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():

@@ -153,7 +153,7 @@ def serve(
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         with ExitStack() as background:
-            # After the ports are open, a thread compiles the code of the controllers.
+            # Compile the emulator of each controller in the background, so that the ports open without delay.
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))
 
@@ -180,7 +180,10 @@ def _served(
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
-    """Return the panel for browsers, or None if the user has not requested a panel.  Raises UsageError."""
+    """Return the panel for browsers, or None if the user has not requested a panel.
+
+    Raises UsageError for an invalid option, e.g. `--panel-token` without `--panel`.
+    """
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: add --panel, e.g. --panel 8080")
@@ -237,7 +240,7 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that ends the trace and the recording of the simulation `bench`.
+        """Return a function that ends the trace and the recording, unless its argument is the simulation `bench`.
 
         The session calls the function with each new simulation, e.g. after the user has gone back in time.  The trace
         and the recording end if the new simulation is not `bench`.
@@ -312,7 +315,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # An internal error ends the program.
+    server.pacer.on_defect = partial(fail, ended)  # A programming error in axistwin ends `axistwin serve`.
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -353,7 +356,8 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 def _freeze_objects() -> None:
     """Exclude all present objects from garbage collection, so that each later collection is short."""
-    gc.freeze()  # No gc.collect() before: a full garbage collection would delay the start of `axistwin serve`.
+    # Call gc.freeze() without gc.collect(), because a full garbage collection delays the start of `axistwin serve`.
+    gc.freeze()
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:

@@ -62,7 +62,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
 
     `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
     """
-    from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
+    # Import `Scene` only for a scene file (.toml), not for a model name such as if1, because the import is slow.
+    from axistwin.scenes.scene import Scene
 
     loaded = Scene.load(Path(path))
 
@@ -70,8 +71,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"each controller in {path} has a simulated host but no ports: "
-                'remove the key host, or add a key ports, e.g. ports = ["tcp://127.0.0.1:6001"]'
+                f"each controller in {path} has a simulated host but no ports: remove the key `host` of a controller, "
+                'or add the key `ports` to a controller, e.g. ports = ["tcp://127.0.0.1:6001"]'
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]

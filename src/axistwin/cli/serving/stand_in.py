@@ -137,7 +137,7 @@ class _Run:
             if self._proper_end:
                 journal.end(self._driver.positions)
             elif not self._driver.live and self._at_start is not None:
-                journal.end(self._at_start)  # The motors are still at their start positions.
+                journal.end(self._at_start)  # No motor has moved: the end positions are the start positions.
             journal.close()
             for controller in self.bench.controllers.values():
                 controller.power(False)
@@ -168,7 +168,7 @@ class _Run:
             return 1
         import_module("numpy")  # Import numpy before the motors start, because this import is slow.
         gc.collect()
-        gc.freeze()  # Keep Python's garbage collector from checking the existing objects, which would delay pulses.
+        gc.freeze()  # Shorten garbage collections, because a long garbage collection delays step pulses.
         for name, url in ports:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()

@@ -64,7 +64,7 @@ COUNT = click.IntRange(min=1)
 @click.option("--summary", "as_text", is_flag=True, help="Print a summary of the results.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **options: Any) -> int:
-    """Run a scene many times with different values; write one row per run as Parquet.
+    """Run a scene many times with different parameter values; write one row per run to a Parquet file.
 
     PATH is controller.axis.option, controller.option, controller.program.NAME (the number first assigned to NAME),
     controller.NAME (a variable or gain at power-up), fault.NAME.parameter, script.N.at, wire.N.delay_ms or seed.
@@ -124,7 +124,10 @@ def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design,
 
 
 def path_and_values(option: str, text: str) -> tuple[str, str]:
-    """Split an argument PATH=VALUES into its two parts.  Raises UsageError."""
+    """Split an argument PATH=VALUES into its two parts.
+
+    Raises UsageError if PATH or the equals sign is missing.
+    """
     path, equals, values = text.partition("=")
     if not equals or not path:
         raise UsageError(f"invalid --{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
