@@ -80,7 +80,7 @@ def set_sigma(board: State, sigma: int) -> None:
 
 
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
-    """Command B3h: select the algorithm that calculates the correction velocity.
+    """Command B3h: select the formula for the velocity at which the motor corrects a position error.
 
     Algorithm 1 is K·e, algorithm 2 is K·√e, and algorithm 3 is K·e².  The position error is e, and `gain` is K.  The
     velocity is at most `maximum`.  The calculated velocity and `maximum` are in units of the velocity range.  The

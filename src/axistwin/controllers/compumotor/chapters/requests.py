@@ -57,11 +57,11 @@ def direction(board: State) -> bytes:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: report the velocity range, the acceleration range and the present velocity number.
+    """Command 85h: report the velocity range, the acceleration range and the present velocity.
 
-    The velocity number is always positive.  While the motor has the velocity of its move, the reply contains the
-    velocity number from the definition of the move.  In a streaming mode, the reply contains the streamed velocity
-    instead.
+    The velocity is a number in units of the velocity range, and is always positive.  While the motor has the velocity
+    of its move, the reply contains the velocity number from the definition of the move.  In a streaming mode, the reply
+    contains the streamed velocity instead.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -88,7 +88,7 @@ def status(board: State) -> bytes:
 
 
 def move_bits(board: State) -> int:
-    """Return the eight bits of the answer to 88h."""
+    """Return the byte that command 88h reports: limits, home input, direction and phase of the motion."""
     phase = board.pulses.phase
     bits = (
         board.limits.blocks(+1),
@@ -137,7 +137,7 @@ def in_phase(phase: Phase, board: State) -> bytes:
 
 
 def mode(board: State) -> bytes:
-    """Command 90h: report the present mode.
+    """Command 90h: report the operating mode of the board: indexer mode or a streaming mode.
 
     The reply is the opcode of the command that enters this mode.  In a streaming mode, the reply also contains the
     parameters of this command.

@@ -25,7 +25,10 @@ def repeat(board: State, count: int, times: int | None = None) -> None:
 
 
 def wait_for_continue(board: State, message: bool) -> Procedure:
-    """Command 28h: wait for CONTINUE (48h).  If `message` is True, send a message first."""
+    """Command 28h: pause the sequence until the host sends the command CONTINUE (48h).
+
+    If `message` is True, the board sends a message to the host before the pause.
+    """
     if message:
         board.send(0x28, b"")
     yield from board.sequencer.wait()

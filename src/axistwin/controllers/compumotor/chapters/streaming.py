@@ -46,7 +46,8 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # If several markers (numbers that start a command) follow each other, use the last.
+                # Only the last of successive markers (special numbers in the streaming buffer) starts a command.
+                marker = met
                 continue
             self._execute(marker)
             marker = None
@@ -149,10 +150,9 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command that the host has assigned to a marker.
+        """Start the command of a marker: a number in the stream to which the host has assigned a command (EEh).
 
-        A marker is a special value among the streamed velocities or distances.  The stream continues while the command
-        is executed.  During this time, other markers are ignored.
+        The stream continues while the command is executed.  During this time, other markers are ignored.
         """
         if marker is None:
             return
@@ -221,7 +221,10 @@ def velocity_distance(board: State, *words: int) -> None:
 
 
 def velocity_time(board: State, *numbers: int) -> None:
-    """Command E1h: store seven velocity numbers.  The board outputs each velocity for one update period."""
+    """Command E1h: add seven velocities to the streaming buffer.
+
+    The motor runs at each velocity for the same time, the update period.
+    """
     board.stream.store(VELOCITY_TIME, ((number,) for number in numbers))
 
 
@@ -235,9 +238,9 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: define a marker.  A marker is a special number in the streaming buffer that starts a command.
+    """Command EEh: assign a command to a marker, i.e. to a special number among the streamed velocities or distances.
 
-    `word`: the number, which the host later sends among the velocities or distances.  `opcode`: the command.
+    The board executes the command when the number occurs in the stream.  `word`: the number.  `opcode`: the command.
     Opcode 00 deletes the marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more
     than two parameters.  EEh is also ignored while ten markers are in use, and in distance-time mode for the values
     8000h and 8001h.

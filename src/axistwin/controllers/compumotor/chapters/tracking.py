@@ -101,7 +101,7 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of encoder readings that the simulation can skip without a change of the result.
+    """Return how many of the next updates of position tracking have no effect.  The simulation skips these updates.
 
     The board updates the position tracking every 2 ms, and then reads the encoder.  The simulation is faster without
     such an update.  An update can be skipped if no stall is possible until this update.  The last update before any
