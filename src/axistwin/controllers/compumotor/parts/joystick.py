@@ -76,9 +76,10 @@ class Shutdown:
         self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
-        """Set the board's output pin `shutdown` according to the shutdown input or the last command 12h.
+        """Update the level of the board's output pin `shutdown`.
 
-        A shutdown never begins while the motor is moving.
+        While the shutdown input is enabled, the input determines the level.  Otherwise, the last command 12h determines
+        the level.  A shutdown never begins while the motor is moving.
         """
         by_input = self._joystick.enabled or self.input_enabled
         wanted = not self._pins["shutdown_in"].level if by_input else self.commanded

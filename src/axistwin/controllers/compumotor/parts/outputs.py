@@ -55,7 +55,7 @@ class Outputs:
         return bool(self._tracked)
 
     def shows(self, state: int) -> bool:
-        """True if an output bit reports the given state of the board (command 0Fh)."""
+        """True if command 0Fh has assigned the given state of the board to an output bit."""
         return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:

@@ -26,14 +26,17 @@ class Owner:
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Begin a command that has the attribute SINGULAR, e.g. a move.
+        """Begin a command that is not instantaneous, e.g. a move.
 
-        The function `ended` is called after the end of the command.
+        The command has the attribute SINGULAR.  The function `ended` is called after the end of the command.
         """
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
-        """Discontinue the SINGULAR command in progress."""
+        """Abort the command in progress, e.g. a move.
+
+        The command in progress has the attribute SINGULAR.
+        """
         if self.singular is not None:
             interrupt(self.singular)
 

@@ -54,7 +54,7 @@ class Order(Enum):
 
     CONTINUE = auto()  # Perform the next command of the sequence.
     SUSPEND = auto()  # Suspend the sequence after its present command.
-    KILL = auto()  # Suspend the sequence at once, and end the command in progress, e.g. a move.
+    KILL = auto()  # Abort the present command of the sequence, e.g. a move, and suspend the sequence.
     LEAVE = auto()  # End the sequence after its present command.
 
 

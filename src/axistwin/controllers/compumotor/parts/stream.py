@@ -55,7 +55,7 @@ class Setting:
 
     @cached_property
     def period(self) -> Fraction:
-        """The update period in seconds."""
+        """Time in seconds from one streamed velocity or distance to the next; 0 in velocity-distance mode."""
         return Fraction(self.period_ms, 1000)
 
     def rate(self, number: int) -> Fraction:
@@ -71,9 +71,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A command, and the values of its parameters, for execution during a stream.
+    """A command that the board executes when the stream of velocities or distances reaches a special number.
 
-    The board executes the command when the stream reaches the value that the host has assigned to the marker.
+    The host assigns the command and its parameter values to the number by command EEh.
     """
 
     command: Opcode
@@ -191,7 +191,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # Kill the streaming process, unless the streaming process itself has called this method.
+            # A simulation process must not kill itself.
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

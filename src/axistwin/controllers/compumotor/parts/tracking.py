@@ -19,7 +19,7 @@ def wrapped(count: int) -> int:
 
 @dataclass(frozen=True)
 class Law:
-    """The correction law that command B3h defines.
+    """Formula for the velocity at which the motor corrects a position error (command B3h).
 
     `maximum` is in units of the velocity range in the upper nibble of `ranges`.
     """
@@ -101,7 +101,10 @@ class Use(Enum):
 
 
 class Tracking:
-    """Parameters and state of position tracking; all positions are encoder pulses since reset."""
+    """Parameters and state of position tracking.
+
+    All positions are in encoder pulses.  The position at reset is 0.
+    """
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
         """Connect the position tracking to a board's pulse output and encoder.
