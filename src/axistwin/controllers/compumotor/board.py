@@ -28,10 +28,7 @@ FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
 
 
 class Board(State):
-    """An 1810 or 1811 while its power is on.
-
-    A reset creates a new `Board`.
-    """
+    """Simulation of an 1810 or 1811 board.  Each power-on and each reset creates a new `Board`."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,

@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            # Each command changes the levels of the jumper pins.  A trace contains the jumper pins only on request.
+            # The interrupt lines at the jumpers change with each command, so a trace omits these lines by default.
             self.pins[name].restless = True
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,

@@ -35,7 +35,7 @@ class Host:
         self._changed()
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback` with each message that has been read.  Return an unsubscribe function."""
+        """Call `callback` with each message that the host has read from the board.  Return an unsubscribe function."""
         return self._received.subscribe(callback)
 
     def close(self) -> None:
@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            # Call _serve after the calling function has returned, at the same virtual time.
+            # Call `_serve` as a separate simulation event, which follows the present event at the same virtual time.
             self.port.clock.call_later(0, self._serve)
 
     def _serve(self) -> None:

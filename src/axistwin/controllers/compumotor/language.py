@@ -25,14 +25,14 @@ class Accept(Flag):
     progress: one that the host has sent, and one that a sequence has begun.  Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # The command takes time, e.g. a move.
-    INDEXER = auto()  # The command is valid in indexer mode.
-    STREAMING = auto()  # The command is valid in the streaming modes.
-    SEQUENCE = auto()  # The command may be stored in a sequence buffer.
-    DURING_SEQUENCE = auto()  # The host may send this command while the board performs a sequence.
-    DURING_STREAMING = auto()  # The host may send this command while a stream is in progress.
-    DEFINING = auto()  # The board performs this command even while the host defines a sequence.
-    ENCODER = auto()  # The command exists only on the 1811.
+    SINGULAR = auto()  # Attribute of a command that is not instantaneous, e.g. a move.
+    INDEXER = auto()  # Attribute of a command that is valid in indexer mode.
+    STREAMING = auto()  # Attribute of a command that is valid in the streaming modes.
+    SEQUENCE = auto()  # Attribute of a command that may be stored in a sequence buffer.
+    DURING_SEQUENCE = auto()  # Attribute of a command that the host may send while the board performs a sequence.
+    DURING_STREAMING = auto()  # Attribute of a command that the host may send during velocity streaming.
+    DEFINING = auto()  # Attribute of a command that the board performs even while the host defines a sequence.
+    ENCODER = auto()  # Attribute of a command that exists only on the 1811.
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,7 @@ class Handshake:
         return len(self._messages) >= self._most
 
     def taken(self) -> Event:
-        """Return the event that happens when the next message leaves the queue."""
+        """Return a simulation event that occurs when the board next removes a message from the message queue."""
         if self._leaves is None:
             self._leaves = self.clock.event()
         return self._leaves
