@@ -15,7 +15,7 @@ from axistwin.errors import one_line
 class Severity(StrEnum):
     """Severity of a diagnostic: error or warning."""
 
-    ERROR = "error"  # The controller refuses the command.
+    ERROR = "error"  # Severity for a command that the controller does not accept, e.g. an unknown command.
     WARNING = "warning"  # The controller accepts the command, but the effect is probably not intended.
 
 
@@ -124,19 +124,13 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` directly after a character.
-
-    `sent`: this character, with its position in the file.
-    """
+    """Return the edit that inserts `text` directly after the character `sent` in the user's file."""
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` directly before a character.
-
-    `sent`: this character, with its position in the file.
-    """
+    """Return the edit that inserts `text` directly before the character `sent` in the user's file."""
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 
