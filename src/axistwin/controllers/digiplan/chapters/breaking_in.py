@@ -43,7 +43,7 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Decode a character in the default data format, and return this format if the character is `(`.
+        """Return the default data format if a received character, decoded in this format, is `(`.
 
         Return None for any other character, or if the default format equals the present format.  `low_ns`: duration of
         the low level at the beginning of the character.  This duration gives the baud rate.

@@ -17,8 +17,8 @@ from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
 NEARLY_FULL = 52  # The host must stop sending when the input buffer contains 52 characters (80 %).
-NEARLY_EMPTY = 12  # The host may send again when the buffer contains at most 12 characters (20 %).
-OVERFLOW = 61  # At 61 characters (95 %), the interface empties its buffer and reports a data fault.
+NEARLY_EMPTY = 12  # The host may resume sending when the input buffer (64 characters) is filled to at most 20 %.
+OVERFLOW = 61  # According to the manual, the input buffer (64 characters) overflows when it is filled to 95 %.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -172,7 +172,7 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self._held_back = 0  # Number of processes that wait until DSR and CTS are active.
+        self._held_back = 0  # Number of transmissions that wait until the inputs DSR and CTS are active.
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""

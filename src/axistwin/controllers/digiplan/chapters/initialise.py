@@ -11,7 +11,7 @@ from axistwin.units import MS, S
 
 LOW_BITS = 4
 """Number of low bits that a UART sends first for the character `(`: the start bit and three zeros."""
-TOLERANCE = 10  # The interface recognises a baud rate within ±10 %.
+TOLERANCE = 10  # The interface accepts a baud rate of the host within ±10 % of a standard baud rate.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
@@ -29,7 +29,7 @@ def baud_rate(low_ns: Fraction) -> int | None:
 
     `low_ns`: time in ns for which the first bits of the character hold the line low.
     """
-    low, per = low_ns.numerator, low_ns.denominator  # Integers are faster than fractions.
+    low, per = low_ns.numerator, low_ns.denominator  # Calculate with integers, because Python's `Fraction` is slow.
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
@@ -54,8 +54,8 @@ def detect_baud_rate(state: State) -> Procedure:
     def receive(byte: int, _: LineError) -> None:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
+            # Set the buffer's error tolerance before opening the buffer, because characters can arrive immediately.
             state.buffer.set_tolerant(True)
-            # On a serial line without delay, the host sends its next characters during the call of `open`.
             state.buffer.open()
             detected.succeed()
         else:

@@ -43,10 +43,11 @@ class RampGenerator:
         *,
         further: bool = False,
     ) -> None:
-        """Start a motion of these axes.
+        """Start a motion of one or more axes.
 
-        `further`: True if the step count of the previous motion continues.  `minor`: for each minor axis of an
-        interpolation, the ratio of its step rate to the rate of the profile.
+        `directions`: +1 or -1 for each of these axes.  `further`: True if the step count of the previous motion
+        continues.  `minor`: for each minor axis of an interpolation, the ratio of its step rate to the rate of the
+        profile.
         """
         self._steps_before = self.steps if further else 0
         self._ratios, self.interpolating = dict(minor or {}), minor is not None

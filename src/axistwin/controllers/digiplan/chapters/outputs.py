@@ -41,7 +41,7 @@ class Outputs:
             self._set(number, on)
 
     def reset(self) -> None:
-        """Turn all outputs off, because the power is off."""
+        """Turn all outputs off when the power of the interface is switched off."""
         for number in OUTPUTS:
             self._set(number, False)
 
@@ -107,7 +107,7 @@ def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
 
 
 def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> list[str]:
-    """Return the names of the inputs that are not at the wanted level."""
+    """Return the names of the inputs whose level differs from `wanted`."""
     return [name for name in (f"input{number}" for number in inputs) if pins[name].level is not wanted]
 
 

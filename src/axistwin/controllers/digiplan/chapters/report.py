@@ -74,9 +74,9 @@ def input_status(state: State) -> bytes:
 
 
 def sequence_status(state: State) -> bytes:
-    """Command O: report the number of the latest sequence step (1 to 63), or 0 before the first step.
+    """Command O: report the number (1 to 63) of the most recently started sequence step.
 
-    Chapter Sequence status.
+    The number is 0 if no sequence step has started since power-up.  Chapter Sequence status.
     """
     return _number(state, state.step_number)
 
