@@ -141,7 +141,7 @@ class Card:
         return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the stored sequence with its steps (1 to 63) and the number of the present step."""
+        """Return the text of the stored sequence, and the number of the step in progress."""
         interface = self._interface
         if interface is None:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
@@ -177,10 +177,10 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Connect the inputs DSR and CTS of the interface through the serial cable `cable`.
+    """Connect each of the inputs DSR and CTS to the host, to an output of the interface, or to no signal.
 
-    The cable connects each input to the host, to the output DTR or RTS of the interface, or to no signal.  The result
-    contains the pins that the interface reads.
+    The serial cable `cable` determines the connections.  The outputs are DTR and RTS.  The result contains the pins
+    that the interface reads.
     """
 
     def line(pin: Pin, source: str) -> Pin:

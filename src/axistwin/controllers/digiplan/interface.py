@@ -52,13 +52,14 @@ class Interface(State):
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
         self._told = False  # True if the user has received the hint that the interface is already initialised.
-        self._eighth: list[bool] = []  # For each character of the message: True if bit 8 of the character is 1.
+        # For each character of the incoming message: True if the highest of the character's eight bits is 1.
+        self._eighth: list[bool] = []
         self.pins["led"].set(True)
         self.lines.dtr.set(True)
         self._live_process = self.clock.process(self._live())
 
     def power_off(self) -> None:
-        """Stop all activities of an IF1 or IF2 when the power is switched off, e.g. a move.
+        """Stop a move, a transmission and all other activities of the interface at power-off.
 
         A locked IF2 saves its memory.
         """
@@ -92,7 +93,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # A stored sequence starts automatically after the initialisation.
+        self._begin_sequence()  # The interface starts the stored sequence automatically after each initialisation.
 
     def _obey_until_broken_in(self) -> Procedure:
         """Execute the host's messages until the host sends the character `(`.
@@ -127,9 +128,10 @@ class Interface(State):
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
-        """Save the parameters and the sequence of a locked interface in the battery-backed memory.
+        """Save the parameters and the stored sequence in the battery-backed memory.
 
-        Nothing is saved while the interface is unlocked, or during initialisation.
+        Nothing is saved while the interface is unlocked, or during initialisation.  The command `[` locks the
+        interface.
         """
         if self.locked and self.stage is Stage.READY:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
@@ -144,7 +146,11 @@ class Interface(State):
             Retained().save(self.store)
 
     def erase(self) -> None:
-        """Command `*` during initialisation: erase the parameters and the sequence, and unlock the communication."""
+        """Command `*` during initialisation: erase all parameters and the stored sequence.
+
+        The command also ends the locked state, in which the interface performs only status requests and the command
+        `]`.
+        """
         self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
@@ -239,9 +245,9 @@ class Interface(State):
         return None
 
     def _carry_out_later(self, message: Message) -> Procedure:
-        """Wait until the execution of the host's previous message begins, then execute `message`.
+        """Execute `message` later, because an earlier message of the host is still waiting for its execution.
 
-        The previous message waits for the end of a move, run or sequence.  During this time, answer the status requests
+        The earlier message waits for the end of a move, run or sequence.  During this time, answer the status requests
         that arrive after `message`.  The command `#` drops both messages.
         """
         while self.work.held is not None:
