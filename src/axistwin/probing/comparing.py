@@ -303,7 +303,8 @@ def _fits(
                 left += verdict is Verdict.DIFFERS
                 if left > best:
                     break
-        except AxistwinError:  # Skip an option value with which the virtual controller raises an error.
+        except AxistwinError:
+            # A virtual controller failed with this value of a controller option, so try the next value.
             continue
         if left > best:
             continue
@@ -317,7 +318,9 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return option values with which the simulated controller might match the real controller.
+    """Return other values for the options of a virtual controller, e.g. `busy="ignore"`.
+
+    With one of these values, the virtual controller may answer like the real controller.
 
     Returns pairs of option name and value.  The suggested values come first, and values other than the defaults follow.
     """

@@ -60,7 +60,8 @@ def read(exchange: Exchange) -> Contents:
             if not listed:
                 found.missing.append("sequences: the board does not list them, because a sequence is running: end it")
                 break
-            if commands := listed[:-1]:  # A null command ends the board's list of the commands in a sequence.
+            # Omit the last command of the listed sequence: a null command that only marks the end.
+            if commands := listed[:-1]:
                 found.values[f"sequence {number}"] = " / ".join(commands)
     return found
 
@@ -107,9 +108,10 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions and files with which a scene loads an old board's saved data into a virtual board.
+    """Convert the saved data of a real board to actions and files of a scene.
 
-    The scene's actions set the levels of the trigger inputs, and load a file with commands.
+    The scene loads the data into a virtual board.  The actions set the levels of the trigger inputs, and load a file
+    with commands.
     """
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)

@@ -63,7 +63,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
         exchange.echo, exchange.terminator = False, end
         exchange.echo = exchange.ask(said, complete=said.__eq__, patience_s=patience_s).endswith(said)
         letter = exchange.line(b"E" + end, patience_s)
-        # The interface rejects E or N if the parity is wrong, because E and N have different parity bits.
+        # With a wrong parity, the interface rejects at least one of the two requests E and N.
         if letter in BUSY_LETTERS and exchange.line(b"N" + end, patience_s).isdigit():
             return end
     return None
@@ -96,7 +96,10 @@ def restore(contents: Contents, new: Contents) -> Restoring:
 
 
 def start(bench: Bench, contents: Contents) -> None:
-    """Initialise the simulated interface with the data format message of the real interface, e.g. `U61`."""
+    """Set the data format of the simulated interface by a message, e.g. `U61`.
+
+    The simulated interface has the same data format as the real interface.
+    """
     (controller,) = bench.controllers.values()
     port = controller.serial
     wanted = port.host.format

@@ -25,7 +25,10 @@ PORTS = {False: "tcp://127.0.0.1:5001", True: "bus://127.0.0.1:1811"}
 
 @dataclass
 class Rescue:
-    """Result of `axistwin rescue`: a controller's saved data, and differences from its virtual twin."""
+    """Result of the command `axistwin rescue`: the data that the command has read from a controller.
+
+    The result also contains each value that differs between the controller and its virtual twin.
+    """
 
     found: Found
     contents: Contents

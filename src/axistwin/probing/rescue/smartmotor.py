@@ -55,7 +55,8 @@ def read(exchange: Exchange) -> Contents:
         found.values[f"al[{index}]"] = exchange.line(f"Ral[{index}]\r".encode())
     found.program = _upload(exchange, found)
     if before == "0" and exchange.line(b"RBs\r") == "1":
-        exchange.end.send(b"Zs\r")  # Command Zs clears the flag Bs, which an unknown request has set.
+        # The motor did not know a request and set the flag Bs (syntax error), so clear Bs by the command Zs.
+        exchange.end.send(b"Zs\r")
     silent = [name for name, value in found.values.items() if not value]
     if silent:
         found.missing.append(f"no answer to {', '.join(silent)}")
@@ -73,11 +74,15 @@ def reported(said: bytes, answer: bytes) -> bool:
 
 
 def _first(exchange: Exchange) -> None:
-    """Address the motor, and find out if the motor echoes.  Raises LinkError if several motors answer."""
+    """Test the connection to the motor.  Raises LinkError if several motors answer.
+
+    The first request addresses all motors.  `exchange.echo` is set to True if the motor echoes.
+    """
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    if answer.removeprefix(FIRST).count(b"\r") > 2:  # One motor answers each request at most once.
+    # Two requests were sent, so a single motor sends at most two answers.
+    if answer.removeprefix(FIRST).count(b"\r") > 2:
         raise LinkError("several motors answer: connect one motor at a time")
 
 

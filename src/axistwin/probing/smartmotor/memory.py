@@ -246,7 +246,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
-        # A wrong baud rate can turn a byte into the address of another motor, so address all motors again.
+        # A byte sent at a wrong baud rate can deselect the motor, so ADDRESS_ALL selects the motor again.
         lines = ("Zb Zc Zf Zs", f"GOSUB{label}", *sent, ADDRESS_ALL, *then)
         return case(name, commands[code].chapter, *lines, stores=True, waits=((1 + len(sent), CHANNEL_S),))
 
