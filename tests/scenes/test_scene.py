@@ -286,7 +286,7 @@ WRONG = {
     ),
     "a motor on a bus": (
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
-        "5:10: bus://:1811 is a port for an 1810 or 1811: expected another kind of port, e.g. tcp://127.0.0.1:5001",
+        "5:10: invalid port bus://:1811 for a serial line: expected a port that is not a bus, e.g. tcp://127.0.0.1:5001",
     ),
     "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),

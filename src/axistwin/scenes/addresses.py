@@ -22,7 +22,8 @@ def check_ports(contents: SceneFile, source: Source) -> None:
             )
         if url.scheme == "bus" and not at_a_bus:
             raise source.error(
-                f"{port} is a port for an 1810 or 1811: expected another kind of port, e.g. {EXAMPLES['tcp']}", path
+                f"invalid port {port} for a serial line: expected a port that is not a bus, e.g. {EXAMPLES['tcp']}",
+                path,
             )
         place = _place(url)
         if place in taken:

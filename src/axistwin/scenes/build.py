@@ -308,7 +308,7 @@ class Builder:
 
     def _check_operated(self, name: str, path: Path_) -> None:
         if not self._pin(name, path).drivable:
-            raise self.source.error(f"{name} is an output: expected an input for the operator panel", path)
+            raise self.source.error(f"{name} is an output: expected an input of a controller, e.g. if1.input1", path)
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
@@ -372,10 +372,10 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield each simulated host of a scene file as a tuple, e.g. `(("controller", 0, "host", 0), "table", file)`.
+        """Yield each simulated host of a scene file: its place in the scene file, its controller and its program file.
 
-        The tuple contains the place of the host in the scene file, the name of the controller or of the shared line to
-        which the host sends commands, and the host's program file.
+        The place is a key path, e.g. `("controller", 0, "host", 0)`.  A host at a shared line has the name of the
+        shared line instead of the name of a controller.
         """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):

@@ -128,7 +128,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                # Replace an earlier copy of the conversation file, which contains old names of program files.
+                # Delete the unchanged copy of this conversation file, so that the changed text gets the same file name.
                 del self.files.texts[name]
             text = moved
         return self.files.add(name, text)

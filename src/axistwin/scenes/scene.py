@@ -213,9 +213,7 @@ class Scene:
         return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Return the text of the scene file with added hosts and script entries.
-
-        `copy` has the added hosts and script entries.
+        """Add the hosts and the script entries of `copy` to the text of the scene file, and return the text.
 
         The files that the text needs are added to `copy`.
         """

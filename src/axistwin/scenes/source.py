@@ -21,7 +21,8 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    "missing": "expected two numbers",  # Pydantic reports "missing" if a list has one number instead of two.
+    # Text for a list with one number instead of two; the library pydantic reports this error as "missing".
+    "missing": "expected two numbers",
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }

@@ -89,7 +89,8 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     """Convert a position with a unit, e.g. "12.5 mm", to counts."""
     if not isinstance(given, str):
         return given
-    if "units" not in info.data:  # The library pydantic has already reported the invalid key `units`.
+    # Return any number: the library pydantic has already reported an error in the key `units`.
+    if "units" not in info.data:
         return 0
     table = info.data["units"]
     units = None if table is None else MachineUnits.given(table.model_dump())
