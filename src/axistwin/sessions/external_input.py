@@ -151,7 +151,7 @@ class ExternalInput:
             log.warning("%s", error)
 
     def _record_line_act(self, name: str, act: LineAct) -> None:
-        """Record an action of a host at a serial line.
+        """Record an action of a host at a serial line, e.g. that the host sends data or a break signal.
 
         The action is recorded before it is performed.
 

@@ -188,7 +188,8 @@ class RecordedPort:
 
     def _received(self, byte: int, errors: LineError) -> None:
         if self._muted:
-            self.present.read()  # During a replay, discard the characters that the host has already received.
+            # A replay repeats the earlier output of the controller; the host must not receive this output twice.
+            self.present.read()
         else:
             self._receives.emit(byte, errors)
 

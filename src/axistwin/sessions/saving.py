@@ -38,12 +38,12 @@ def files(
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # At equal times, the scene's old conversation files act first, so new files get a higher rank.
+    # At equal times, a conversation file with a higher rank runs later; new files get the highest rank.
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # Recorded actions must act after the scene's conversation files, but a [[script]] acts before these files.
+        # Use a [[script]] only without an older recording: at equal times, a [[script]] runs before recorded actions.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]

@@ -188,7 +188,8 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # Raise ProgramError for a bus command that has no text form.
+            # Raise ProgramError if the bus command cannot be written as text in a conversation file.
+            codec.read(codec.show(data))
         else:
             self.bench.port(name)  # Raise UsageError for the name of an unknown endpoint.
         self._do(Say(data, controller=name))
@@ -279,7 +280,7 @@ class Session:
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
-        # A simulation at full speed does not end before the last action in the scene's script.
+        # At full speed, the simulation runs at least until the last planned action of the scene.
         self.pacer.agenda_ns = self.bench.agenda_ns
         self.pacer.start()
 
@@ -503,7 +504,8 @@ class Session:
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # Build new controllers first, because an error must leave the session unchanged.
+        # If the new controllers cannot be built, the session keeps the old controllers.
+        bench = self._build()
         self.input.mute()
         self.bench = bench
         for attach in self._attached:

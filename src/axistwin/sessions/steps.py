@@ -55,9 +55,9 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """End the simulation step after a message that does not end with CR or LF.
+        """Treat the present serial message as complete, although CR or LF is missing.
 
-        Called when no more characters of the message will come.
+        The end of a message ends the simulation step.  Called when no more characters of the message will come.
         """
         self._seen = self._seen or self._talk is not None
 
