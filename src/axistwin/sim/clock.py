@@ -22,7 +22,7 @@ Procedure = Generator[Event, Any, Any]
 
 LAST = 9
 """Rank of external events, which come after all events of the bench itself."""
-_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes events with small priority numbers first, usually 0 or 1.
+_AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes simultaneous events in the order of their priority numbers.
 
 
 class _Call(Event):
@@ -75,7 +75,8 @@ class Clock(Environment):
                 self.step()
         finally:
             self._unobserved = False
-            self._withdraw(end)  # After an exception, the end event must not stay in SimPy's queue of events.
+            # Cancel the event at the time `end_ns`; after an exception, the event has not happened yet.
+            self._withdraw(end)
 
     @property
     def free_ns(self) -> int:
@@ -134,7 +135,7 @@ class Clock(Environment):
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` once after all events that happen at the same virtual time.
+        """Call `callback` before each advance of virtual time, when all events of the present time have happened.
 
         Return an unsubscribe function.  The callback may read the bench but must not change the bench.
         """
@@ -178,7 +179,7 @@ class Clock(Environment):
         self.schedule(event, priority=URGENT)
 
     def call_outside(self, procedures: Collection[Process], action: Callable[[], object]) -> None:
-        """Call `action` at once, but not during one of the given procedures.
+        """Call `action` immediately, or at the next `yield` of the running procedure.
 
         If one of `procedures` is running, `action` is called when this procedure next yields, in the same nanosecond.
         """

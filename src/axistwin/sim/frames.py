@@ -104,10 +104,10 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the low pulses of a serial character as pairs of bit numbers, e.g. (0, 3) if bits 0 to 2 are low.
+        """Return the low pulses of a serial character, each as a pair of bit numbers.
 
-        Bit 0 is the start bit.  A range contains the number of the first bit, and the number of the first bit after the
-        range.
+        Bit 0 is the start bit.  A pair contains the number of the first bit of the pulse, and the number of the first
+        bit after the pulse, e.g. (0, 3) if bits 0 to 2 are low.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
@@ -190,7 +190,7 @@ class Frame:
 
     @property
     def end(self) -> int:
-        """End of the last time span in which the signal is low.
+        """Time at which the last low pulse of this serial frame ends.
 
         The time is in units of 1/`per` ns.
         """

@@ -111,7 +111,7 @@ class Levels:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if the wire stays at mark from the time `now_ns`."""
+        """True if no low pulse is on the wire at the time `now_ns` or later."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
@@ -126,7 +126,10 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove all stored low pulses that overlap or follow the low pulse `first`, and return these pulses."""
+        """Remove the stored low pulses that end after the start of the new low pulse `first`.
+
+        Return the removed low pulses.
+        """
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

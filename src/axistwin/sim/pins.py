@@ -272,11 +272,14 @@ class SensedPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the input would have without test leads and defects."""
+        """Level that a sensor, a switch or a wire applies to the input.
+
+        A test lead or a defect can force another level.
+        """
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
-        """Disconnect the sensor, and set the input to a constant level."""
+        """Replace the sensor at the input by the constant level `level`."""
         before = self.level
         self._read, self._source, self.restless = None, level, False
         self._update(before)

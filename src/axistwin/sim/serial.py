@@ -40,9 +40,9 @@ class Wire(Protocol):
 
     @property
     def ready(self) -> bool:
-        """True if all receivers can accept another character.
+        """True if all receivers at the wire can accept another character.
 
-        On an instant line, the sender blocks until all receivers can.
+        On an instant line, the sender blocks until all receivers can accept another character.
         """
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
@@ -75,7 +75,7 @@ class Line:
         self._idle = 0, 1
         self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        # Time in ns when the last delayed character ends; no later character may arrive earlier.
+        # End time of the latest delayed character in ns; the next character must not begin before this time.
         self._free_ns = 0
 
     # Faults of the serial line
@@ -89,7 +89,7 @@ class Line:
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
-        """Inject a fault: the next characters on the line are lost."""
+        """Inject a fault: lose the next characters on the line.  `characters`: number of lost characters."""
         self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
@@ -260,9 +260,10 @@ class Line:
             self._find_start_bit()
 
     def _sample_whole(self) -> None:
-        """Sample the present character bit by bit from now on.
+        """Sample each bit of the character that is being received.
 
-        Called when a second signal appears on the wire, which may change bits of the character.
+        Without this call, the character is received in one step.  Called when a second signal appears on the wire,
+        which may change bits of the character.
         """
         whole = self._whole
         if whole is not None and self.clock.now < whole.end_ns:
@@ -271,9 +272,10 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Cancel the reception of the next character if its start bit has not begun yet.
+        """Cancel the planned reception of a character if the character has not begun yet.
 
-        A new signal on the wire may contain an earlier start bit.
+        The reception is planned when the character is put on the wire.  A new signal on the wire may contain an earlier
+        start bit.
         """
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
