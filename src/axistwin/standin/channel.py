@@ -37,7 +37,7 @@ class Channel:
         """Size of the board's receive buffer in bytes."""
         self._reader = frames.Reader()
         self._first = 0  # Number of the oldest message block that the board has not acknowledged.
-        self._agreed = False  # True after the board has acknowledged any message block.
+        self._agreed = False  # True after the board has acknowledged at least one message block.
         self._unacknowledged: deque[_Sent] = deque()
         self._waiting: deque[tuple[bytes, Callable[[float], None]]] = deque()
         self._timeout_s = LEAST_TIMEOUT_S
@@ -133,7 +133,10 @@ class Channel:
         return sum(len(block.data) for block in self._unacknowledged)
 
     def _next_block(self, now_s: float) -> bytes:
-        """Return a message block that contains as many waiting commands as possible."""
+        """Pack queued commands into a message block (a numbered packet for the board), and return the block.
+
+        The block contains as many commands as the block and the board's receive buffer can hold, but at least one.
+        """
         most = min(frames.MOST_CONTENT, self.window - self._in_flight - frames.LEAST)
         contents, calls = bytearray(), []
         while self._waiting and (not contents or len(contents) + len(self._waiting[0][0]) <= most):

@@ -64,7 +64,7 @@ class Output(Protocol):
         """
 
     def resume(self, group: str) -> None:
-        """Allow pulses for the axes of a stopped controller again."""
+        """Resume a stopped controller: accept step pulses for the controller's axes again."""
 
     def restart(self, now_s: float) -> None:
         """Connect to the board again after a failure."""

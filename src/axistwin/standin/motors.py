@@ -110,9 +110,9 @@ class Counts:
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted error of the pulse times `times`, in seconds.
+        """Return the time in seconds by which a motion board may output a pulse too early or too late.
 
-        The error may be a fixed fraction of the shortest time between two pulses.
+        The time is at most a fixed fraction of the shortest time between two pulses in `times`.
         """
         import numpy as np
 

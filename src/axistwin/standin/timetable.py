@@ -89,9 +89,9 @@ class Timetable:
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the time of a periodic event of the board, in clock ticks.
+        """Return the clock tick in the middle of a time slot of the board's schedule.
 
-        The time is in the middle of the time slot `slot` of a period, at `soon` or later.
+        `slot`: number of the time slot in a period.  The tick is at `soon` or later.
 
         `periods` counts from the first pair of periods that begins at `soon` or later.
         """

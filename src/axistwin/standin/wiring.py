@@ -39,7 +39,10 @@ class BoardPin:
 
 @dataclass(frozen=True)
 class DrivenAxis:
-    """An axis that drives a real motor, with the limits of its travel and pulse rate."""
+    """A simulated axis that controls a real motor.
+
+    `travel` and `max_rate` limit the position and the pulse rate of the axis.
+    """
 
     axis: str
     """Name of the axis on the bench: "controller.axis"."""
@@ -138,8 +141,8 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"invalid stop input {given.to}: expected an input of a controller with an axis on this board, "
-                f"e.g. of the controller {' or '.join(names)}"
+                f"{given.to} cannot stop the axes of this board: "
+                f"expected an input of the controller {' or '.join(names)}"
             )
 
 

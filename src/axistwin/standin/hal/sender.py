@@ -111,7 +111,7 @@ class HalSender:
     def _halcmd(self, *words: str) -> str:
         """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
-        # Write the output to files, because LinuxCNC's background program rtapi_app would keep a pipe open.
+        # Read the output of halcmd from files; a read from a pipe would not end while the program rtapi_app runs.
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
             try:
                 code = subprocess.call([*self._prefix, "halcmd", *words], stdout=out, stderr=err, cwd=folder)
@@ -157,7 +157,7 @@ class HalSender:
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the HAL component the axis positions for the time before `until_s`.
+        """Send the positions of all axes up to the time `until_s` to the HAL component.
 
         All pulses before `until_s` have been queued.
         """

@@ -32,7 +32,7 @@ class Track:
 
     @property
     def given_s(self) -> float:
-        """Time, in seconds, of the last position that the method `knots` has calculated."""
+        """Time, in seconds, up to which the method `knots` has calculated the positions of the axis."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
