@@ -44,7 +44,7 @@ def test_drawn_values(text, fraction, value):
         ("5..1", "invalid range 5..1: expected the lower value first, e.g. 1..5"),
         ("1..1", "expected the lower value first"),
         ("0..1:1", "expected 2 to"),
-        ("0..5:3:log", "expected a range above 0"),
+        ("0..5:3:log", "expected a lower limit above 0"),
         ("0..9999999", "expected at most"),
         ("1..b", "invalid range"),
         ("[]", "the list of values is empty"),

@@ -62,7 +62,7 @@ def _level(high: bool) -> tuple[Compare, Compare]:
 
 
 def condition(text: str) -> Condition:
-    """Parse the text of a condition.  Raises UsageError."""
+    """Parse a condition on signals, e.g. `table.output1 high`.  Raises UsageError for an invalid condition."""
     reader = _Reader(text)
     found = reader.either()
     if reader.tokens:

@@ -176,7 +176,10 @@ def read(path: Path) -> "pa.Table":
 
 
 def digest(found: "pa.Table") -> str:
-    """Return a hash of the results of a sweep; equal sweeps have equal hashes."""
+    """Return a hash of the results of a sweep.
+
+    Sweeps with equal results have equal hashes.
+    """
     kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
     rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
     return sha256("\n".join(rows).encode()).hexdigest()[:16]

@@ -37,7 +37,10 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
         sweep = title or path
-        raise TraceError(f"{sweep}: no results to plot: expected a sweep with a measure or a claim")
+        raise TraceError(
+            f"{sweep} has no results to plot: expected a sweep that measures or checks a signal, "
+            "e.g. --measure 'end: final table.X.position'"
+        )
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):

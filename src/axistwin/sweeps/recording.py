@@ -167,7 +167,7 @@ class Recording:
         return found
 
     def _parts(self, name: str) -> tuple[str, ...]:
-        """Return the names of the traced signals from which this signal is computed."""
+        """Return the names of the traced signals that are needed to compute the signal `name`."""
         if name in self._known:
             return (name,)
         scope, _, which = name.rpartition(".")

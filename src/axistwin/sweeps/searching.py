@@ -41,7 +41,7 @@ def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
 
 
 def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
-    """Return the results of an interrupted search.
+    """Return the results of the completed runs of an interrupted `axistwin sweep --search`.
 
     The keys are run numbers, and the values contain the robustness of each claim.
     """
@@ -53,10 +53,11 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin of a run over all claims (required conditions), e.g. -2 for a violation by 2.
+    """Return a score for the results of a run; the worst run has the smallest score.
 
-    The margin (robustness) is negative if the condition is violated.  A smaller number means a worse run, so the search
-    minimises the number.  The number is limited to ±`FAR`; it is `FAR` if no condition has a margin.
+    The score is the smallest margin (robustness) of all claims (required conditions), e.g. -2 if a value exceeds its
+    limit by 2.  The search minimises the score.  The score is limited to ±`FAR`.  If no claim has a margin, the score
+    is `FAR`.
     """
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]

@@ -387,7 +387,7 @@ def _ns(seconds: str) -> int | None:
     except NumberError:
         raise UsageError(f"invalid time {shortened(seconds)}: expected seconds, e.g. within 2 s") from None
     if value < 0:
-        raise UsageError(f"invalid time {seconds} s: expected 0 seconds or more, e.g. within 2 s")
+        raise UsageError(f"negative time {seconds} s: expected 0 s or more, e.g. 'within 2 s'")
     return to_ns(value)
 
 

@@ -67,7 +67,7 @@ class Sweep:
             self.scene = scene
         else:
             self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
-        self.scene.build()  # Building a scene also reads the scene's program files.
+        self.scene.build()  # Build the scene once to load the scene's program files.
         self.program, self.host = None if program is None else Path(program), host
         self.varied: dict[str, Values] = {}
         self.measures: dict[str, str] = {}
@@ -100,7 +100,7 @@ class Sweep:
         return self
 
     def plan(self, design: Design, seconds: float | None) -> dict[str, Any]:
-        """Return all settings on which the results of the sweep depend."""
+        """Return the plan of the sweep: everything that determines the results, e.g. the number of runs."""
         varied = {path: values.text for path, values in self.varied.items()}
         job = self._job(seconds)
         return {

@@ -122,9 +122,9 @@ def check(file: Path) -> None:
 
 
 def _names(message: str, name: str) -> bool:
-    """True if the message contains `name` as a complete word.
+    """True if the error message `message` contains the word `name`.
 
-    `name`: the name of a path, measure or claim.
+    `name`: the name of a path, measure or claim.  A longer word that contains `name` does not count.
     """
     return re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", message) is not None
 

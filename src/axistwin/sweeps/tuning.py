@@ -130,7 +130,7 @@ class Tuning:
         return study
 
     def check(self, design: Design, seconds: float | None) -> tuple[Runner, Runner, Points]:
-        """Check all settings of the tuning before the first run.  Raises UsageError.
+        """Raise UsageError if the search for the best settings cannot start, e.g. without a setting to change.
 
         Returns the runner of the unchanged scene, the runner of the trials, and the varied values of a trial.
         """

@@ -44,9 +44,9 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """Test values of a setting, e.g. the first, the middle and the last value.
+        """Some values of a setting, e.g. the first, the middle and the last value.
 
-        The test values are checked before a sweep begins.
+        These values are checked before a sweep begins.
         """
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
@@ -107,7 +107,7 @@ def _range(text: str, found: re.Match[str]) -> Values:
         raise UsageError(f"invalid range {text}: expected the lower value first, e.g. 1..5")
     logarithmic = found["log"] is not None
     if logarithmic and low <= 0:
-        raise UsageError(f"invalid logarithmic range {text}: expected a range above 0, e.g. 1..1000:4:log")
+        raise UsageError(f"invalid logarithmic range {text}: expected a lower limit above 0, e.g. 1..1000:4:log")
     whole_ends = isinstance(low, int) and isinstance(high, int)
     interval = None if found["count"] else (low, high, logarithmic)
     if found["count"] is not None:
