@@ -198,7 +198,7 @@ class ServoTrace:
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the position and the commanded position of the servo axis over time, before the time `before_ns`.
+        """Return the changes of the position and of the commanded position before the time `before_ns`.
 
         The samples before this time are then deleted.
         """

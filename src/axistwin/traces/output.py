@@ -29,7 +29,10 @@ class Output:
         self._size = 0
 
     def append(self, data: bytes) -> None:
-        """Append a block of bytes to the file.  Raises OSError."""
+        """Append a block of bytes to the file.
+
+        Raises OSError if the block cannot be written; the file is then unchanged.
+        """
         self.replace_end(data, 0)
 
     def replace_end(self, data: bytes, of: int) -> None:

@@ -106,7 +106,7 @@ def _check_order(path: Path, track: Track) -> None:
     times, signal_name = np.array(track.times, np.int64), track.name
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
         raise TraceError(
-            f"{path} is not a trace: expected times from 0 ns in ascending order for the signal {signal_name}"
+            f"{path} is not a trace: expected ascending times of 0 ns or more for the signal {signal_name}"
         )
 
 
@@ -233,13 +233,13 @@ def _vcd(path: Path) -> Trace:
                 except ValueError:
                     raise TraceError(
                         f"{path}:{number}: invalid change {shortened(line.rstrip())} of a signal: "
-                        "expected a value and the signal's identifier, e.g. 1! for the value 1 of the signal !"
+                        "expected a value and the signal's identifier, e.g. 1a for the value 1 of the signal a"
                     ) from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 
 
 def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[str, tuple[str, str]]]:
-    """Read the first lines of a VCD file; return the origin of the trace, and the name and kind of each signal."""
+    """Return the metadata of a VCD file (e.g. the version of axistwin), and the name and kind of each signal."""
     about: dict[str, str] = {}
     names: dict[str, tuple[str, str]] = {}
     scopes: list[str] = []
@@ -324,7 +324,7 @@ def _parquet_table(path: Path) -> Any:
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         read_error = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
         raise TraceError(f"{path} is damaged or is not a Parquet file ({read_error})") from None
-    # The attribute `value_type` of a dictionary-encoded Parquet column is the type of the column's values.
+    # For a column that stores indices into a list of values, `value_type` is the type of the values.
     types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:

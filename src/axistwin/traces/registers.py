@@ -61,7 +61,10 @@ class ReportedRegisters:
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return the changes of one register, without repetitions of the same value."""
+        """Return the changes of one register.
+
+        A report that repeats the previous value is left out.
+        """
         import numpy as np
 
         changed = np.diff(values, prepend=self._known[n]) != 0

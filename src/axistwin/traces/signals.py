@@ -104,7 +104,8 @@ def pin_signal(pin: str) -> str:
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # Skip step outputs, whose pulses are in the axis's signal `step`.
+        # No signal for a step output: the signal `step` of the axis shows the same pulses.
+        if not pin.silent:
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)

@@ -70,10 +70,10 @@ class _Message:
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Show an empty text instead of the latest message of the host or of the controller.
+        """Set a text signal of the trace to an empty text.
 
-        Called when the other end of the serial line begins to transmit.  `answered`: True if the stored message is
-        deleted, too.
+        The signal shows the latest message of the host or of the controller.  Called when the other end of the serial
+        line begins to transmit.  `answered`: True if the stored message is deleted, too.
         """
         if answered:
             self._message = b""
