@@ -116,7 +116,7 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True for a program line that does not wait until earlier commands are complete, e.g. a status request.
+    """True for a program line that takes effect immediately, even during a move, e.g. a status request.
 
     Such lines are status requests and manual actions (`!` lines).  If such a line is sent immediately, the next line is
     sent immediately, too.
@@ -230,10 +230,10 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the data with which a host starts an interface: a serial format, and a message, e.g. `U61`.
+    """Return the message with which a host sets the data format of an interface, e.g. `U61`.
 
-    After power-on, the host first sends `(` in this serial format.  The message then selects the character format
-    `wanted`, e.g. `U61` for 8N2.
+    The first value of the result is a serial format.  After power-on, the host sends `(` and then the message in this
+    serial format.  The message selects the character format `wanted`, e.g. `U61` for 8N2.
     """
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 

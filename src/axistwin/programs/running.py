@@ -77,9 +77,9 @@ def load(path: Path, target: str = "") -> Program:
 
 
 def scene_program() -> Program:
-    """Return an object that runs a scene without a program file.
+    """Return an object that simulates the hosts, the stored programs and the script of a scene.
 
-    The run simulates the scene's hosts, stored programs and script.
+    Used if the user gives no program file.
     """
     return Program(_run_scene)
 
