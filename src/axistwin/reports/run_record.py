@@ -45,9 +45,10 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the last byte of this serial message has arrived, e.g. CR.
+        """True if the message is complete, e.g. after the terminator CR.
 
-        A message ends with CR or LF.  A message on a bus has no terminator: all its bytes arrive at the same time.
+        A serial message ends with CR or LF.  A message on a bus has no terminator: all its bytes arrive at the same
+        time.
         """
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 

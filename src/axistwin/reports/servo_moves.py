@@ -94,10 +94,11 @@ class ServoMoves:
             self._find_moves(samples, times, whole, commanded, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
-            self.moves[-1].target = self._position  # The shaft still moves until the servo has settled.
+            # The shaft continues to move after the end of the trajectory, until the servo has settled.
+            self.moves[-1].target = self._position
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return the new positions of a servo axis, with the `WINDOW` previous positions in front.
+        """Insert the `WINDOW` previous positions of a servo axis before the array `positions`, and return the result.
 
         If the earlier samples are unknown, the axis is assumed to have been at rest.
         """
