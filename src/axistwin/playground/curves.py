@@ -109,7 +109,7 @@ class Curves:
         return found
 
     def table(self) -> str:
-        """Return all samples as a table in CSV format."""
+        """Return the recorded positions and velocities of all axes as a CSV table."""
         head = [f"{name}.{quantity}" for name in self.axes for quantity in ("position", "velocity")]
         rows = [",".join(("seconds", *head))]
         for n in range(self.samples):
