@@ -111,7 +111,10 @@ class CompumotorGuide(Guide):
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the action that initialises a board: wait for the end of the self-test."""
+        """Yield an action that waits 1 s for the end of the board's self-test.
+
+        Yields nothing if the board is ready.
+        """
         if not self.ready:
             yield Wait(S)
 

@@ -47,7 +47,10 @@ class DigiplanGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the interface accepts commands, because the data format is known, e.g. from the message U61."""
+        """True if the interface accepts commands.
+
+        The host must first set the data format, e.g. by the message U61.
+        """
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
@@ -152,9 +155,10 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Text that tells the user how to set the inputs for which a stored program waits in its first step.
+        """Text that tells the user how to start a stored program that waits for an input.
 
-        The text ends a sentence for the user, e.g. ", and waits: press START".  "" if the first step does not wait.
+        The program waits in its first step.  The text ends a sentence for the user, e.g. ", and waits: press START".
+        "" if the first step does not wait.
         """
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
@@ -181,7 +185,10 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield three explanations of a number: as an answer to K, as an answer to F, and as an answer to I."""
+        """Yield three possible meanings of a number in an answer of the interface.
+
+        The meaning depends on the request: K, F or I.
+        """
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"

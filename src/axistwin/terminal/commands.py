@@ -165,7 +165,7 @@ class LocalCommands:
         return end.inspect(lambda: list(read(end)))
 
     def _lesson_lines(self, name: str) -> list[str]:
-        """Return the present task of the lesson, or the solution of this task."""
+        """Return the lines that the command `:task` or the command `:show` displays in a lesson."""
         assert self.lesson is not None, "checked by the caller"
         return [self.lesson.task] if name == "task" else [f"type  {line}" for line in self.lesson.solution]
 

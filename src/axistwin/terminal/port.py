@@ -54,7 +54,7 @@ class PortEnd:
     def close(self) -> None:
         """Close the port."""
         self._closing = True
-        self._thread.join()  # The thread that reads the port ends within 0.1 s.
+        self._thread.join()  # Wait up to 0.1 s for the end of the thread that reads the port.
         self._port.close()
 
     def _subscribe(self) -> None:

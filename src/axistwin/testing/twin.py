@@ -60,7 +60,7 @@ class Url(str):
 
     @property
     def port(self) -> int:
-        """TCP port number."""
+        """Number of the TCP port in the URL, e.g. 5001."""
         return int(self.address.rpartition(":")[2])
 
     @property
