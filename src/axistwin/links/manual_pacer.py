@@ -34,7 +34,10 @@ class ManualPacer(Pacer):
         """Leave virtual time stopped until a test calls the method `advance`."""
 
     def sync(self) -> None:
-        """Add 1 to the counter `arrivals`.  Called before each input from a host, e.g. before data are received."""
+        """Count one event from a host program, e.g. received data or a new connection.
+
+        `arrivals` is the counter.  Called before the event is processed.
+        """
         self.arrivals += 1
 
     def work(self) -> None:

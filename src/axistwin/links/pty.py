@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # While no client is connected, ignore reports of cleared buffers.
+            return  # No client has connected: Linux has only reported that a buffer was emptied.
         if self._connect():
             self._take(packet[0], packet[1:])
 
@@ -124,7 +124,7 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """Connect this client, and return True on success.
+        """Connect the host program to the serial port of the controller; return False if the host is refused.
 
         A refused client is not tried again before the client closes the device.
         """

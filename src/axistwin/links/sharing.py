@@ -106,7 +106,10 @@ class Hub:
         return True
 
     def leave(self, seat: Seat) -> None:
-        """Remove a client.  If no client is left, release the serial connector."""
+        """Disconnect a client from the shared serial port of a controller.
+
+        After the last client, the connector is disconnected, too.
+        """
         if seat not in self._seats:
             return
         self._seats.remove(seat)
@@ -115,7 +118,7 @@ class Hub:
         if seat in self._queue:
             self._queue.remove(seat)
         if self._turn is seat:
-            self._complete = True  # A removed client sends no more characters, so the next client may send.
+            self._complete = True  # A disconnected client cannot finish its request: treat the request as complete.
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
@@ -174,7 +177,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """True if a new client may replace the present clients.  Always False for a shared serial port."""
+        """Always False: the clients that share the serial port are always regarded as connected."""
         return False
 
     def drop(self) -> None:

@@ -21,9 +21,9 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if another client may replace this client.
+        """True if this client has disconnected, or if the state of its connection is unknown.
 
-        This client has disconnected, or the state of its connection is unknown.
+        Another client may then replace this client.
         """
 
     def drop(self) -> None:
@@ -85,7 +85,7 @@ class SingleClient(Generic[G]):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no data from the client.
+        """True while the endpoint accepts no data from the client, as if a receive buffer were full.
 
         The gate is then closed.
         """
@@ -139,7 +139,7 @@ class SingleClient(Generic[G]):
         """Prepare the port or bus of the controller for a new client."""
 
     def end(self) -> None:
-        """Restore the control lines after a client has disconnected."""
+        """Restore the default state of the port or bus after a client has disconnected."""
 
     def flush_pending(self) -> None:
         """Send pending output to the client."""

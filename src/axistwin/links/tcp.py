@@ -66,7 +66,10 @@ class SerialConnector(Connector, Protocol):
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
-    """A client that is connected over TCP; base class of all protocols on TCP."""
+    """Base class for the TCP connection of a client.
+
+    The derived classes add a protocol, e.g. raw TCP.
+    """
 
     linger_s = LINGER_S
     answers = False
@@ -105,7 +108,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
         if not self._has_sent:
-            # No reply has been sent: acknowledge the received TCP packet without delay.
+            # Acknowledge the received data at once, because no reply has carried the acknowledgement to the client.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -129,7 +132,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the client reads the replies fast enough again."""
+        """Set the flag `stalled` to False, because the client has read most of the queued replies."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()

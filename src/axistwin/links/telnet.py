@@ -104,9 +104,9 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """Parse the Telnet command that begins at the index `iac`.
+    """Parse one Telnet command in the received bytes `data`.
 
-    Return the data or the command, and the index of its end.
+    The command begins at the index `iac`.  Return the data or the command, and the index of its end.
     Returns None if the command is incomplete.
     """
     if len(data) < iac + 2:

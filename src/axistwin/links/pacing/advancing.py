@@ -59,7 +59,8 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        while not found:  # If an AxistwinError ends the function `advance`, call the function again.
+        # If a planned action of the user has failed and interrupted the advance, continue the advance.
+        while not found:
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
         return found[0]
@@ -88,7 +89,10 @@ class Advancer(ABC):
             self.follow_plan()
 
     def _succeeds(self, advance: Callable[[], None]) -> bool:
-        """Call `advance()`; return False if `advance()` has raised AxistwinError."""
+        """Call `advance()` and return True.  If the call raises AxistwinError, report the error and return False.
+
+        The function `on_failure` reports the error.  Without this function, the error is raised.
+        """
         try:
             advance()
         except AxistwinError as error:
@@ -104,7 +108,7 @@ class Advancer(ABC):
 
     @abstractmethod
     def follow_plan(self) -> None:
-        """Apply a requested start, stop or speed change of virtual time."""
+        """Carry out the latest request to start virtual time, to stop virtual time, or to change its speed."""
 
     def flush(self) -> None:
         """Send the pending output of all ports, then call the functions registered with `subscribe`."""

@@ -21,10 +21,7 @@ class FullSpeed:
         self._ended = False
 
     def sync(self) -> None:
-        """Do not synchronise virtual time with the wall clock.
-
-        At full speed, virtual time does not follow the wall clock.
-        """
+        """This function does nothing: at full speed, virtual time does not follow the wall clock."""
 
     def work(self) -> None:
         """Advance virtual time as far as possible in about 2 ms of real time.

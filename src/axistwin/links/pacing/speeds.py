@@ -8,9 +8,9 @@ MAX_SPEED = 1e6
 
 
 def read_speed(text: str) -> float | None:
-    """Parse a speed, e.g. `10` or `max`.  Raises UsageError for an invalid speed.
+    """Parse a speed of virtual time, e.g. `10` (ten times real time) or `max` (as fast as possible).
 
-    `max` (full speed) becomes None; the largest number is 1,000,000.
+    `max` becomes None; the largest number is 1,000,000.  Raises UsageError for an invalid speed.
     """
     if text == "max":
         return None
