@@ -42,7 +42,10 @@ class _Segments(NamedTuple):
 
 
 def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Write the times of all pulses of complete moves to the array `out`."""
+    """Write the times of all pulses of several moves to the array `out`.
+
+    The profile of each move must have an end.
+    """
     import numpy as np
 
     moves = _shared(moves)

@@ -39,7 +39,7 @@ class Segment(NamedTuple):
 
 
 class Profile:
-    """A velocity profile: a sequence of segments of constant pulse rate, which begins at time 0.
+    """A velocity profile: a list of segments, each with a constant pulse rate.  The first segment begins at time 0.
 
     Internal times are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
     """
@@ -121,7 +121,7 @@ class Profile:
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
-        """Return the time of the n-th pulse in nanoseconds from the start; n begins at 1."""
+        """Return the time in ns from the start of the profile to pulse `n`; the first pulse is pulse 1."""
         j = bisect_left(self.phases, n * self.parts, 1) - 1
         return (self.starts[j] * S + (n * self.parts - self.phases[j]) * S // self.rates[j]) // self.ticks
 
@@ -246,7 +246,9 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Return the time `parts / per_second` in seconds, as an exact fraction.
+    """Convert a time to seconds as an exact fraction, e.g. 5 units of 1/1000 s to 1/200 s.
+
+    `parts`: number of units, e.g. 5.  `per_second`: units per second, e.g. 1000.
 
     Calls with equal arguments return the same object.
     """

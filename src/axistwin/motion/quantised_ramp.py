@@ -76,7 +76,7 @@ class Trapezoid:
 
 @dataclass(frozen=True)
 class QuantisedRamp:
-    """The quantised acceleration ramp of a preset move.
+    """Acceleration ramp of a preset move, as a staircase of constant velocities.
 
     The deceleration is the mirror image of the acceleration.
     """

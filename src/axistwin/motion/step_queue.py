@@ -35,7 +35,7 @@ class Steps:
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
-        """Return the time of each pulse of this step command, in ticks of the motion board's clock.
+        """Return the times of all pulses that this command outputs, in ticks of the motion board's clock.
 
         `last` is the time of the last pulse before this command.
         """
@@ -65,7 +65,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return a step command that outputs as many of the next pulses as possible.
+    """Return one step command that outputs the next n pulses at permitted times, with the largest possible n.
 
     `low` and `high` contain the earliest and the latest permitted tick of each pulse.
     """
@@ -128,9 +128,9 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Narrow the search range for `add`, a parameter of a step command.
+    """Narrow the range of values to try for `add`, the difference between successive pulse intervals.
 
-    A step command outputs a group of step pulses.
+    `add` is a parameter of a step command, which outputs a group of step pulses.
 
     With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
 

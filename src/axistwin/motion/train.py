@@ -133,7 +133,7 @@ class Train:
         """Yield the direction and the pulse times of each move that has pulses in the given time interval."""
         import numpy as np
 
-        # Include a move whose last pulse occurs exactly at the time `start_ns`.
+        # If a move begins at `start_ns`, the previous move can have its last pulse at the same time.
         earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:
             if earliest <= move.start_ns < stop_ns:
