@@ -27,14 +27,14 @@ class NumberError(UsageError, ValueError):
 
 
 def clipped(text: str) -> str:
-    """Cut a text with more than 40 characters for an error message, and append the number of characters."""
+    """Shorten a text of more than 40 characters for an error message, and append the length of the full text."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """Put a text into quotes for an error message.
+    """Put a text into quotes for an error message, and cut the text after 40 characters.
 
-    A text with more than 40 characters is cut, and the number of characters is appended.
+    The length of the full text is appended to a text that was cut.
     """
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
