@@ -45,7 +45,7 @@ class Controller:
 
     @classmethod
     def inside(cls, bench: "Bench", name: str, **options: Any) -> "Controller":
-        """Return a connection to the virtual controller `name` of a bench, in virtual time.
+        """Return a connection to the virtual controller `name` of the simulation `bench`.
 
         Virtual time passes only while the driver waits, so a scan takes almost no real time.
 
