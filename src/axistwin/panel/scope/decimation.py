@@ -21,7 +21,7 @@ FEW = 4
 
 @dataclass(frozen=True)
 class Window:
-    """Data to plot one signal, with the least and greatest value for each pixel.
+    """Time window of a signal: the signal's least and greatest value in each pixel column of a plot.
 
     Pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN stands for an unknown value.
     """
@@ -109,7 +109,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot each interval of merged signal changes as a band from the smallest to the largest value.
+    """Plot the oldest data of a signal as bands, because only their smallest and largest values are stored.
 
     To save memory, several old changes of a signal are stored as one interval with a smallest and a largest value.
     In each pixel column that the interval covers, the plot extends at least from the smallest to the largest value.
@@ -138,7 +138,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
     busy, single = seen.busy, seen.single
     left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
     times[:, 0], used[:, 0] = edges[:-1], left | busy
-    # For each pixel column: True if the line is drawn to the minimum first, then to the maximum.
+    # In a pixel column, first plot the minimum or the maximum, whichever is nearer to the previous point.
     low_first = seen.held - seen.low <= seen.high - seen.held
     values[:, 0] = np.where(busy, np.where(low_first, seen.low, seen.high), seen.held)
     times[:, 1], used[:, 1] = edges[:-1], single | busy
@@ -154,10 +154,10 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return the messages that the plot of a signal shows, each with its start time.
+    """Return the texts that a plot shows for a text signal, each with its start time.
 
-    The values of such a signal are texts, e.g. messages of the host.  The time span is divided into `most` equal
-    intervals.  The plot shows only the first message in each interval.
+    The values of a text signal are texts, e.g. messages of the host.  The time span is divided into `most` equal
+    intervals.  The plot shows only the first text in each interval.
     """
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]

@@ -82,9 +82,9 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time in ns before which changes of the given signals are stored only as summaries.
+    """Return the time in ns at which the exact data of the given signals begin.
 
-    A summary is an interval with e.g. its smallest and its largest value.  Every later change is stored.
+    Older data are stored with less detail, to save memory: e.g. the smallest and the largest value of each interval.
     """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 

@@ -150,7 +150,10 @@ class Screen:
         return to_ns - self.span_ns, to_ns
 
     def time_at(self, place: float) -> int:
-        """Return the time at a horizontal position on the screen, from 0 (left) to 1 (right)."""
+        """Return the time at a horizontal position on the screen.
+
+        `place`: the position, from 0 (left) to 1 (right).
+        """
         from_ns, to_ns = self.edges
         return from_ns + round((to_ns - from_ns) * place)
 
@@ -256,7 +259,7 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the recorded trigger signal, and the latest time in ns at which a trigger edge is accepted.
+        """Return the recorded trigger signal, and the time in ns up to which the signal is searched for edges.
 
         The data after a later edge would not fill the oscilloscope screen yet.
         """

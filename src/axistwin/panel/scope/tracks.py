@@ -75,16 +75,17 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge the rows of a signal's history that begin in the same period of `2 ** shift` ns.
+    """Merge the rows of a signal's history into one row for each time interval of `2 ** shift` ns.
 
-    A merged row contains e.g. the smallest and the largest value.
+    A row belongs to the interval in which the row begins.  A merged row contains e.g. the smallest and the largest
+    value.
     """
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # In a table of single changes, `begin` and `end` are the same array, and `area` is 0.
+    # For rows without duration, the integral of the value (`area`) is 0 and is not added.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -117,16 +118,13 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """Size of the stored history in bytes."""
+        """Memory size of this signal's history, in bytes."""
         older = sum(column.nbytes for rows in self._older for column in rows)
         return self._times.nbytes + self._values.nbytes + older
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns from which every change of a signal is stored.
-
-        Earlier changes are merged into intervals, to save memory.
-        """
+        """Start time in ns of the exact data of the signal.  Older data are stored with less detail, to save memory."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> bool:
@@ -212,7 +210,7 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            # `joined` copies the rows, so that NumPy can free the memory of the removed rows.
+            # Copy the remaining rows: without a copy, NumPy would also keep the removed rows in memory.
             all_ = joined([NOTHING, all_.cut(slice(over, None))])
         elif over > 0:
             all_ = self._coarser(level, all_)
@@ -234,7 +232,7 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Return the index range of the times from `from_ns` to `to_ns` in the array `times`.
+    """Find the times from `from_ns` to `to_ns` in the array `times`, and return their index range.
 
     The range also contains the last time at or before `from_ns`.
     """
@@ -261,10 +259,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time in ns before which recorded texts, e.g. messages of a host, may have been deleted.
-
-        All later texts are stored.
-        """
+        """Start time in ns of the complete data of the signal.  Older texts may have been deleted, to save memory."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
