@@ -13,7 +13,7 @@ MODES = {
 
 
 class Darkness(ui.dark_mode, component="darkness.js"):
-    """Page element that selects dark colours, light colours, or the colours of the user's system.
+    """Page element that applies the chosen colours to the page: dark, light, or as in the user's system.
 
     The browser sets the colours only when the selection changes.
     """

@@ -54,7 +54,8 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # At the next page update, replace the user's input by the simulated ambient temperature.
+        # A refused temperature input is replaced by the simulated ambient temperature at the next page update.
+        known = None
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))
 

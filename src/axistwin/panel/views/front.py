@@ -61,7 +61,10 @@ class _Source:
         self.shows: list[Show] = []
 
     def refresh(self, controller: Controller) -> None:
-        """Read the electrical terminal or the register, and update the front panel if the value has changed."""
+        """Read one value of the controller, and update the front panel if the value has changed.
+
+        The value is the level of an electrical terminal, or the contents of a register.
+        """
         value = controller.read(self._name)
         if value != self._known:
             self._known = value
@@ -113,7 +116,6 @@ def _meaning(context: Context, name: str, groups: Iterable[Group]) -> None:
             with ui.element("dl").classes("meaning"):
                 for item in group.items:
                     _plain("dt", item.label or item.name)
-                    # Write the lamp's name below the heading, unless the name is already the heading.
                     words = (item.name if item.label else "", item.doc)
                     _plain("dd", ".  ".join(filter(None, words)))
 

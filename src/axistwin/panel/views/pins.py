@@ -92,7 +92,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return a word for the source of a terminal's level, e.g. "wired" if a wire sets the level.
+    """Return the cause of a terminal's level as one word, e.g. "wired" if a wire sets the level.
 
     An empty text stands for an open terminal.
     """

@@ -53,7 +53,7 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # These signals would exceed the largest number of recorded signals: show no signals.
+        except AxistwinError:  # The recorder has refused the signals, e.g. because there are too many: show none.
             screen.show(())
         return screen
 
@@ -147,7 +147,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    # Freeze the screen, so that the time under the mouse pointer stays at its place.
+                    # Pause the screen, so that the mouse pointer is the centre of the zoom.
                     screen.pause()
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":

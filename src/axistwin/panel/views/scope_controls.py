@@ -274,10 +274,10 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an input element of the web page, e.g. a switch, in an attribute of `owner`.
+    """Connect an input element of the web page, e.g. a switch, to a setting of the oscilloscope.
 
-    `name`: the name of the attribute.  `then`: a function that is called after each new value.  Returns a function that
-    updates the element if the attribute has changed.
+    Each new value of the element is stored in the attribute `name` of the object `owner`.  `then`: a function that is
+    called after each new value.  Returns a function that updates the element if the attribute has changed.
     """
 
     def set_() -> None:

@@ -15,9 +15,10 @@ TURN = 30.0
 
 
 def table(context: Context, name: str) -> Callable[[bool], None]:
-    """Build the drawing of a controller's X-Y table, if two axes have limited travel.
+    """Build the drawing of the X-Y table that a controller moves.
 
-    The returned function updates the table; its argument is True for smooth transitions.
+    Nothing is built for a machine without an X-Y table (two axes with limited travel).  The returned function updates
+    the table; its argument is True for smooth transitions.
     """
     names = table_axes(context.bench[name])
     if names is None:
