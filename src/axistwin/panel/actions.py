@@ -11,7 +11,7 @@ from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
-    """States of a session, e.g. busy or running.
+    """State of a simulation session: executing a user's action (busy), running, or at rest (quiet).
 
     A page stores its state in `document.body.dataset.state`, for tests.
     """
@@ -67,11 +67,11 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Begin a change of virtual time, e.g. an advance to the next event.
+        """Step to the next event, or jump to a recorded time, as soon as earlier actions have ended.
 
-        The call waits in a queue while another such change is in progress.
+        The call waits in a queue while another `step` or `go_to` is in progress.
 
-        `begin`: function that starts the change, e.g. a `step` to the next event, or a `go_to` to a recorded time.
+        `begin`: function that starts the `step` to the next event, or the `go_to` to a recorded time.
         Returns the result of `begin()`; None if `stop` has removed the call from the queue.
         """
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()

@@ -74,9 +74,9 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the shared object that the function `make` creates at the first call.
+        """Return the object that the function `make` creates.  All web pages of the simulation share this object.
 
-        Later calls with the same `make` return the same object.
+        The first call creates the object.  Later calls with the same `make` return the same object.
         """
         if make not in self._made:
             self._made[make] = make(self.session)

@@ -60,9 +60,9 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass an HTTP request to the panel's web application, together with the user's key.
+        """Pass a browser's request to the panel's web application, together with an identifier of the user.
 
-        The key identifies the user.  A new user receives a key as a cookie.
+        A cookie contains the identifier.  A new user receives a new cookie.
         """
         scope["person"] = person or secrets.token_urlsafe(12)
 

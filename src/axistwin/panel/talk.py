@@ -47,7 +47,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the number of all events at an endpoint (a port or a bus), and the events that are new to the caller.
+        """Return the number of all events at a port or a bus, and a list of the newest events.
 
         `count`: the number of events that the caller already has.  The list contains only later events.
         """
@@ -62,9 +62,9 @@ class Talk:
 
 
 class Printer:
-    """Converts messages between a host and a controller to text for a terminal window.
+    """Formats messages for a terminal window, e.g. `0.012000 > RP` for a message of the host.
 
-    Each message begins a new line with its start time, e.g. `0.012000 > RP`.
+    Each message begins a new line with its start time.  The sign is `>` for the host, and `<` for the controller.
     """
 
     def __init__(self, codec: Codec, whole: bool) -> None:
@@ -79,7 +79,10 @@ class Printer:
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Convert sent and received data, and breaks, to the text that a terminal window shows."""
+        """Convert messages to the text that a terminal window shows.
+
+        The messages are sent data, received data, and BREAK conditions of a serial line.
+        """
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

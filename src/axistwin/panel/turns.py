@@ -66,9 +66,10 @@ class _Work(Generic[T]):
         return self._over
 
     def abandon(self) -> None:
-        """Cancel this computation: its next call of `breathe` raises an exception.
+        """Cancel the computation, and return when the computation has ended.
 
-        The `finally` clauses of the computation are executed.
+        The next call of `breathe` in the computation raises an exception.  The `finally` clauses of the computation are
+        executed.
         """
         self._abandoned = True
         while not self._over:
