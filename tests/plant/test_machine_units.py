@@ -112,7 +112,7 @@ def test_a_scene_with_units(directory):
         (
             '"mm" }',
             '"m m" }',
-            'units.of: invalid name of a unit: expected e.g. "mm", "deg" or "rev", not "m m"\n',
+            'units.of: invalid name of a unit: expected 1 to 12 letters (not "up" or "down"), e.g. "mm", not "m m"\n',
         ),
         ("per = 80", "pre = 80", "'per' is missing: add per = …"),
         (

@@ -76,7 +76,7 @@ def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
 
 
 def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
-    """Return the two positions of an axis option, e.g. of `limits=[-100, 5000]`.
+    """Return the two ends of a position range, e.g. -100 and 5000 for the axis option `limits=[-100, 5000]`.
 
     Raises UsageError for an invalid option, e.g. if the first position is above the second.
     """

@@ -63,9 +63,9 @@ class Encoder:
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the encoder count at an earlier motor position of the present motion.
+        """Return the count that the encoder had when the motor passed a given position.
 
-        `position`: in pulses.  The present motion has no reversal.
+        `position`: in pulses, a position of the present motion, which has no reversal.
         """
         return self._count(self._dragged(self._began, position))
 
@@ -132,7 +132,7 @@ class Encoder:
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
-        """Displace the load by `counts`.
+        """Move the load by `counts` encoder counts, without turning the motor.
 
         The load stays displaced until the motor moves the load back.
         """

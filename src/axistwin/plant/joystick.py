@@ -48,7 +48,7 @@ class Joystick:
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
-        """Deflect the joystick until it sends `rate` pulses per second; 0 releases the joystick.
+        """Set the pulse rate of the joystick in pulses per second.  A rate of 0 releases the joystick.
 
         Raises UsageError for an invalid rate.
         """

@@ -92,7 +92,7 @@ def check_per(given: Any) -> Fraction:
 def check_of(given: Any) -> str:
     """Check the name of a unit, e.g. "mm", and return this name.  Raises UsageError if the name is invalid."""
     if not isinstance(given, str) or not _OF.fullmatch(given) or given in _RESERVED:
-        raise UsageError('invalid name of a unit: expected e.g. "mm", "deg" or "rev"')
+        raise UsageError('invalid name of a unit: expected 1 to 12 letters (not "up" or "down"), e.g. "mm"')
     return given
 
 

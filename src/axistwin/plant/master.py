@@ -47,9 +47,9 @@ class Followed(Protocol):
         """The axis that turns the external encoder of this axis; None if no axis turns the encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses a given boundary between two positions.
+        """Call `callback()` each time the axis moves between two given positions, e.g. from 4 to 5 or from 5 to 4.
 
-        `edges`: numbers of the boundaries.  Boundary n lies between the positions n-1 and n.
+        `edges`: numbers of the edges between these positions.  Edge n lies between the positions n-1 and n.
         """
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
@@ -125,12 +125,15 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Number of encoder edges per pulse or count of the axis that turns the encoder."""
+        """Ratio of encoder edges to motor pulses, if an axis turns the encoder.
+
+        For a servo axis, the ratio of encoder edges to counts of the axis.
+        """
         return self._ratio
 
     @property
     def moving(self) -> bool:
-        """True if the encoder count can change: the encoder turns, or the encoder is mounted on an axis."""
+        """True while the encoder turns, or while an axis can turn the encoder."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -215,7 +218,7 @@ class Master:
                 refused_axis = "the motor's own axis" if axis is self._own else "an axis that follows this motor"
                 raise UsageError(
                     f"a motor's external encoder cannot be mounted on {refused_axis}: "
-                    "expected an axis that does not depend on this motor, e.g. axis X of an IF1"
+                    "expected an independent axis, e.g. axis X of an IF1"
                 )
             below = below.follows
 
@@ -224,7 +227,10 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Notify the subscribers: the axis that turns the encoder has changed its motion."""
+        """Report a changed motion of the axis that turns the encoder.
+
+        The functions that are subscribed to `before_change` and `on_change` are called.
+        """
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

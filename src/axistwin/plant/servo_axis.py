@@ -102,7 +102,7 @@ class Source(Protocol):
 
 
 class AtRest:
-    """Position and velocity of a motor shaft without power.  The shaft rests until a person turns the shaft."""
+    """State of a motor without power: the shaft is at rest, and only a person can turn the shaft."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -126,19 +126,19 @@ class AtRest:
         return [self._axis.shaft]
 
     def commanded(self) -> int:
-        """Return 0 as the commanded position, because a motor without power follows no command."""
+        """Commanded position: always 0 for a motor without power."""
         return 0
 
     def velocity(self) -> float:
-        """Return a velocity of 0, because the shaft is at rest."""
+        """Velocity of the shaft: always 0 for a motor without power."""
         return 0.0
 
     def moving(self) -> bool:
-        """Return False, because a motor without power does not move its shaft."""
+        """Always False for a motor without power."""
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Return None, because the position is not sampled while the motor has no power."""
+        """Time of the next position sample: always None for a motor without power."""
         return None
 
     def temperature(self) -> float:
@@ -146,7 +146,7 @@ class AtRest:
         return self._axis.ambient
 
     def energy_nj(self) -> int:
-        """Energy in nJ that the windings received before the power was switched off."""
+        """Energy in nJ that the motor's windings have received since the start of the simulation."""
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
@@ -156,7 +156,10 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing, because a motor without power does not read its encoder."""
+        """Ignore a slip of the encoder while the motor has no power.
+
+        The motor does not read its encoder without power.
+        """
 
 
 class EncoderView:
@@ -254,17 +257,14 @@ class ServoAxis:
     # Interface to the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Connect the emulated processor of the motor.  The processor then calculates the motion of the shaft.
+        """Connect the motor's emulated processor to this axis, so that the processor can move the shaft.
 
         Without a processor, the shaft is at rest.
         """
         self._source = source
 
     def disconnect(self) -> None:
-        """Remove the emulated processor that calculates the motion of the shaft.
-
-        The shaft then stays at its present position.
-        """
+        """Disconnect the axis from the emulated processor; the shaft then stays at its present position."""
         self.shaft = self._source.position()
         self._source = AtRest(self)
 
@@ -279,9 +279,9 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the switches after the shaft has passed a position at which a switch changes.
+        """Update the limit switches after the shaft has left the window: a position range in which no switch changes.
 
-        Then set the window: the range of positions in which no switch changes.
+        Before the update, determine the next window.  Then call the functions registered with `subscribe_edges`.
         """
         self._find_window()
         self._left_window.emit()
@@ -329,9 +329,9 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """Always False: a person can turn the shaft of a servo axis at any time.
+        """Always False, because the shaft of a servo axis can move at any time.
 
-        True would mean that the axis stays at rest until the event `on_motion`.
+        True would mean that the axis stays at rest until the event `on_motion`.  A person can turn the shaft by hand.
         """
         return False
 

@@ -42,7 +42,7 @@ class EncoderView:
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
-        """Displace the load by `counts`.
+        """Move the load by `counts` encoder counts, without turning the motor.
 
         The load stays displaced until the motor moves the load back.
         """
@@ -84,9 +84,9 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count has changed since the motor passed the position `since`.
+        """True if the present encoder count differs from the count at an earlier motor position.
 
-        `since`: a position, in pulses, that the motor has passed in the present move.
+        `since`: the earlier position, in pulses.  The motor has passed this position in the present move.
         """
         return self.count != self._encoder.count_at(since)
 
@@ -101,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # Update the encoder count now, so that the fault affects only later motion.
+        _ = self.count  # Count all motion up to now correctly, before the encoder fault begins.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -153,7 +153,7 @@ class StepperAxis:
         self._slips: list[Slip] = []
         # Steps lost in finished moves; a lost step in the negative direction counts as -1.
         self._lost = 0
-        # Step pulses suppressed up to the last call of `let_go`; a pulse in the negative direction counts as -1.
+        # Step pulses suppressed during earlier stops of the step output: positive pulses minus negative pulses.
         self._unmade = 0
         # Pulse count at which the method `hold` has stopped the step output; None while the output is not stopped.
         self._made: int | None = None
@@ -245,7 +245,7 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if a change of the velocity profile changes only the times of the step pulses.
+        """True if a change of the velocity profile needs no further calculations, e.g. of lost steps.
 
         The motor is then ideal, and no function is subscribed to `on_motion`.
         """
@@ -257,7 +257,7 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return the present position of the axis, in a list with one element.
+        """Return the present position of the axis as a list, without predicted later positions.
 
         The method `positions_at` calculates later positions of a stepper axis.
         """
@@ -333,7 +333,7 @@ class StepperAxis:
 
     @property
     def pulses(self) -> int:
-        """Number of pulses that the step output has made.  A pulse in the negative direction counts as -1."""
+        """Net pulse count of the step output: positive pulses minus negative pulses."""
         return self._issued - self._unmade if self._made is None else self._made
 
     @property
@@ -343,9 +343,9 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Number of suppressed step pulses: those in the positive direction minus those in the negative direction.
+        """Net number of step pulses that were suppressed while the step output was stopped.
 
-        The method `hold` suppresses pulses.
+        Net number: positive pulses minus negative pulses.  The method `hold` stops the step output.
         """
         return self._unmade if self._made is None else self._issued - self._made
 
@@ -457,9 +457,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses a given boundary between two positions.
+        """Call `callback()` each time the axis moves between two given positions, e.g. from 4 to 5 or from 5 to 4.
 
-        `edges`: numbers of the boundaries.  Boundary n lies between the positions n-1 and n.
+        `edges`: numbers of the edges between these positions.  Edge n lies between the positions n-1 and n.
 
         The call is at the exact pulse.
 
@@ -487,7 +487,7 @@ class StepperAxis:
 
     @property
     def _held(self) -> bool:
-        """True if the rotor cannot turn, because it is blocked or has no torque."""
+        """True if the motor cannot turn its rotor, because the rotor is blocked or the motor torque is 0."""
         return self.jammed or not self.strength
 
     @property
@@ -568,12 +568,15 @@ class _EdgeSubscription:
         self._wait()
 
     def end(self) -> None:
-        """Cancel this subscription."""
+        """Stop calling `callback` when the axis crosses a position edge."""
         self._forget()
         self._unsubscribe()
 
     def update(self) -> None:
-        """Call `callback` now, and again when the axis next crosses one of the given positions."""
+        """Call `callback` now, and schedule the next call.
+
+        The next call occurs when the axis crosses a position edge.
+        """
         self._forget()
         plan = self._plan
         self._callback()

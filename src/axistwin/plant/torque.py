@@ -31,7 +31,7 @@ class Load:
 
 @dataclass(frozen=True)
 class StepperMotor:
-    """Data sheet of a stepper motor.
+    """Parameters of a stepper motor from its data sheet, e.g. the torque curve.
 
     `torque`: (pulses/s, N·m) points of the pull-out curve, linear between them, zero beyond the last. `pull_in`: the
     highest rate in pulses/s at which a rotor at rest falls into step.  `inertia` of the rotor in kg·m².
@@ -137,5 +137,8 @@ def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> i
 
 
 def whole_teeth(pulses: int, per_tooth: int) -> int:
-    """Round a non-negative number of pulses to whole rotor teeth."""
+    """Round a number of pulses to the nearest multiple of the pulses per rotor tooth.
+
+    The number of pulses must not be negative.
+    """
     return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth
