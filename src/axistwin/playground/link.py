@@ -44,7 +44,7 @@ def encode(shared: Shared) -> str:
 
 
 def decode(fragment: str) -> Shared:
-    """Return the scene and the time that a share link contains.
+    """Return the contents of a share link: a scene, and a time in the simulation of the scene.
 
     `fragment`: the part of the link that follows the `#`.  Raises UsageError for a damaged link.
     """

@@ -67,7 +67,7 @@ class Playground:
         }
 
     def open_model(self, model: str) -> dict[str, Any]:
-        """Open a scene with one controller of a model.
+        """Open a scene that contains one controller of the type `model`, e.g. `if1`.
 
         The controller has default options.
         """
@@ -299,9 +299,9 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        """Return the part of a share link that follows the `#`.
+        """Return the last part of a share link: the text after the character `#`.
 
-        The link contains the present state.
+        The text contains the present state.
         """
         return encode(Shared(self._now.save(), self._now.bench.now))
 

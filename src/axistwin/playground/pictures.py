@@ -16,7 +16,7 @@ class Pictures:
         self._of = {name: _Machine(session, controller) for name, controller in session.bench.controllers.items()}
 
     def overview(self, name: str) -> list[dict[str, Any]]:
-        """Return a description of each drawing of a controller.
+        """Return a list that describes all drawings for the controller `name`, e.g. the drawing of an axis.
 
         A description has the name, the CSS classes, the contents and the axis.
         """
