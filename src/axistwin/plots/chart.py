@@ -124,7 +124,7 @@ class Chart:
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
-    """Return the time limits of a chart in ns: start, end of the data, end of the time axis.
+    """Return three times in ns: the start of a chart, the end of its data, and the end of its time axis.
 
     The drawn time contains all events with a margin; without events, the whole time from `begin_ns` to `end_ns`.
     """

@@ -26,9 +26,10 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """Return a chart of a trace.  The chart shows all signals that match one of the patterns.
+    """Return a chart of the signals in a trace (a recording of a simulation).
 
-    If a time limit is None, the chart begins or ends with the events.  Raises UsageError if a pattern has no match.
+    The chart shows all signals that match one of `patterns`.  If a time limit is None, the chart begins or ends with
+    the events.  Raises UsageError if a pattern has no match.
     """
     return _Drawn(trace, trace.choose(tuple(patterns)), from_ns, to_ns, title, tuple(patterns) == (EVERYTHING,)).chart
 
