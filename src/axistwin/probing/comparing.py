@@ -265,7 +265,7 @@ def _judge(
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if the real controller has answered a request but the simulated controller has not, or the reverse.
+    """True if only one controller, the real or the virtual one, has answered a request.
 
     False if any answer reports something else than moves or sequences.
     """
@@ -284,7 +284,7 @@ def _fits(
     tolerance: float | None,
     facts: Mapping[str, str],
 ) -> list[str]:
-    """Return the options with which the twin is most similar to the controller.
+    """Return the option values for which the virtual controller answers most like the real controller.
 
     A twin with more differences than the best one so far is not asked further.
     """
