@@ -210,8 +210,8 @@ def _prepare_output() -> None:
 
 
 def _discard_output() -> None:
-    """Redirect stdout to the null device, because stdout can no longer be written.
+    """Redirect stdout to the null device after an attempt to write to stdout has failed.
 
-    Python writes the remaining output to stdout at exit, which would otherwise fail.
+    Python writes the remaining output to stdout at exit.  Without the redirection, this write would fail, too.
     """
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
