@@ -216,9 +216,9 @@ def _stack(findings: Findings, flow: Flow) -> None:
 
 
 class _Depths:
-    """The stack depth of each routine of a program: the most return addresses on the stack at one time.
+    """The maximum depth of nested subroutine calls in each routine of a program.
 
-    Recursive calls are not counted.
+    For example, the depth of C5 is 2 if C5 calls C6 and C6 calls C7.  Recursive calls are not counted.
     """
 
     def __init__(self, findings: Findings, flow: Flow) -> None:

@@ -177,7 +177,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of precomputed servo samples whose time has come.
+        """Return the number of precomputed servo samples that are not later than the present virtual time.
 
         A servo sample is one cycle of the servo loop (245.76 µs).  All these samples belong to the present block, i.e.
         the series of samples that was computed last.
