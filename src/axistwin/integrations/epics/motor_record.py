@@ -182,7 +182,10 @@ class MotorRecord:
             await self._set(**{field: 0})
 
     def _runs_out(self, direction: int) -> bool:
-        """True if the axis is too close to the position limit to jog in this direction."""
+        """True if the axis at jog velocity cannot stop before the position limit in the given direction.
+
+        `direction`: 1 for the upper limit DHLM, -1 for the lower limit DLLM.  Without limits, both are equal.
+        """
         low, high = self.values["DLLM"], self.values["DHLM"]
         distance = self.values["JVEL"] * self.values["ACCL"] / 2
         dial = self._dial(self.axis.status.position)
