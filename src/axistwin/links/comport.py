@@ -131,7 +131,7 @@ class Purge:
 
 @dataclass(frozen=True)
 class Suspend:
-    """Request to stop or resume sending data to the client."""
+    """Request of the client to the server: stop sending data to the client, or resume sending."""
 
     on: bool
 

@@ -50,9 +50,9 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because the virtual time of this clock advances by itself.
+        """Raise UsageError, because only the subclass `ManualClock` can advance virtual time on request.
 
-        A program can advance only a `ManualClock`.
+        The virtual time of a `ServedClock` passes by itself.
         """
         raise UsageError(
             f"cannot advance virtual time by {seconds:g} s without a manual clock: "
