@@ -92,9 +92,9 @@ class ServoLoad:
 
 
 def _check(parameter: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """Raise UsageError if a parameter of a data sheet is outside its permitted range.
+    """Raise UsageError if a motor parameter or a load parameter has an invalid value.
 
-    The range is from `low` (None: above 0) to `high`.
+    A valid value is a number from `low` (None: above 0) to `high`.  `whole`: only whole numbers are valid.
     """
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):

@@ -499,9 +499,9 @@ class StepperAxis:
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Round the number of lost steps to a multiple of the steps per rotor tooth.
+        """Turn the rotor to its nearest stable position, and correct the number of lost steps.
 
-        A rotor that is not blocked can come to rest only at a tooth.
+        The stable positions are one rotor tooth apart.  A rotor that is blocked or has no torque does not turn.
         """
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
