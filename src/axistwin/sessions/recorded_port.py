@@ -29,9 +29,9 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """Serial control line, e.g. DTR, whose level changes can be hidden from the host.
+    """Control line, e.g. DTR, that can be muted.  The host receives no reports of level changes from a muted line.
 
-    Level changes are hidden during a replay of recorded input.
+    The line is muted during a replay of recorded input.
     """
 
     def __init__(self, pin: Pin) -> None:
