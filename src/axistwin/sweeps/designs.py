@@ -90,10 +90,10 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Complete each combination of setting values with random values of the other settings.
+    """Draw random values for each run: one value for every setting with a distribution, e.g. `normal(5, 1)`.
 
-    Each setting that is not in `listed`, e.g. with a normal distribution, gets a random value.  Each setting has its
-    own random sequence.
+    Return the values of all runs: the drawn values together with the values in `combinations`.  A setting has a
+    distribution if it is not in `listed`.  Each of these settings has its own random sequence.
     """
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
