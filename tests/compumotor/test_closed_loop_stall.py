@@ -169,7 +169,7 @@ def test_a_joystick_that_was_enabled_and_not_moved_is_no_move(bench, board):
 
 @pytest.mark.parametrize("cw", [True, False])
 def test_a_motion_by_the_joystick_is_watched_from_its_beginning(bench, board, cw):
-    """A slip of before, here 499 pulses by a move and 499 by the joystick, is no stall of this motion."""
+    """11h: from zero velocity and back "is considered a move"; an earlier slip, here of 499 pulses, is no stall."""
     send(bench, board, 0xA7, 1)
     board.axes["motor"].jam()
     complete(bench, board, 0x33, *i32(499))
