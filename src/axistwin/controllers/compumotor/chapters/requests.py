@@ -39,9 +39,9 @@ def from_end(board: State) -> bytes:
 
 
 def from_home(board: State) -> bytes:
-    """Command 82h: report the position from HOME in six bytes.
+    """Command 82h: report the motor position relative to the home position (HOME), in pulses.
 
-    Until 39h or 3Ah finds HOME, HOME is the position at reset.
+    The position is sent in six bytes.  Until 39h or 3Ah finds HOME, HOME is the position at reset.
     """
     return position_bytes(board.pulses.position - board.home, 6)
 

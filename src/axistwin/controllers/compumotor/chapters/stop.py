@@ -15,10 +15,11 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 
 def stop_motion(board: State) -> None:
-    """Commands 70h, 74h: decelerate to rest.  While streaming, stop at once.
+    """Commands 70h and 74h: decelerate the motor to rest.
 
-    The acceleration is that of the present or last move.  After a stream, the ramp is that of the last move, unless the
-    option `stop_after_stream` is "ignored". Without a move since reset, the motor stops at once.
+    The acceleration is that of the present or last move.  The motor stops without deceleration in three cases: a stream
+    of velocities or distances is in progress, the motor corrects a position error, or no move has been performed since
+    reset.  After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
     """
     pulses, speed = board.pulses, board.motion.speed
     if board.motion.streamed and not board.stream.performing and board.options.stop_after_stream == "ignored":
@@ -74,10 +75,10 @@ def kill_sequence(board: State) -> None:
 
 
 def kill_and_suspend(board: State) -> None:
-    """Commands 7Ah, 7Eh: suspend the sequence in progress, and end the command that the sequence has begun.
+    """Commands 7Ah, 7Eh: suspend the sequence in progress, and abort its present command, e.g. a move.
 
-    The command that the sequence has begun has the attribute SINGULAR, e.g. a move.  CONTINUE (48h) ends the
-    suspension.  Commands 7Ah and 7Eh are ignored if no sequence is in progress.
+    The present command has the attribute SINGULAR.  CONTINUE (48h) ends the suspension.  Commands 7Ah and 7Eh are
+    ignored if no sequence is in progress.
     """
     if board.sequencer.running:
         if board.sequencer.order is not Order.LEAVE:
@@ -88,10 +89,11 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> None:
-    """Commands 74h to 77h and 7Ch to 7Fh: assign an action to the trigger input 1 or 6.
+    """Assign an action to a trigger input, e.g. by command 74h (stop on trigger).
 
-    The board performs the action when the trigger becomes active.  If `message` is True, the board also sends a
-    message.  If `on` is False, the trigger no longer performs the action.
+    The commands are 74h to 77h and 7Ch to 7Fh.  `trigger`: number of the trigger input, 1 or 6.  The board performs the
+    action when the input becomes active.  If `message` is True, the board also sends a message.  If `on` is False, the
+    assignment is removed.
     """
     board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
 

@@ -150,9 +150,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command of a marker: a number in the stream to which the host has assigned a command (EEh).
+        """Start the command that the host has assigned to a number in the velocity stream, e.g. to 7FF0h.
 
-        The stream continues while the command is executed.  During this time, other markers are ignored.
+        Such a number is a marker (command EEh).  The stream continues while the command is executed.  During this time,
+        other markers are ignored.
         """
         if marker is None:
             return
@@ -170,9 +171,9 @@ class StreamOutput:
 
 @lru_cache(maxsize=4096)
 def _rate(setting: Setting, word: int) -> Fraction:
-    """Convert a streamed velocity or a streamed distance to a step rate in pulses/s.
+    """Convert a streamed velocity to a step rate in pulses/s.
 
-    A streamed distance is the motion in one update period.
+    In distance-time mode, `word` is a distance instead of a velocity: the number of pulses in one update period.
     """
     if setting.mode != DISTANCE_TIME:
         return setting.rate(word & FASTEST)
@@ -267,7 +268,7 @@ def _marker(board: State, opcode: int, parameters: bytes) -> Marker | None:
 
 
 def perform(board: State) -> None:
-    """Command 42h: output the contents of the streaming buffer.
+    """Command 42h: convert the velocities or distances in the streaming buffer to motor pulses.
 
     Ignored if the buffer is empty, during a move, and during shutdown.  At the end of the buffer the motor keeps its
     velocity until the buffer is refilled and 42h is sent again.

@@ -51,7 +51,10 @@ def _end_move(board: State) -> None:
 
 
 def joystick_moves(board: State, begins: bool) -> None:
-    """Record the start or the end of a motion by the joystick, which is a move (manual, command 11h)."""
+    """Record the start or the end of a motion that the joystick controls.
+
+    The manual counts such a motion as a move (command 11h).
+    """
     if begins:
         board.loop.leave_zero()
     else:
@@ -101,12 +104,11 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return how many of the next updates of position tracking have no effect.  The simulation skips these updates.
+    """Return how many of the next position checks the simulation can skip, to run faster.
 
-    The board updates the position tracking every 2 ms, and then reads the encoder.  The simulation is faster without
-    such an update.  An update can be skipped if no stall is possible until this update.  The last update before any
-    other event is never skipped, because this update reads the encoder.  Backlash makes the encoder count depend on
-    earlier readings.
+    The position tracking reads the encoder and checks the position every 2 ms.  A check can be skipped if no stall is
+    possible until this check.  The last check before any other event is never skipped, because this check reads the
+    encoder.  Backlash makes the encoder count depend on earlier readings.
     """
     loop = board.loop
     skipped = (board.clock.free_ns - 1) // UPDATE_NS - 1
