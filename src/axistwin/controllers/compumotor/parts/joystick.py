@@ -37,7 +37,10 @@ class Joystick:
         return self.enabled and not self._pins["at_zero"].level
 
     def control(self, disabled: Event) -> Procedure:
-        """Let the joystick control the motor until the event `disabled` occurs or the command is discontinued."""
+        """Let the joystick control the motor until the event `disabled` occurs.
+
+        Joystick control also ends when the command "enable joystick" (11h) is discontinued.
+        """
         self.enabled, self.disabled = True, disabled
         self._pins["remote_acknowledge"].set(True)
         self._update()

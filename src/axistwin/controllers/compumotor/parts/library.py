@@ -35,7 +35,10 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Velocity of the move in pulses/s; None if the velocity number is above the maximum of the velocity range."""
+        """Velocity of the move in pulses/s, or None if the velocity is too high.
+
+        The limit is the maximum of the move's velocity range.
+        """
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property

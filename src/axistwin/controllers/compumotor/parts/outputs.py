@@ -51,7 +51,10 @@ class Outputs:
 
     @property
     def in_use(self) -> bool:
-        """True if command 0Fh has assigned a state to any output bit."""
+        """True if at least one output bit shows a state of the board, e.g. whether the motor is moving.
+
+        Command 0Fh assigns a state to an output bit.
+        """
         return bool(self._tracked)
 
     def shows(self, state: int) -> bool:

@@ -33,10 +33,10 @@ MOST_SEGMENTS = 16
 
 @dataclass(frozen=True)
 class VelocityProfile:
-    """A velocity profile whose segments are grouped by phase.
+    """A velocity profile: the phases of a motion, e.g. acceleration, constant velocity and deceleration.
 
-    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: True for the
-    profile of a move, whose constant velocity causes a message.
+    Each phase consists of segments.  `clock`: the highest pulse rate of the range, which sets the width of the STEP
+    pulse.  `of_move`: True for the profile of a move, whose constant velocity causes a message.
     """
 
     phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
@@ -107,7 +107,7 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Net number of pulses since the reset.
+        """Motor position in pulses, counted from the last reset or power-up of the board.
 
         Each pulse counts with the sign that its direction had at that time.
         """
@@ -186,10 +186,10 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Change the velocity at once.
+        """Start a velocity profile in either direction, even while the motor is moving.
 
-        If the direction stays the same, the fraction of a pulse is kept.  `further`: True if the previous excursion
-        continues after a change of direction or zero velocity.
+        The velocity changes without a ramp.  If the direction stays the same, the fraction of a pulse is kept.
+        `further`: True if the previous excursion continues after a change of direction or zero velocity.
         """
         if sign != self.sign:
             self.kill()
@@ -287,7 +287,7 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # `_enter` has started a new profile, so drop the old profile.
+            if plan != self._plan:  # The callback `on_phase` has ended or replaced this velocity profile.
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

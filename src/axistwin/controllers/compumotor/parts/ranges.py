@@ -39,9 +39,10 @@ class VelocityRange:
         return self.clock / 2
 
     def rate(self, number: int) -> Fraction | None:
-        """Convert a velocity number to a pulse rate in pulses/s; return None if the number is too high.
+        """Convert the velocity number in a command to a step rate in pulses/s.
 
-        The rate is rounded to a multiple of `resolution`.
+        The step rate is the number times the unit of the velocity range, rounded to a multiple of `resolution`.  Return
+        None if the number is too high.
         """
         if number > self.highest:
             return None
@@ -49,9 +50,9 @@ class VelocityRange:
 
     @cached_property
     def highest(self) -> int:
-        """Highest number that a command may contain for a velocity in this velocity range.
+        """Highest velocity that a command may contain, in units of this velocity range.
 
-        The number is that of the maximum rate, rounded: 1,092,267 for 1,092,266.67.
+        This is the maximum step rate of the range, rounded: 1,092,267 for 1,092,266.67.
         """
         return self.number(self.maximum)
 
@@ -73,6 +74,9 @@ ACCELERATION_RANGES = (Fraction(1), Fraction(1, 10), Fraction(1, 100))
 
 
 def acceleration(ranges: tuple[int, int], number: int) -> Fraction:
-    """Return the acceleration in pulses/s² for an acceleration number."""
+    """Convert the acceleration number in a command to an acceleration in pulses/s².
+
+    `ranges`: the velocity range and the acceleration range, which give the unit of the number.
+    """
     velocity, per_second = ranges
     return number * VELOCITY_RANGES[velocity].unit * ACCELERATION_RANGES[per_second]

@@ -50,12 +50,19 @@ class Setting:
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Step rate of velocity number 1, in pulses/s.  Velocity number n has n times this step rate."""
+        """Unit of the streamed velocities, in pulses/s.
+
+        A streamed velocity number n means n times this step rate.
+        """
         return self.clock / FULL
 
     @cached_property
     def period(self) -> Fraction:
-        """Time in seconds from one streamed velocity or distance to the next; 0 in velocity-distance mode."""
+        """Update period of the velocity stream, in seconds.
+
+        The board outputs one velocity or distance in each period.  In velocity-distance mode, which has no update
+        period, the value is 0.
+        """
         return Fraction(self.period_ms, 1000)
 
     def rate(self, number: int) -> Fraction:
@@ -71,7 +78,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A command that the board executes when the stream of velocities or distances reaches a special number.
+    """A command that the board executes when a given number, e.g. 7FF0h, occurs in the velocity stream.
 
     The host assigns the command and its parameter values to the number by command EEh.
     """
@@ -144,10 +151,10 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the entries that the board can take from the streaming buffer without the alarm "buffer empty".
+        """Return up to `most` entries from the beginning of the streaming buffer.
 
-        The board sends this alarm when the buffer is almost empty.  The result has at most `most` entries.  Each entry
-        is one word.
+        The list ends before the entry whose removal would cause the alarm "buffer empty".  The board sends this alarm
+        when the buffer is almost empty.  Each entry is one word.
         """
         assert self.setting is not None
         if self._alarm_on:
@@ -191,7 +198,7 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # A simulation process must not kill itself.
+            # Kill the streaming process, unless this process itself is calling `end`.
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()

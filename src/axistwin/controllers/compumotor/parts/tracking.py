@@ -68,11 +68,11 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return the number of encoder counts per motor pulse for one direction of motion.
+        """Return the ratio of encoder counts to motor pulses.
 
-        `physical`: +1 (CW) or -1 (CCW).  The result is a fraction: a number of counts, and a number of pulses.  The
-        number of counts is negative if the encoder counts down.  The third value is the largest deviation in counts.
-        Return None while the motor loses steps.
+        `physical`: direction of the motion, +1 (CW) or -1 (CCW).  The result is a fraction: a number of counts, and a
+        number of pulses.  The number of counts is negative if the encoder counts down in this direction.  The third
+        value is the largest deviation in counts.  Return None while the motor loses steps.
         """
         if self._axis is None:
             return 0, 1, 0

@@ -55,7 +55,7 @@ class Triggers:
             self._functions.pop(trigger, None)
 
     def drop(self, opcode: int) -> None:
-        """Cancel all actions of trigger inputs that one command has defined.
+        """Cancel all actions that a given command has assigned to trigger inputs.
 
         `opcode`: opcode of this command.
         """
