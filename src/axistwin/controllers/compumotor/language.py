@@ -25,14 +25,14 @@ class Accept(Flag):
     progress: one that the host has sent, and one that a sequence has begun.  Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # Attribute of a command that is not instantaneous, e.g. a move.
-    INDEXER = auto()  # Attribute of a command that is valid in indexer mode.
-    STREAMING = auto()  # Attribute of a command that is valid in the streaming modes.
-    SEQUENCE = auto()  # Attribute of a command that may be stored in a sequence buffer.
-    DURING_SEQUENCE = auto()  # Attribute of a command that the host may send while the board performs a sequence.
-    DURING_STREAMING = auto()  # Attribute of a command that the host may send during velocity streaming.
-    DEFINING = auto()  # Attribute of a command that the board performs even while the host defines a sequence.
-    ENCODER = auto()  # Attribute of a command that exists only on the 1811.
+    SINGULAR = auto()  # SINGULAR marks commands that take time, e.g. moves.
+    INDEXER = auto()  # INDEXER marks commands that are valid in indexer mode.
+    STREAMING = auto()  # STREAMING marks commands that are valid in the streaming modes.
+    SEQUENCE = auto()  # SEQUENCE marks commands that can be stored in a sequence.
+    DURING_SEQUENCE = auto()  # DURING_SEQUENCE marks commands that the host may send while a sequence is in progress.
+    DURING_STREAMING = auto()  # DURING_STREAMING marks commands that the host may send while a stream is in progress.
+    DEFINING = auto()  # DEFINING marks commands that the board performs even while the host defines a sequence.
+    ENCODER = auto()  # ENCODER marks commands that exist only on the model 1811.
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Ranges(Number):
     """Parameter type: one byte with velocity range (upper nibble) and acceleration range (lower nibble)."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Return the velocity range and the acceleration range in a parameter byte.
+        """Convert a parameter byte to a velocity range and an acceleration range.
 
         Return None if one of these ranges does not exist.
         """
@@ -91,7 +91,7 @@ class Switch(Number):
 
 @dataclass(frozen=True)
 class OneOf(Number):
-    """Parameter type: one byte with a list of valid values."""
+    """Parameter type: one byte for which only a few values are valid, e.g. 1 and 6."""
 
     choices: tuple[int, ...] = ()
 

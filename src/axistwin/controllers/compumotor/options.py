@@ -101,7 +101,10 @@ class Options:
 
 @cache
 def _choices(option: str) -> tuple[str, ...]:
-    """Return the valid values of an option; the result is cached, because type hints are slow to read."""
+    """Return the valid values of an option, e.g. "ramp" and "ignored" for the option `stop_after_stream`.
+
+    The values are read from the type hint of the option.  The result is cached, because Python reads type hints slowly.
+    """
     return get_args(get_type_hints(Options)[option])
 
 

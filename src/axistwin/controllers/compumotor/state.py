@@ -197,8 +197,9 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Convert the value of a time option to nanoseconds.
+    """Convert a time to nanoseconds, e.g. 3 ms to 3,000,000 ns.
 
-    `unit_ns`: unit of the option in nanoseconds, by default one millisecond.
+    `amount`: the time, e.g. the value of the option `start_ms`.  `unit_ns`: unit of `amount` in nanoseconds, by default
+    one millisecond.
     """
     return round(amount * unit_ns)
