@@ -70,7 +70,10 @@ class Fix:
 
 @dataclass(frozen=True, order=True)
 class Diagnostic:
-    """A problem that a checker has found: its place in the file, a message, and the chapter of the manual."""
+    """A problem that a checker has found in a program: line, column, severity and message.
+
+    `chapter`: chapter of the controller's manual that belongs to the problem.
+    """
 
     line: int
     column: int
@@ -124,13 +127,19 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` directly after the character `sent` in the user's file."""
+    """Return a text edit that inserts `text` directly after a given character of a program file.
+
+    `sent`: this character, with its position in the file.
+    """
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` directly before the character `sent` in the user's file."""
+    """Return a text edit that inserts `text` directly before a given character of a program file.
+
+    `sent`: this character, with its position in the file.
+    """
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 

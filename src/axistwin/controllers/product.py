@@ -28,7 +28,7 @@ class Store(Protocol):
         """Return the present contents of the memory, or None if the memory is empty."""
 
     def save(self, contents: bytes) -> None:
-        """Replace the contents of the memory.
+        """Write new contents to the non-volatile memory of the controller, in place of the old contents.
 
         A failed write raises no exception.  After a crash of the host computer the memory holds either the new or the
         previous contents.
@@ -80,7 +80,11 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Control lines of a serial port, e.g. DTR, at the connector and inside the device."""
+    """Two sets of pins for the serial control lines DTR, RTS, DSR and CTS.
+
+    One set is at the connector, the other set is inside the device.  The two sets differ if the wiring connects an
+    input, e.g. DSR, to an output of the device.
+    """
 
     plug: ControlLines
     """The lines at the connector."""
@@ -143,7 +147,10 @@ class Abilities(NamedTuple):
 
 
 class Device(Protocol):
-    """The hardware of one controller.  This hardware exists even while the power is off."""
+    """The simulated hardware of one controller, e.g. its terminals and its serial port.
+
+    The object exists even while the power of the controller is off.
+    """
 
     @property
     def pins(self) -> dict[str, Pin]:
@@ -280,7 +287,10 @@ class Product(NamedTuple):
 
     @property
     def rules(self) -> "tuple[Rule, ...]":
-        """Rules that `axistwin check` applies to programs of this model, sorted by code."""
+        """Rules by which `axistwin check` checks programs for this controller model.
+
+        The rules are sorted by their codes, e.g. DP101.
+        """
         return self.make_rules()
 
     @property
