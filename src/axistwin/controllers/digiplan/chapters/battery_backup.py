@@ -53,9 +53,7 @@ class Retained:
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             reason = excerpt(error)
-            raise UsageError(
-                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to erase the memory"
-            ) from None
+            raise UsageError(f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file") from None
         return retained
 
     def check(self) -> None:
