@@ -24,7 +24,7 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Begin or end the detection of the start character `(`.
+        """Enable or disable the detection of the character `(`, which starts a new initialisation.
 
         During the detection, the character is also recognised in the default data format `U61`, and receive errors set
         no fault bits.
@@ -58,10 +58,10 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if the UART has decoded the latest character in the default data format.
+        """Return True if the receive buffer must ignore the latest character from the host.
 
-        The receive buffer then ignores this character.  If the character is `(`, the UART keeps the default format,
-        and the buffer begins with `(`.
+        The buffer must ignore a character that the UART has decoded with the default data format.  If the character is
+        `(`, the UART keeps the default format, and the buffer begins with `(`.
         """
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:

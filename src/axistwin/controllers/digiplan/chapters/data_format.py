@@ -65,16 +65,16 @@ class Frame:
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
     def text(self, byte: int) -> int:
-        """Set or clear bit 8 of a character as the data format requires, and return the character."""
+        """Return a character with its highest bit (80h) set or cleared, as the data format requires."""
         return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Format of a received message: baud rate, data bits, parity and bit 8.
+    """Serial format of a received message: baud rate, number of data bits, and parity.
 
-    `eighth`: bit 8 of the command, and bit 8 of the terminator.  A receiver with 8 data bits and no parity reads the
-    parity bit of a 7-bit sender as bit 8.
+    `eighth`: highest bit (bit 8) of the command, and highest bit of the terminator.  A receiver with 8 data bits and no
+    parity reads the parity bit of a 7-bit sender as bit 8.
     """
 
     baudrate: int

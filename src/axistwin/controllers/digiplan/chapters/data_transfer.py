@@ -18,7 +18,7 @@ from axistwin.units import MS
 
 NEARLY_FULL = 52  # The host must stop sending when the input buffer contains 52 characters (80 %).
 NEARLY_EMPTY = 12  # The host may resume sending when the input buffer (64 characters) is filled to at most 20 %.
-OVERFLOW = 61  # According to the manual, the input buffer (64 characters) overflows when it is filled to 95 %.
+OVERFLOW = 61  # When the input buffer contains 61 characters (95 %), the interface deletes all these characters.
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 

@@ -54,7 +54,7 @@ def detect_baud_rate(state: State) -> Procedure:
     def receive(byte: int, _: LineError) -> None:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
-            # Set the buffer's error tolerance before opening the buffer, because characters can arrive immediately.
+            # Accept characters with receive errors from the first character on: the data format is not known yet.
             state.buffer.set_tolerant(True)
             state.buffer.open()
             detected.succeed()

@@ -100,7 +100,11 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 
 
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
-    """Wait until all inputs of command H are high at the same time, then until all inputs of command L are low."""
+    """Wait until the inputs have the levels that the commands H (high) and L (low) require.
+
+    First, all inputs in command H must be high at the same time.  Then, all inputs in command L must be low at the same
+    time.
+    """
     for inputs, wanted in ((step.high, True), (step.low, False)):
         while waiting := _missing(pins, inputs, wanted):
             yield pins[waiting[0]].changed()
@@ -112,14 +116,14 @@ def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> li
 
 
 def awaited(pins: Mapping[str, Pin], step: Step) -> tuple[str, str]:
-    """Return the input for which a step waits, and the level that the step needs, "high" or "low"."""
+    """Return the input for which a sequence step waits, and the required level, "high" or "low"."""
     if high := _missing(pins, step.high, True):
         return high[0], "high"
     return next(iter(_missing(pins, step.low, False)), f"input{(*step.low, *step.high)[0]}"), "low"
 
 
 def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:
-    """Switch the outputs that a sequence step names: S sets, R resets, and P pulses an output."""
+    """Execute the output commands of a sequence step: S (set), R (reset) and P (pulse)."""
     for number in step.set:
         outputs.switch(number, True)
     for number in step.reset:

@@ -15,9 +15,10 @@ CYCLE_NS = 1 * MS
 
 
 def repeat(step: Step, times: int, first: int) -> None:
-    """Command `=` in a sequence: go back to step `first`.
+    """Command `=`: repeat steps of a sequence, e.g. `=3,1` goes back to step 1 three times.
 
-    `times` is the number of repeats (1 to 255), or 0 for ever.  Chapter Repeating parts of a sequence.
+    `times`: number of repeats (1 to 255), or 0 for ever.  `first`: number of the first repeated step.  Chapter
+    Repeating parts of a sequence.
     """
     step.repeat = times, first
 
