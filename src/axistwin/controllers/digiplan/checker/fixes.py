@@ -13,7 +13,7 @@ _DISTANCE = re.compile(r"[XYZ] *[+-]? *(\d[\d ]*\d|\d)")
 
 
 def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
-    """Return a fix for a problem in a message, or None if no fix is known."""
+    """Return a correction of an invalid message from the host, or None if no correction is known."""
     if problem.rule is rules.UNKNOWN:
         return _upper_case(text, message, problem)
     if problem.rule is rules.SEQUENCE_END:
@@ -22,7 +22,7 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a correction of a program: `$` is added at the end of a message to the interface.
+    """Return a correction that adds the missing start command `$` at the end of a message.
 
     The correction is not sure, because a message that only sets parameters is valid, too.
     """

@@ -45,9 +45,9 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance that has no effect, because the start command `$` is missing.
+        """Report a distance that the program sets but never uses.
 
-        Called at the end of the program.
+        The start command `$` is missing.  Called at the end of the program.
         """
         if self.not_started:
             note = "without $ this message starts no move, and no later message does"
@@ -241,7 +241,7 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if the host's message has an effect only with the start command `$`.
+    """True if a message from the host has no effect without the start command `$` at its end.
 
     Such a message contains a run or an output command, or sets no parameter.
     """
