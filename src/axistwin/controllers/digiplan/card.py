@@ -94,7 +94,7 @@ class Card:
         return CalculatedPin(self.clock, f"{axis.lower()}_clock", level)
 
     def _busy(self) -> bool:
-        """True while the interface moves, waits for an input, pulses an output, or calculates a ramp."""
+        """True while the interface performs a task, e.g. a move, an output pulse or a ramp calculation."""
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     def _procedures(self) -> Sequence[Process]:

@@ -9,7 +9,7 @@ from axistwin.controllers.digiplan.chapters.speed import setting
 from axistwin.controllers.digiplan.language import Accept, Direction, Instruction, Lines, Order, Written, written
 from axistwin.controllers.digiplan.step import RANGES
 
-# Conditions of a command, e.g. STEP: the command is allowed in a step of a sequence.
+# Conditions under which commands are allowed, e.g. only during initialisation
 PART, SETUP, DIRECT, STEP = Accept.WRITTEN, Accept.SETUP, Accept.DIRECT, Accept.STEP
 MOVE, ALONE, UNLOCK = DIRECT | STEP, DIRECT | Accept.ALONE, DIRECT | Accept.ALONE | Accept.LOCKED
 ASK = UNLOCK | Accept.REQUEST

@@ -42,7 +42,7 @@ def is_request(text: str) -> bool:
 
 
 class Interface(State):
-    """An IF1 or IF2 that has power."""
+    """An IF1 or IF2 interface card from power-on to power-off."""
 
     def __init__(self, card: Hardware) -> None:
         self._kept = Retained.recall(card.store)
@@ -51,7 +51,8 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._told = False  # True if the user has received the hint that the interface is already initialised.
+        # True after axistwin has warned the user that an initialised interface does not answer `(`.
+        self._told = False
         # For each character of the incoming message: True if the highest of the character's eight bits is 1.
         self._eighth: list[bool] = []
         self.pins["led"].set(True)
@@ -224,7 +225,7 @@ class Interface(State):
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
         if command is not None and Accept.REQUEST in command.accepted:
-            return self._answer(command)  # The interface answers a status request even while another message waits.
+            return self._answer(command)  # The interface answers status requests immediately, e.g. during a move.
         return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:

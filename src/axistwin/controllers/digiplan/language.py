@@ -34,7 +34,7 @@ class Accept(Flag):
     STEP = auto()  # The command is allowed in a step of a sequence.
     ALONE = auto()  # Flag of a command that must be the only command in its message, e.g. `#` (cancel).
     LOCKED = auto()  # Flag of a command that a locked interface accepts, e.g. `]` (communication unlock).
-    REQUEST = auto()  # Flag of a status request, e.g. `E` (busy).  The interface answers status requests at once.
+    REQUEST = auto()  # The command is a status request, e.g. `E` (busy status).
     SETUP = auto()  # The command is allowed only during initialisation.
     WRITTEN = auto()  # Flag of a character that is not a command, e.g. the minus sign in `X-100`.
 
@@ -107,7 +107,7 @@ class Direction(Written):
 
     @property
     def form(self) -> str:
-        """Notation of a direction in help texts: an optional sign."""
+        """Syntax of a direction in help texts: `[+|-]`, i.e. plus, minus or no sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
@@ -123,7 +123,7 @@ class Lines(Written):
     """Parameter type: the numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
-        """Convert a text of digits to the numbers of inputs or outputs, e.g. "13" to (1, 3).
+        """Convert digits to a list of input or output numbers, e.g. "13" to inputs 1 and 3.
 
         Return the numbers, and whether all numbers are within the range.
         """

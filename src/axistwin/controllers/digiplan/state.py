@@ -109,7 +109,7 @@ class State(ABC):
 
     @property
     def message_format(self) -> MessageFormat:
-        """Format of the host's latest message: baud rate, data bits, parity, and the eighth bit of its characters."""
+        """Serial format of the host's latest message, e.g. its baud rate and parity."""
         bytesize, parity, _ = self.frame.uart
         return MessageFormat(self.baudrate, bytesize, parity, (any(self.eighth[:-1]), *self.eighth[-1:]))
 
@@ -132,7 +132,7 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters for a new move.
+        """Parameters, e.g. the speed, that a move uses if the move begins now.
 
         New ramp data apply only after the ramp has been calculated.
         """

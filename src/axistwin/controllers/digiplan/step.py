@@ -83,7 +83,10 @@ RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters that keep their values until they are overwritten (chapter Default values)."""
+    """Settings of an IF1 or IF2, e.g. the speed and the distance of a move.
+
+    A setting keeps its value until a message overwrites the value (manual, chapter Default values).
+    """
 
     speed_range: int = 1
     speed: int = 400  # Speed in steps/s.
@@ -100,9 +103,9 @@ class Parameters:
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the parameters in which `distance` and `minor_distance` are 0.
+        """Return a copy of the parameters in which the distance of a move is 0.
 
-        A run (continuous move) sets both distances to 0.
+        `distance` and `minor_distance` are 0, because a run (continuous move) sets both distances to 0.
         """
         return replace(self, distance=0, minor_distance=0)
 

@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A simulation process can be interrupted only while it waits, so interrupt a running process later.
+            # A simulation process cannot interrupt itself, so the clock interrupts the process after this call.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -101,7 +101,7 @@ class Work:
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Execute a message of the host when no move, run or sequence is in progress.
+        """Execute a message from the host as soon as the present move or sequence has ended.
 
         `begin`: the procedure that executes the message.  If no move, run or sequence is in progress, return the
         procedure `begin`.  Otherwise begin the procedure later, and return None.
@@ -119,7 +119,7 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Delete the messages from the host that wait for the end of a move, a run or a sequence."""
+        """Delete all messages whose execution waits for the end of a move or a sequence."""
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)
