@@ -71,9 +71,10 @@ def mode_torque_brake(motor: Processor) -> None:
 
 
 def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
-    """Switch the servo off and enter the given mode.
+    """Switch the servo off, e.g. because of a fault.
 
-    While MTB is enabled, mode torque brake is entered instead.
+    `mode`: the new mode of the motor, M_OFF or M_ERROR.  While MTB is enabled, the new mode is mode torque brake
+    instead.
     """
     i = motor.i
     i[s.MODE] = s.M_BRAKE if motor.mtb_enabled else mode

@@ -68,9 +68,9 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """Set the mode of the motor after it has decelerated because of a fault (manual, table 4.2).
+    """End the deceleration that a fault has caused (manual, table 4.2).
 
-    The mode is torque brake (command MTB) if this mode is enabled.  Otherwise the motor holds its position.
+    The motor then holds its position.  If MTB has enabled mode torque brake, the motor enters this mode instead.
     """
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0

@@ -35,7 +35,7 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: end a program that has started without the command RUN, e.g. at power-up.
+    """RUN?: end a program that the motor has started automatically at power-up.
 
     A program that the command RUN has started continues.
     """
@@ -96,7 +96,7 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True while a subroutine of the given kind is in progress.
+    """True if the program is in a subroutine of a given kind, e.g. in the fault routine C1.
 
     The kinds are a GOSUB subroutine, the fault routine C1, and the interrupt routine C2 of pin G.  Only RETURNI, STACK
     and END end a call of C2.
@@ -117,7 +117,7 @@ def return_fault(motor: Processor) -> None:
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: return from C2, the routine for pin G (manual, chapter 7).
+    """RETURNI: return from the interrupt routine of pin G, which begins at label C2 (manual, chapter 7).
 
     Pin G may then call C2 again.
     """

@@ -29,10 +29,9 @@ def position(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """Binary record 0xFB: receive the clock value that belongs to the last received position.
+    """Binary record 0xFB: receive the time at which the motor must reach the last received position.
 
-    The clock value is the time, in samples, at which the motor reaches the position.  The same clock value a second
-    time ends host mode.
+    The time is a clock value in samples.  The same clock value a second time ends host mode.
 
     The clock has 32 bits; 0 follows FFFFFFFFh.  A clock value before the last clock value sets Bs.
     """

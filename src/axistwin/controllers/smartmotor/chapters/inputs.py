@@ -97,10 +97,10 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Calculate how many counts a new motion of the external encoder adds in each servo sample.
+        """Calculate by how many counts the external encoder moves in each servo sample.
 
-        The kernel (the code that computes the servo samples) computes as if the motion began one sample earlier.  Each
-        sample then adds equal counts and carries the remainder.
+        Called when the motion of the encoder changes.  The kernel (the code that computes the servo samples) computes
+        as if the motion began one sample earlier.  Each sample then adds equal counts and carries the remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
@@ -125,7 +125,7 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return a list of the external encoder's present count and its counts at the future times `times_ns`.
+        """Return the external encoder's present count, followed by the predicted counts at the times `times_ns`.
 
         The list ends before the first count that is not certain.
         """
@@ -186,9 +186,9 @@ class Inputs:
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """Return the time in ns of the next servo sample that will be computed, or None for a motor at rest.
+        """Return the time of the next servo sample in ns.
 
-        No servo samples are computed while the motor is at rest.
+        Return None while the motor is at rest, because the simulation then computes no servo samples.
         """
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None

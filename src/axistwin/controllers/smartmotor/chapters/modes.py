@@ -93,10 +93,10 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        # The command MD empties the buffer of positions from the host, unless the motor is in host mode.
+        # Outside host mode, the command MD deletes all positions that the host has sent.
         if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
-        # Do not change BUFFERED_MODE: the motor enters this mode at the end of host mode (manual, section 10.2).
+        # BUFFERED_MODE keeps its value, because this value is the mode after host mode (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
@@ -135,7 +135,7 @@ def initialize_cam(motor: Processor) -> None:
 
 
 def go(motor: Processor) -> None:
-    """G: start or change a motion, with the mode and the parameters that are in the buffers.
+    """G: start or change a motion with the settings of earlier commands, e.g. of MV and V=1000.
 
     A fault that is not cleared inhibits G.
     """

@@ -81,9 +81,10 @@ def channel_errors(motor: Processor, channel: int | None = None) -> str:
 
 
 def print_(motor: Processor, *items: str | int | bytes, channel: int | None = None) -> None:
-    """PRINT(…), PRINT1(…): print texts unchanged, numbers in decimal, and `#n` as one character.
+    """PRINT(…), PRINT1(…): send texts, numbers and characters to a serial channel.
 
-    No terminator is added.
+    Numbers are sent in decimal.  `#n` sends the character with the code n, e.g. `#13` sends CR.  No terminator is
+    added.
 
     PRINT1 prints on channel 1; the text is lost while the channel is closed.  PRINT of a host prints on channel 0,
     even if the command came on channel 1 (manual, section 6.1).  PRINT of a program prints on channel 1 with F=4.

@@ -33,7 +33,7 @@ class Variable(NamedTuple):
     """Function that fetches an external value; the statement reads it from a hidden variable."""
 
 
-# Chapters of the 4.76 manual and of the guide to the base language
+# Chapters of the SmartMotor manuals, e.g. "9.1 Cam"
 IO, ARRAYS, CAM, FUNCTIONS, SOFT = "6.0 Inputs/outputs", "8.2 Arrays", "9.1 Cam", "7.0 F=", "3.2 Software limits"
 STATUS, FAULTS, MOTION, TUNING = "Status word", "4.0 Fault handling", "Motion parameters", "PID filter"
 MODES, SERIAL, EEPROM, NAMED, ANILINK = "Modes", "Communications", "EEPROM", "Variables", "AniLink"
