@@ -142,9 +142,9 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index of the first element after the compiled code of an expression.
+        """Return the index at which an expression ends in the compiled program.
 
-        `at`: index of the first element of the expression.
+        The result is the index after the last element of the expression.  `at`: index of its first element.
         """
         code = self.program.code
         while code[at] != ops.RESULT:
@@ -183,7 +183,7 @@ CALLED_BY = {FAULT: "a fault (F=32)", INPUT: "pin G (F=64)"}
 
 
 def _returns(findings: Findings, flow: Flow) -> None:
-    """Report routines that end with a wrong return command, e.g. the fault routine C1 with RETURN, not RETURNF."""
+    """Report wrong return commands, e.g. RETURN instead of RETURNF at the end of the fault routine."""
     called = {label for routine in flow.routines.values() for label in routine.calls.values()}
     for number, keyword in flow.main.returns.items():
         findings.report(rules.RETURN, number, f"{keyword} is reached without a GOSUB: it sets Bs and ends the program")

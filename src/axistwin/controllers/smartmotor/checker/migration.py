@@ -58,10 +58,10 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report each test of the fault flags Be and Bh in a program, e.g. `IF Be`.
+    """Report statements whose condition contains a fault flag, e.g. `IF Be`.
 
     A position error sets Be, and overheating sets Bh.  Since firmware 4.76, both faults end the program, so that the
-    test is not executed.  With F=32, both faults call C1 instead (manual, section 4.1).
+    statement is not executed.  With F=32, both faults call C1 instead (manual, section 4.1).
     """
     if findings.sets_function(CALL_C1):
         return
