@@ -36,9 +36,9 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a command CI (use new cam parameters) that has not taken effect yet.
+    """Cancel a pending change of the cam parameters, which the command CI has requested.
 
-    A cam parameter has changed after CI.  A new MCn must precede the next CI (manual, section 9.5).
+    Called when a cam parameter changes after CI.  A new MCn must precede the next CI (manual, section 9.5).
     """
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1

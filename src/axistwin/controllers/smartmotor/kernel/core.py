@@ -160,15 +160,15 @@ class Core:
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
         if due == first < following:
-            # At the first time in `times_ns`, the shaft is still at its present position, `here`.
+            # The shaft does not move before the next servo sample, so the first prediction is its present position.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the predicted counts of the external encoder, except the count for the next servo sample.
+        """Discard outdated predictions of the external encoder's counts.
 
-        The prediction is outdated, because the motion of the external encoder has changed.  The count for the next
-        sample was read before this change.  All later samples are computed again.
+        The predictions are outdated, because the motion of the external encoder has changed.  Only the count for the
+        next servo sample is kept, because this count was read before the change.  All later samples are computed again.
         """
         block = self._block
         if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
@@ -220,9 +220,9 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the stored state of the motor includes the latest servo sample (a cycle of 245.76 µs).
+        """True if the stored state of the motor includes the latest servo sample.
 
-        The block that is computed ahead then stays valid.
+        A servo sample is one cycle of the servo loop (245.76 µs).  The block that is computed ahead then stays valid.
         """
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
@@ -447,8 +447,8 @@ class Core:
             self._rest(samples)
             return
         in_last = samples % LONGEST
-        # A command from the host makes the precomputed servo samples after the command invalid.
-        # Limit the next block to 125 % of the number of valid samples in this block, e.g. to 500 after 400.
+        # After a command from the host, the servo samples that were computed in advance are discarded.
+        # Example: the command came after 400 samples, so at most 500 samples are computed in advance next time.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -526,9 +526,9 @@ class Engine:
         return Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Store the computed state of the motor at the end of a block of servo samples.
+        """Replace the present state of the motor by the state that was computed in advance.
 
-        Changes during the block are reported.
+        The new state is that at the end of `block`, a series of servo samples.  Changes during the block are reported.
         """
         core = self._core
         i, v, f, ring = self._copies

@@ -130,7 +130,10 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if no compilation is needed: the machine code is in the user's cache, or axistwin runs in a browser."""
+    """True if the simulation can start without a slow compilation, e.g. with machine code from the cache.
+
+    In a browser, the result is always True.
+    """
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))
@@ -173,7 +176,7 @@ def _seal(directory: Path) -> None:
 
     Caches that were not used for 30 days are deleted.
     """
-    import json  # lazy imports: json and shutil are needed only when machine code has been stored in the cache
+    import json  # lazy imports: the modules json and shutil are needed only for the cache of machine code
     from shutil import rmtree
 
     try:
@@ -206,9 +209,10 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Copy the global variables of each module.  In the copies, compiled functions replace the Python functions.
+    """Compile the given Python functions so that the compiled functions call each other directly.
 
-    The keys of the result are the names of the modules.
+    For each module, the result contains a copy of its global names.  In the copy, the compiled functions replace the
+    Python functions.  The keys of the result are the names of the modules.
     """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}

@@ -112,7 +112,7 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the index and the new value of each variable that has changed.
+        """Return the traced values that have changed since they were last recorded, each with its index.
 
         The new values are stored in the log.
         """

@@ -39,7 +39,7 @@ VISCOUS = next(_slots)  # Deceleration by viscous friction, in counts/sample², 
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the motor current at standstill for a PWM value of 1, in A.
-# AMPS_PER_SPEED: the back-EMF at a speed of 1 count/sample reduces the motor current by this many amperes.
+# AMPS_PER_SPEED is the decrease of the motor current by the back-EMF at a speed of 1 count/sample, in A.
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the motor windings at the end of the latest servo sample, in A.
 # Current at the end of a servo sample = AMPS_KEPT * (current at its start) + (1 - AMPS_KEPT) * (steady current).
@@ -53,7 +53,7 @@ PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))
 # WINDING_RISE is the steady temperature difference between winding and housing at a motor current of 1 A, in K.
 # HOUSING_RISE is the steady temperature difference between motor housing and air at a motor current of 1 A, in K.
-# WINDING_RISE and HOUSING_RISE are multiplied by the square of the motor current (in A²).
+# At a motor current of 2 A, the winding is 4 * WINDING_RISE kelvins warmer than the housing (square law).
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
 # Every 256 servo samples, winding temperature += WINDING_STEP * (steady winding temperature - winding temperature).
 # Every 256 servo samples, housing temperature += HOUSING_STEP * (winding temperature - housing temperature).

@@ -13,7 +13,7 @@ def wrapped(value: int) -> int:
 
 @sampled
 def position(i: Ints) -> int:
-    """Return the position of the shaft in counts, as a number of more than 32 bits."""
+    """Return the position of the shaft in counts, without overflow at 32 bits."""
     return i[DIRECTION] * i[SHAFT] + i[ORIGIN]
 
 
