@@ -125,7 +125,7 @@ class SmartMotor:
 
 
 def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    """Check stored programs, and the characters that a host sends.  Return the errors and the warnings."""
+    """Check stored programs and the commands that a host sends.  Return all errors and warnings."""
     from axistwin.controllers.smartmotor.checker.program import check
 
     return check(sessions)

@@ -28,8 +28,8 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# A chapter title with a number, e.g. "7.0 F=", belongs to the manual of firmware 4.76.
-# A chapter title without a number, e.g. "Modes", belongs to the general guide to SmartMotor commands.
+# The chapters with a number, e.g. "7.0 F=", are in the manual of firmware 4.76.
+# The chapters without a number, e.g. "Modes", are in the user's guides of the SmartMotor.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"
@@ -151,7 +151,7 @@ COMMANDS = CommandSet(
     I("ENC0",      "servo from the internal encoder",    MODES,    (),              BOTH,   modes.internal_encoder),
     I("ENC1",      "servo from the external encoder",    MODES,    (),              BOTH,   modes.external_encoder),
 
-    # Commands for limits
+    # Commands for limit switches and software limits
     I("UCP",       "pin C is the positive limit",        HARD,     (),              BOTH,   limits.limit_pin_c),
     I("UDM",       "pin D is the negative limit",        HARD,     (),              BOTH,   limits.limit_pin_d),
     I("LIMD",      "limits are directional, as always",  HARD,     (),              BOTH,   limits.directional),
