@@ -195,14 +195,17 @@ def ideal(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal_turn(i: Ints) -> int:
-    """Return the number of encoder counts that an ideal motor turns during one servo sample in torque mode."""
+    """Return the rotation of the shaft in one servo sample in torque mode, in encoder counts.
+
+    The motor is ideal: its velocity is proportional to its torque.
+    """
     torque = clipped(i[s.T], i[s.AMPS])
     return torque >> IDEAL_BITS if torque > 0 else -(-torque >> IDEAL_BITS)
 
 
 @sampled
 def tracked(i: Ints) -> int:
-    """Return the commanded position in counts, which is also the shaft position of an ideal motor."""
+    """Return the commanded position of the motor shaft, in encoder counts."""
     return i[s.DIRECTION] * ((i[s.COMMANDED] >> VELOCITY_BITS) - i[s.ORIGIN])
 
 
@@ -270,9 +273,9 @@ def resting(i: Ints, f: Floats) -> int:
 
 @sampled
 def keeps_cool(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor certainly does not overheat at the present current, otherwise 0.
+    """Return 1 if the motor can never overheat at the present current.  Return 0 if the motor may overheat.
 
-    Neither TEMP nor the RMS current can then exceed its limit.
+    If the result is 1, neither TEMP nor the RMS current can exceed its limit.
 
     Winding and housing temperatures approach their final values.  Neither of them exceeds its final value by more than
     the larger of the two present differences.

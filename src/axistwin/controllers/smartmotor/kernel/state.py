@@ -80,18 +80,18 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
-    PIN_EDGES,  # Forward minus backward edges at pins A and B that wires or tests cause, not the external encoder.
+    PIN_EDGES,  # Signed number of encoder counts from signals that a wire or a test applies to pins A and B.
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Counts of the counter CTR per encoder period (four edges): 1 in mode MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
-    FOLLOW_REM,  # Remainder in mode MFR or MSR: the motor must still move FOLLOW_REM / TARGET of a count.
+    FOLLOW_REM,  # Remainder of the division that computes the motion in mode MFR or MSR, for use in the next sample.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command G or CI activates.
 # CI_PENDING is 1 from the command CI until the cam passes its zero point.
-# CI_SPOILT is 1 if a cam parameter was changed between the command CI and the zero point of the cam.
-# While CI_SPOILT is 1, the command CI has no effect.
+# CI_SPOILT is 1 after a change of a cam parameter has cancelled a pending command CI (use new cam parameters).
+# While CI_SPOILT is 1, the motor ignores the command CI; the command MCn, e.g. MC4, sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 # The cam factor, e.g. 4 in MC4, multiplies either the cam table (CAM_TABLE = 1) or the external counts (CAM_TABLE = 0).
 CAM_TABLE = next(_slots)
@@ -137,7 +137,7 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)
     DEBOUNCE,  # Debounce time of pin G, in servo samples.
     LATCHES,  # Output levels set by the commands UA= to UG=, from bit 0 (pin A) to bit 6 (pin G).
     GO_PIN,  # 1 if a falling edge of pin G starts a motion, as the command G does.
-    BRAKE_PIN,  # Bit mask of the pin for the brake signal: pin C after BRKC, pin G after BRKG, otherwise 0.
+    BRAKE_PIN,  # Bit mask of the pin that the command BRKC or BRKG has selected for the brake signal; 0 for no pin.
     BRAKE_READ,  # Flag: 1 if a statement, e.g. a=UG, has read the brake pin and thereby made this pin an input.
 ) = islice(_slots, 5)
 ANALOG, *_ = islice(_slots, 7)  # Analog readings of the pins A to G, from 0 to 1023.
@@ -152,7 +152,7 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
     TEMP,  # Motor temperature in whole °C, which the program reads as the variable TEMP.
     CURRENT,  # Motor current in units of 0.01 A, which the program reads as the variable UIA.
     BUS_VOLTAGE,  # Supply voltage in units of 0.1 V, which the program reads as the variable UJA.
-    IDEAL,  # Flag: 1 for an ideal motor, whose shaft follows the trajectory exactly; 0 for a real motor.
+    IDEAL,  # Flag: 1 if the simulated shaft follows the trajectory exactly; 0 if inertia and friction are simulated.
 ) = islice(_slots, 7)
 
 # Internal state of the servo law and of the physical model
@@ -163,14 +163,14 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# For an encoder that reports every count of the shaft, COUNTS_OF and COUNTS_OUT_OF are 0.
+# COUNTS_OF and COUNTS_OUT_OF are both 0 if the encoder has no defect.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-# A defective encoder must still report UNCOUNTED / COUNTS_OUT_OF of a count, e.g. 9/10 of a count.
+# Remainder of the division that computes the counts of a defective encoder, for use in the next sample.
 UNCOUNTED = next(_slots)
 ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
 HOT = next(_slots)  # Flag: 1 while the motor is overloaded (by current or temperature) or still too hot.
 
-# Number of unread received bytes for each serial channel, which the program reads as LEN and LEN1.
+# Number of received bytes that the program has not read yet: LEN for serial channel 0, LEN1 for channel 1.
 LENGTHS, *_ = islice(_slots, 2)
 ARRAY_BASE = next(_slots)  # Index of the first array element, al[0], in the memory of the program's variables.
 
@@ -207,7 +207,7 @@ USER_PINS = "ABCDEFG"
 LETTERS = 0  # Index of the variable a in the memory of the program's variables; the variables b to z follow.
 DOUBLES = 26  # Index of the variable aa in the memory of the program's variables; the variables bb to zz follow.
 TRIPLES = 52  # Index of the variable aaa in the memory of the program's variables; the variables bbb to zzz follow.
-ALONE = 78  # Index of the array element al[0] if the array does not share the memory of the variables aa to zzz.
+ALONE = 78  # Index of the array element al[0] if the option `array_overlay` is off (the array has its own memory).
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16
 VARIABLES = HIDDEN + HIDDEN_MOST

@@ -57,9 +57,8 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
     if speed > max_velocity:
         wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # The new velocity is 0 or leads away from the target, so the motor cannot overshoot.
+        return wanted * way  # Velocity 0, or a velocity away from the target, cannot cause an overshoot.
     # The stopping distance is at most w²/(2A) + w/2 + A/8 for the velocity w and the acceleration A.
-    # Multiply the stopping distance and the remaining distance by 8A (A: acceleration), to avoid divisions.
     needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
     if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
         best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)
@@ -80,9 +79,9 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Compute the count of the external encoder at the end of one sample.
+    """Advance the simulated external encoder by one servo sample.
 
-    The count is either predicted, or changes at constant speed.
+    The new encoder count is either predicted, or follows from a constant speed.
     """
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]

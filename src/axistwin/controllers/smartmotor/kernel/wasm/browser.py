@@ -14,9 +14,9 @@ _START = """(code, name) => {
 
 
 class Loaded:
-    """A WebAssembly function that returns an integer.
+    """Python wrapper for a WebAssembly function that is loaded in the browser.
 
-    The arguments are arrays, followed by one integer.
+    The arguments are arrays, followed by one integer.  The result is an integer.
     """
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType]) -> None:
@@ -46,7 +46,7 @@ class Loaded:
         return result
 
     def _divide(self, sizes: Sequence[int]) -> None:
-        """Reserve memory in the WebAssembly module for each array that the function receives.
+        """Divide the memory of the WebAssembly module into regions, one for each array argument.
 
         `sizes`: the sizes of the arrays in bytes.
         """

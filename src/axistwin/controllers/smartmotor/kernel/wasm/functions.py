@@ -32,7 +32,7 @@ class _Function(Expressions):
         """Open blocks, the innermost last: "if", or "exit" and "next" of a loop, the targets of break and continue."""
 
     def function(self) -> w.Function:
-        """Return the compiled function."""
+        """Compile a Python function to a WebAssembly function, and return the WebAssembly function."""
         self._declare(self._definition.body)
         self._statements(self._definition.body)
         if self._result is not None:
@@ -138,7 +138,7 @@ class _Function(Expressions):
         self._emit(w.br(0), w.END, w.END)
 
     def _range(self, node: ast.For) -> tuple[int, int, int]:
-        """Compile the arguments of `range` in a for loop.
+        """Compile the start, the end and the step of a for loop, e.g. of `for n in range(0, 10, 2):`.
 
         Returns the indices of the variables for the counter and the end, and the step.
         """
