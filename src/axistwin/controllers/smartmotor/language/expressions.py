@@ -95,7 +95,7 @@ class Computed:
 
 @dataclass(frozen=True)
 class Expression(Computed):
-    """An operand whose value is one number."""
+    """A compiled expression of a SmartMotor command, e.g. `a+1` in `b=a+1`."""
 
     @cached_property
     def constant(self) -> int | None:
@@ -219,8 +219,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Do not compile `--a` as `a`: for the value -2147483648, the first negation must set the overflow flag Bd.
-            # An odd number of minus signs before a value acts as one minus sign, and an even number acts as two.
+            # Compile `--a` as two negations: if a is -2147483648, the first negation sets the overflow flag Bd.
+            # Leave out pairs of further minus signs: compile `---a` as `-a`, and `----a` as `--a`.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
@@ -278,7 +278,8 @@ class Reader:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
             raise Malformed(
-                f"the statement reads too many external values, e.g. GETCHR or AINA1: expected at most {s.HIDDEN_MOST}",
+                "the statement reads too many serial characters (GETCHR) and AniLink inputs, e.g. AINA1: "
+                f"expected at most {s.HIDDEN_MOST} in total",
                 self.at,
             )
         self._fetches.append(fetch)

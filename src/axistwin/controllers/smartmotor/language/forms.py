@@ -7,10 +7,10 @@ from axistwin.controllers.commandset import Command
 
 
 class Accept(Flag):
-    """Sources from which a command is valid: a host or a stored program."""
+    """Flags of a command: valid in a message from the host, in a stored program, or in both."""
 
     HOST = auto()  # Marks a command that a host may send to a serial port of the controller.
-    PROGRAM = auto()  # Marks a command that a stored program may contain.
+    PROGRAM = auto()  # Marks a command that is valid in a stored program.
     BLOCK = auto()  # Marks a command that only a stored program may contain, e.g. LOOP or a label.
     REMOVED = auto()  # Marks a command that firmware 4.76 no longer has (manual, section 1.3).
 

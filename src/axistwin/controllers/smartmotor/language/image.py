@@ -192,7 +192,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the program jumps that a keyword completes, e.g. ENDIF completes the jump of IF.
+    """Yield the program jumps that the keyword `word` determines, e.g. the jump from IF to ENDIF for the word ENDIF.
 
     Each jump is a pair: the index of the keyword that jumps, and the index of the target.
     """

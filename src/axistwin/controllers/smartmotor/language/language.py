@@ -36,7 +36,7 @@ class Elements(Computed):
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Return the code with which the interpreter assigns values to array elements, e.g. for `al[0]=1`.
+        """Return the compiled code of an assignment to array elements, e.g. of `al[0]=1`.
 
         The values that the interpreter cannot compute are fetched first.
         """
@@ -46,7 +46,7 @@ class Elements(Computed):
 
 @dataclass(frozen=True)
 class First:
-    """The operand of VST or VLD that names the first variable or array element."""
+    """The first argument of the command VST or VLD, e.g. `a` in VST(a,3), which stores the variables a, b and c."""
 
     name: str
 
@@ -160,7 +160,7 @@ def read(text: str) -> Statement:
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# Finding the name of a command
+# Patterns and functions that find the name of a command at the beginning of a statement
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
@@ -265,7 +265,7 @@ _value = re.compile(r"[ \t]+(-?\d+)", re.ASCII)
 
 
 def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse an assignment `ab[exp]=exp`, or a list of values that ends with a period."""
+    """Parse an assignment to array elements, e.g. `aw[0]=5` or `aw[0] 1 2 3.`."""
     kind, _ = ARRAY_SIZES[text[:at]]
     index = Reader(text, at)
     first = index.index()
@@ -376,9 +376,7 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(
-            f"the number of variables is missing: expected {found.syntax}", at, found.chapter, rules.ARGUMENTS
-        )
+        raise Malformed(f"the second argument is missing: expected {found.syntax}", at, found.chapter, rules.ARGUMENTS)
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 

@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the length of the extra code that reports the start of a statement, e.g. for a breakpoint.
+        """Return the number of code words that only report the start of a program statement, e.g. for a breakpoint.
 
-        The length (in integers) is 0 if the statement has no such code.  `head`: index in `code` at which the code of
-        the statement begins.
+        The number is 0 if the statement has no such code words.  A code word is an integer in `code`.  `head`: index in
+        `code` at which the code of the statement begins.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
@@ -323,7 +323,7 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the compiler has already generated a part of the code of this program statement.
+        """True if the code that was generated last belongs to the program statement `number`.
 
         The code that reports the start of the statement is then not generated again.
         """

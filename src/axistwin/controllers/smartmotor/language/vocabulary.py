@@ -25,7 +25,7 @@ class Words:
 
     @property
     def begun(self) -> bool:
-        """True if a command has begun and not ended."""
+        """True if an incomplete command has been received."""
         return bool(self._text or self._list)
 
     def forget(self) -> bool:
