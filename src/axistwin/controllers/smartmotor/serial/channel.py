@@ -256,7 +256,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # A cleared error flag also cancels the earlier errors of the same kind in the report RCHN.
+            # The flag was 0, so remove older errors of the same kind from the report RCHN of both serial channels.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
@@ -320,7 +320,7 @@ class Channel:
             action()
 
     def set_up(self, fmt: UartFormat, *, data_mode: bool, timeout_ns: int = 0) -> None:
-        """OCHN: use new settings for the next and all later characters."""
+        """OCHN: open the serial channel with new settings, e.g. with a new baud rate."""
         self.open, self._data_mode = True, data_mode
         self._timeout_ns, self._begun_ns = 0 if data_mode else timeout_ns, None
         self._record.clear()

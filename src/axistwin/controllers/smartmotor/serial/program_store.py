@@ -50,7 +50,7 @@ class Download:
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
         if self._size == self.motor.options.program_bytes:
-            # Characters of a program beyond the end of the motor's memory are ignored.
+            # The program memory is full, so the received character is not stored.
             self._sound &= self._complete
         elif not self._complete:
             self._keep(byte)
@@ -158,9 +158,9 @@ class Upload:
 
 
 def power_up(motor: Processor) -> None:
-    """Load the program from the memory at power-up.
+    """Load the program from the motor's nonvolatile memory into the interpreter.
 
-    If the memory is not valid, Bk is set and the motor has no program.
+    If the nonvolatile memory is not valid, Bk is set and the motor has no program.
     """
     broken = motor.nonvolatile.broken
     motor.i[s.BK] = broken
@@ -205,7 +205,10 @@ def upload_image(motor: Processor) -> None:
 
 
 def lock(motor: Processor) -> None:
-    """LOCKP: forbid uploads of the program until another program is loaded."""
+    """LOCKP: refuse all requests of a host to read the stored program.
+
+    The lock ends when another program is loaded.
+    """
     motor.nonvolatile.locked = True
     motor.nonvolatile.save(motor.store)
 

@@ -32,7 +32,7 @@ def echo_off(motor: Processor, channel: int = 0) -> None:
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP (channel 0), SLEEP1 (channel 1): ignore all commands except WAKE or WAKE1.
+    """SLEEP: ignore all commands on serial channel 0 except WAKE.  SLEEP1: ignore all on channel 1 except WAKE1.
 
     The echo of received characters continues.
     """
@@ -113,7 +113,7 @@ def open_channel(motor: Processor, parameters: str) -> None:
 
 
 def close_channel(motor: Processor, parameters: str) -> None:
-    """CCHN(type,channel): close the channel for receiving and sending.
+    """CCHN(type,channel): close a serial channel, so that the channel neither receives nor sends characters.
 
     Other arguments set Bs.
     """
