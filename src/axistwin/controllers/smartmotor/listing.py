@@ -67,7 +67,10 @@ class Rows(NamedTuple):
         return frozenset(number for numbers in found for number in numbers)
 
     def row(self, number: int) -> int | None:
-        """Return the line of a statement, or None for the end of the program."""
+        """Return the index of the program line that contains a statement.
+
+        `number`: number of the statement.  Returns None for the end of the program.
+        """
         return self.of[number] if number < len(self.of) else None
 
 

@@ -142,7 +142,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The compilation is already complete, or the host has sent a newer program.
+            return  # Ignore a compilation that is already complete, or that belongs to an older program.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -161,7 +161,7 @@ class Motor(Processor):
         self.core.code = array("q", program.code)
 
     def update_outputs(self) -> None:
-        """Update the brake, the windings and the output signals after a change of the state."""
+        """Set the brake, the windings and the output signals according to the present state of the motor."""
         if self.powered:
             brakes.update_outputs(self)
             limits.update_flags(self)
@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # The simulation reports a fault only while the fault's flag is 0, so set all fault flags at power-off.
+            # Set all fault flags of the motor, which prevents reports of new faults while the power is off.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -208,7 +208,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        # `axis.f` holds the motor's speed and temperatures at the end of the time without power.
+        # `axis.f` contains the speed and the temperatures of the motor immediately before the present power-up.
         if axis.f:
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):

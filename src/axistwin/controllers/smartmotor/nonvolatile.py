@@ -26,7 +26,7 @@ class Nonvolatile:
     """The data EEPROM as far as it has been written to; the rest is erased."""
 
     def save(self, store: Store) -> None:
-        """Save the memory as readable text."""
+        """Save the contents of the motor's nonvolatile memory as readable text."""
         contents = {
             "version": VERSION,
             "program": self.program,
@@ -40,9 +40,9 @@ class Nonvolatile:
 
     @classmethod
     def load(cls, store: Store) -> "Nonvolatile":
-        """Return the stored memory, or the memory of a new motor if no memory has been stored.
+        """Read the saved contents of a motor's nonvolatile memory.
 
-        Raises UsageError for an invalid file.
+        Returns the empty memory of a new motor if nothing has been saved.  Raises UsageError for an invalid file.
         """
         contents = store.load()
         if contents is None:
@@ -54,7 +54,7 @@ class Nonvolatile:
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             memory_file, reason = store, excerpt(error)
             raise UsageError(
-                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to erase the memory"
+                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to start without data"
             ) from None
 
     @classmethod
@@ -69,7 +69,7 @@ class Nonvolatile:
         return cls(kept["program"], kept["broken"], kept["locked"], eeprom)
 
     def read(self, place: int, size: int) -> bytes:
-        """Return bytes of the data EEPROM."""
+        """Return `size` bytes of the data EEPROM, beginning at the address `place`."""
         return bytes(self.eeprom[place : place + size]).ljust(size, bytes((ERASED,)))
 
     def write(self, place: int, data: bytes) -> bool:

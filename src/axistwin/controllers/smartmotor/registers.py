@@ -26,9 +26,9 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return the place of each register's value in the memory of the processor.
+    """Return the operation and the index with which the program interpreter reads each register.
 
-    A place is a pair: an operation of the interpreter that reads the value, e.g. SLOT, and an index.
+    The keys are the names of the registers.  The values are pairs, e.g. the operation SLOT and an index.
 
     A read of the register RI does not clear Bi.
     """
@@ -115,7 +115,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all observed registers, and one function that forwards changes to the subscribers.
+        """Combine all subscriptions to registers: return the register names, and a common callback function.
 
         The function passes each change of a register to all subscribers of this register.
         """

@@ -66,7 +66,7 @@ class EncoderPin(UserPin):
         return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
 
     def unplug(self) -> None:
-        """Disconnect the pin from a processor that is switched off.
+        """Disconnect the pin from the motor's processor when the motor is switched off.
 
         The encoder stays connected.
         """
@@ -112,9 +112,9 @@ class EncoderPin(UserPin):
                 self._arm_axis()
 
     def _next_count(self, way: int) -> int | None:
-        """Return the next encoder count at which the pin's level changes, or None.
+        """Return the next encoder count at which the pin's level changes.
 
-        `way`: direction of the encoder, 1 or -1.
+        `way`: direction of the encoder, 1 or -1.  Returns None if the level is the same at the next two counts.
         """
         count = self._master.count
         level = self._level_at(count)
@@ -146,7 +146,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to two encoder edges at the pin: the next forward edge and the next backward edge.
+        """Subscribe to the next encoder edge at the pin in each of the two directions of motion.
 
         The external encoder is mounted on an axis, which reports when the axis crosses the position of the edge.
         """
