@@ -51,7 +51,7 @@ class Compared:
 
     @property
     def later_ns(self) -> int | None:
-        """Delay of the emulated controller relative to the real controller in ns; None if not known."""
+        """Delay of this action of the emulated controller relative to the recorded action, in ns; None if not known."""
         if not self.same or self.hardware_ns is None or self.twin_ns is None:
             return None
         return self.twin_ns - self.hardware_ns
@@ -70,9 +70,9 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Pairs (delay in ns, action) for the actions of the emulated controller, e.g. replies, sorted by delay.
+        """Delays of the emulated actions, e.g. replies, relative to the recorded actions, in ascending order.
 
-        A delay is relative to the same action of the real controller.
+        Each item is a pair: the delay in ns, and the action.
         """
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
@@ -215,7 +215,7 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length, in bytes, of a reply that differs from the recorded reply.
+        """Return the number of received bytes that belong to a wrong reply of the emulated controller.
 
         The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the

@@ -69,9 +69,10 @@ class Conversation:
         return found
 
     def seconds_in(self, key: str, default: float) -> float:
-        """Return the time in seconds from a header of the conversation file, e.g. 60.0 for `; patience: 60`.
+        """Return the number of seconds in a header line of a conversation file.
 
-        If the conversation has no such header, return `default`.  Raises ProgramError with the line.
+        For example, the result is 60.0 for `; patience: 60`, the longest wait for a reply.  If the conversation has no
+        such header, return `default`.  Raises ProgramError with the line.
         """
         if key not in self.headers:
             return default
@@ -113,7 +114,10 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Context manager that adds the file name and the line number of the action `act` to each error."""
+        """Context manager that adds a file name and a line number to errors raised in its `with` block.
+
+        The line number is that of the action `act`.
+        """
         try:
             yield
         except (PlacedError, UsageError) as error:

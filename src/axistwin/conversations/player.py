@@ -136,7 +136,7 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                # Check the expected value in advance: `agrees` raises ProgramError for an invalid value, e.g. "abc".
+                # Report an invalid expected value, e.g. "abc" instead of a number, before the conversation is played.
                 agrees(read_value(), act.value)
                 return lambda: self._expect(act, read_value())
         raise AssertionError(f"unknown action {act!r}: expected an object from axistwin.bench.acts, e.g. a Wait")

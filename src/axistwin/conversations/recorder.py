@@ -185,7 +185,7 @@ class Recorder:
             self._recorded_ns = max(time_ns, self._recorded_ns)
 
     def _changed(self, event: LevelChanged) -> None:
-        """Record a change of the host's control lines; changes by a controller are ignored."""
+        """Record a level change if the signal is a control line of the host (DTR or RTS)."""
         if event.pin.startswith("host."):
             target = event.pin.removeprefix("host.")
             self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
