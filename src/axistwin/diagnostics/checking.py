@@ -77,9 +77,9 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
 
 @dataclass(frozen=True)
 class HostProgram:
-    """The data that a host program sends, e.g. to a controller, and the errors and warnings found in the data.
+    """The data that a host program sends to one controller, and the errors and warnings found in the data.
 
-    An endpoint is a controller, a second channel, or a shared line.
+    `endpoint`: name of the controller, of its second serial channel, or of a line that several motors share.
     """
 
     file: str
@@ -198,10 +198,9 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters that a program sends to each controller between two power-offs.
+    """Return the sessions of each controller.  A session is the data that a host sends from power-on to power-off.
 
-    These characters are a session.  The result contains one sequence of sessions for each
-    controller.
+    The result contains one sequence of sessions for each controller.
     """
     match suffix:
         case ".talk":
@@ -250,7 +249,7 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Divide the characters of a host program into sessions.  Each power-off in the program ends a session.
+    """Yield a list of all sessions of a host program.  A session is the data that is sent from power-on to power-off.
 
     The program uses only one controller.  `sent` returns the characters of one program line.
     """

@@ -16,7 +16,7 @@ MOST_ROUNDS = 10
 def fix_text(
     text: str, find: Callable[[str], Sequence[Diagnostic]]
 ) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
-    """Apply all fixes that are sure to be right.
+    """Correct a program text: apply each fix that is the only possible correction of an error.
 
     Returns the new text, the fixed diagnostics and the remaining diagnostics.
 
@@ -42,9 +42,9 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics whose fixes do not overlap in the text.
+    """Select diagnostics whose fixes change different parts of the text.
 
-    If two fixes overlap, only the diagnostic of the first fix is returned.
+    If two fixes overlap, only the diagnostic of the first fix is selected.
     """
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
