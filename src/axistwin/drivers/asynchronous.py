@@ -177,9 +177,9 @@ class AsyncController:
             await port.close()
 
     async def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the controller's protocol.
+        """Execute a procedure, i.e. a generator that yields requests to write, to read or to wait.
 
-        Raises DriverError if the function fails.
+        Returns the result of the procedure.  Raises DriverError if the procedure fails.
         """
         async with self._lock:
             if self._port is None:

@@ -65,7 +65,7 @@ class Scale:
         return round(units * self.counts_per_unit)
 
     def rate(self, units: float) -> float:
-        """Convert a velocity or acceleration from the user's unit to counts."""
+        """Convert a velocity, e.g. in mm/s, to counts/s, or an acceleration, e.g. in mm/s², to counts/s²."""
         return abs(units * self.counts_per_unit)
 
     def status(self, raw: Status) -> Status:
@@ -111,7 +111,7 @@ class Axis(Protocol):
         """Stop the axis as fast as the controller can."""
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position, e.g. a home switch.
+        """Begin a search for the home position, e.g. for the position of a home switch.
 
         At the end of the search, the coordinate of the home position is 0.
         """

@@ -56,7 +56,7 @@ class SerialPort:
         return self._guard(lambda: self._read(timeout))
 
     def _read(self, timeout: float) -> bytes:
-        # Each assignment of a timeout configures the serial port again, which takes 0.2 s over RFC 2217.
+        # Do not set an unchanged timeout: setting a timeout takes 0.2 s at a serial port in the network (RFC 2217).
         if timeout != self._port.timeout:
             self._port.timeout = timeout
         first: bytes = self._port.read(1)
@@ -112,9 +112,9 @@ class Controller:
         self.core.close()
 
     def run(self, procedure: Procedure[T]) -> T:
-        """Execute a function of the controller's protocol.
+        """Execute a procedure, i.e. a generator that yields requests to write, to read or to wait.
 
-        Raises DriverError if the function fails.
+        Returns the result of the procedure.  Raises DriverError if the procedure fails.
         """
         with self._lock:
             if self._port is None:
@@ -224,7 +224,7 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Return an empty procedure, which sends no commands to the controller.
+    """Return a procedure without commands, which a driver executes only to connect to its controller.
 
     `run(nothing())` only synchronises the driver with the controller.  The call has no effect if the driver is
     synchronised already.

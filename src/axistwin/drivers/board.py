@@ -189,7 +189,7 @@ class Board(Core):
             elif (yield Clock()) > end:
                 raise SilentError(
                     f"no answer to the request {opcode:02X}h within {self.timeout:g} s: "
-                    "check the conditions of this request in the board's manual"
+                    "check in the board's manual when the board answers this request"
                 )
             else:
                 yield from self._wait_for_message()
@@ -246,9 +246,9 @@ class Board(Core):
         yield from self.command(0xD8)
 
     def closed_loop(self, ratio: tuple[int, int], resolution: int, sigma: int, teeth: int = 50) -> Procedure[None]:
-        """Set the encoder's ratio and resolution, the backlash and the number of rotor teeth.
+        """Set the motor pulses per encoder pulse, the encoder resolution, the backlash and the number of rotor teeth.
 
-        `ratio`: motor pulses per encoder pulse, as a fraction.
+        `ratio`: motor pulses per encoder pulse, as a fraction.  `sigma`: the backlash.
         """
         yield from self.command(0xB0, *ratio[0].to_bytes(2, "big"), *ratio[1].to_bytes(2, "big"))
         yield from self.command(0xB1, *four(resolution))
@@ -260,9 +260,9 @@ class Board(Core):
         return signed((yield from self.request(0x9A))[:4])
 
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
-        """Send a motion to the board as a list of velocities.
+        """Run the motor at several velocities, one after the other, each for `update_ms` milliseconds.
 
-        The motor runs at each velocity for one update interval.  The commands are 52h and E1h.
+        The commands are 52h and E1h.
 
         A negative velocity is CCW; the last velocity must be 0.  Returns when the last velocities are in the buffer of
         about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises
@@ -288,13 +288,13 @@ class Board(Core):
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
             is_empty = free == size  # The board has used all velocities before new velocities arrived.
-            is_stuck = not count and free == before  # The buffer is full, and the board uses no more velocities.
+            is_stuck = not count and free == before  # The board has read nothing from its full buffer.
             if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError(
-                    "the motor was stopped, because a velocity reached the board too late: "
-                    "expected a longer interval update_ms"
+                    "the motor was stopped, because the host sent the next velocities too late: "
+                    "expected a larger value of update_ms"
                 )
             begun = True
 
@@ -308,7 +308,7 @@ class Board(Core):
 
 
 class Motor(AxisCore):
-    """The axis of an 1810 or 1811, with positions in motor pulses."""
+    """The stepper motor of a board 1810 or 1811.  Positions are in pulses that the board sends to the motor."""
 
     def __init__(self, board: Board) -> None:
         super().__init__("motor", velocity=10_000.0, acceleration=100_000.0)

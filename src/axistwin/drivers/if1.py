@@ -186,7 +186,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        # If the dict `lost` already contains an axis, keep the old value.
+        # If the position of an axis has been lost before, keep the earlier reason.
         self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages

@@ -34,9 +34,9 @@ class Pause:
 
 @dataclass(frozen=True)
 class Clock:
-    """A request to read a clock.  The result is the present time in seconds.
+    """A request for the present time in seconds.
 
-    The clock starts at an arbitrary moment.
+    The time is 0 at an arbitrary moment.
     """
 
 
