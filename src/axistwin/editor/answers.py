@@ -85,7 +85,7 @@ def explain(command: Command, marked: Field | None = None) -> str:
 
 
 def item(command: Command, label: str, insert: str = "") -> Item:
-    """Return the completion that inserts a command, with the command's description."""
+    """Return an entry of the editor's completion list: a command and its description."""
     return Item(label, "command", f"{command.name} · {show_controls(command.syntax)}", explain(command), insert)
 
 

@@ -104,9 +104,10 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Find the parameter that contains the word with the index `here` in a command line.
+        """Return the command parameter to which one word of a program line belongs.
 
-        Word 0 of `text` is the command.  Returns None if no parameter contains the word.
+        `here`: index of the word in the program line `text`; the command is word 0.  Returns None if the word does not
+        belong to a parameter.
         """
         given = text.split()
         if given[0] in self.names:

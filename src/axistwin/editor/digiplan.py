@@ -80,9 +80,9 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield an entry (symbol) for a sequence in the editor's outline, with a subentry for each step.
+    """Yield one entry of the editor's outline if a message of the host defines a sequence.
 
-    Yield nothing if the message defines no sequence.
+    The entry has a subentry for each step of the sequence.
     """
     if not text.lstrip().startswith(":"):
         return

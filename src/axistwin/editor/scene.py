@@ -98,7 +98,10 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the parts of the name of the TOML table at a line of a scene, e.g. ["controller", "axes"]."""
+    """Return the name of the TOML table that contains a line of a scene file.
+
+    The name is split at its dots, e.g. into ["controller", "axes"].
+    """
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -180,7 +183,7 @@ def _description(node: dict[str, Any]) -> str:
 
 
 def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """Yield the possible values of a key; texts are in quotes.
+    """Yield the values that the user can write after a key of a scene file, e.g. `"if1"` after `model =`.
 
     The quotes are left out if the user has already typed a quote.
     """

@@ -66,7 +66,7 @@ class Conversations:
         return []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return an entry of the editor's outline for each sequence (controller program) in a conversation."""
+        """Return one entry of the editor's outline for each sequence of motion commands that the host defines."""
         made = _product(lines)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []
@@ -84,7 +84,7 @@ def _masked(text: str) -> str:
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    r"""Split the data that a host sends into messages, e.g. at `\r`.
+    r"""Split data from the host into messages; a terminator, e.g. `\r`, ends each message.
 
     Yield the start index and the text of each message.
     """
@@ -148,10 +148,9 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names that a `.talk` file for a controller model can contain, e.g. names of pins.
+    """Return the names of all pins, actions and readable values of a controller model.
 
-    The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.  All names depend
-    on the controller model.
+    The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.
     """
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
