@@ -52,7 +52,9 @@ class Terms:
             if given is not None:
                 _check_seconds(key, given)
         if type(self.nth) is not int or self.nth < 1:
-            raise UsageError(f"invalid nth={self.nth!r}: expected a whole number, 1 or more")
+            raise UsageError(
+                f"invalid nth={self.nth!r}: expected a whole number of events until the fault begins, 1 or more"
+            )
         if self.seed is not None and type(self.seed) is not int:
             raise UsageError(f"invalid seed={self.seed!r}: expected a whole number, e.g. 1")
 
@@ -293,9 +295,9 @@ class Faults:
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End the active fault that `fault` replaces: a fault of equal kind on the same pin, axis or controller.
+        """End an active fault of the same kind at the same pin, axis or controller, before `fault` begins.
 
-        Called before `fault` begins.  Only a serial line can have several active faults of one kind.
+        Only a serial line can have several active faults of one kind.
         """
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return

@@ -36,7 +36,7 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """End this fault, so that the contact no longer bounces."""
+        """End the fault `bounce`, so that the switch contact no longer bounces."""
         self._unsubscribe()
         self._bouncing = False
         self._release()
@@ -50,9 +50,9 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """Set the bouncing contact to `level`, and schedule the next bounce.
+        """Set the level of a bouncing switch contact, and schedule the next change of the level.
 
-        `left`: the number of bounces that remain, including the present one.
+        `left`: the number of changes that remain, including the present one.
         """
         if not self._bouncing:
             return
@@ -157,7 +157,7 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Inject a fault: multiply the motion that an encoder counts by a wrong factor, e.g. 0 for a dead encoder.
+    """Inject an encoder fault: the counted motion is the real motion times a factor, e.g. 0 for a dead encoder.
 
     The factor is the product of the factors of all active faults of the encoder.
     """

@@ -103,7 +103,7 @@ def _value(name: str, text: str) -> Any:
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
-    """Assign each unnamed value to the next parameter that has no value yet."""
+    """Assign values without a name, e.g. `3`, to those parameters of a fault that have no value yet."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         extra = bare[len(free)]

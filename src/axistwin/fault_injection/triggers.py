@@ -41,7 +41,10 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
 def other_fault(text: str | None) -> str | None:
-    """Return the name of the fault in an event such as "jam begins"; None for any other event."""
+    """Return the name of the fault that an event mentions, e.g. "jam" for "jam begins".
+
+    Returns None for events that mention no fault.
+    """
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and VERBS.get(found["verb"]) is _other_fault else None
 
