@@ -264,4 +264,4 @@ class DrivenAxis:
 
 
 async def _nothing() -> None:
-    """Empty callback function: does nothing when the state of the axis changes."""
+    """Do nothing: the default callback function for changes of the axis state."""

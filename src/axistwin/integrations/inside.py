@@ -21,10 +21,10 @@ from axistwin.units import to_ns, to_seconds
 
 
 def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
-    """Return a driver for an emulated controller on a bench.
+    """Return an `AsyncController` that is connected to an emulated controller in the same process.
 
-    The driver needs no real port.  `options`: options of the driver.  Raises UsageError for an unknown name or an
-    invalid option.
+    The driver needs no real port.  `name`: name of the controller on the bench.  `options`: options of the driver.
+    Raises UsageError for an unknown name or an invalid option.
     """
     names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
     if name not in names:
@@ -123,7 +123,7 @@ class _InnerClient:
         """Do nothing, because this client has no network connection to close."""
 
     def pause(self) -> None:
-        """Do nothing, because a client without a network connection cannot be paused."""
+        """Do nothing, because this client has no network connection to pause."""
 
     def resume(self) -> None:
         """Do nothing, because this client has no network connection to resume."""

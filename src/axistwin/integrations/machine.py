@@ -131,7 +131,7 @@ def core_of(model: str, options: Mapping[str, Any]) -> Core:
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
-    """Return the model of a controller on a bench, the options of its driver, and the units of its axes.
+    """Return the model name, the driver options and the axis units of an emulated controller.
 
     Axes without a unit are left out.
     """
