@@ -45,10 +45,10 @@ class Registers(Protocol):
         """The interrupt line from the board to the host."""
 
     def read(self, offset: int) -> int:
-        """Return the contents of the register at an offset."""
+        """Return the contents of a register.  `offset`: address relative to the board's base address."""
 
     def write(self, offset: int, value: int) -> None:
-        """Write a value to the register at an offset."""
+        """Write a value to a register.  `offset`: address of the register relative to the board's base address."""
 
     def init(self) -> None:
         """Pulse the reset line of the bus."""

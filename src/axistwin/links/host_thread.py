@@ -113,7 +113,8 @@ class HostThread:
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except (FileNotFoundError, ProcessLookupError):  # A finished thread has no file `stat`; macOS has no `/proc`.
+        except (FileNotFoundError, ProcessLookupError):
+            # If the operating system reports no state of the thread, wait briefly and treat the thread as blocked.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"

@@ -89,9 +89,10 @@ class ServedClock:
         return found
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Wait for at most `timeout` seconds until a host has finished, and return the result of the host's function.
+        """Wait until a host program has ended, and return the result of the program.
 
-        An exception of the function is raised.
+        An exception of the program is raised again.  Raises LinkError if the program has not ended after `timeout`
+        seconds.
         """
         host.join(timeout)
         if not host.done:
@@ -168,9 +169,9 @@ class ManualClock(ServedClock):
             return bool(condition())
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Advance virtual time until a host has finished, and return the result of the host's function.
+        """Advance virtual time until a host program has ended, and return the result of the program.
 
-        An exception of the function is raised.
+        An exception of the program is raised again.
 
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds, not counting
         the host's latest sleep.
@@ -255,6 +256,6 @@ class ManualClock(ServedClock):
 
 def _fail(timeout: float) -> NoReturn:
     raise LinkError(
-        f"the host program has sent and received no data for {timeout:g} s of virtual time: "
+        f"the host program has neither sent nor received data for {timeout:g} s of virtual time: "
         "check which answer the program expects, or use a longer timeout"
     )
