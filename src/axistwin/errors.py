@@ -66,7 +66,8 @@ def installation(extra: str, library: str) -> str:
 
     try:
         wanted = requires("axistwin") or []
-    except PackageNotFoundError:  # axistwin runs from its source directory and is not installed.
+    except PackageNotFoundError:
+        # This error means that axistwin runs from its source directory without an installation.
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]

@@ -6,10 +6,9 @@ from typing import Any
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:
-    """Return a `__getattr__` function for a package with lazy exports.
+    """Return a `__getattr__` function that imports a module when one of the module's names is first used.
 
-    The first use of a name imports the module of the name.  `reading="Trace read"` exports the names `Trace` and `read`
-    of the module `reading`.
+    `reading="Trace read"` exports the names `Trace` and `read` of the module `reading`.
     """
     modules = {name: f"{package}.{module}" for module, listed in names.items() for name in listed.split()}
 

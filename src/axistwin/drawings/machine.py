@@ -19,10 +19,10 @@ def figure(controller: Controller, axis: str, press: Press) -> Figure:
 
 
 def used_axes(controller: Controller) -> list[str]:
-    """Return the axes that are in use.
+    """Return the names of those axes of a controller that the panel and the playground draw.
 
-    An axis is in use if the axis is configured, moving or away from position 0.
-    If no axis is configured, return all axes.
+    An axis is drawn if the axis is configured, moving or away from position 0.  If no axis is configured, all axes are
+    drawn.
     """
     if not any(controller.given.get(axis) for axis in controller.axes):
         return list(controller.axes)

@@ -55,7 +55,8 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     name = _model_name(out)
     scene = _alone(scene if isinstance(scene, Scene) else Scene.load(scene))
     texts = _files(scene)
-    inputs(scene.build(), commands)  # The function `inputs` raises UsageError if a command is invalid.
+    # Check the commands before the file is written; an invalid command raises UsageError.
+    inputs(scene.build(), commands)
     settings = _settings(scene, texts, commands)
     with TemporaryDirectory() as folder:
         root = Path(folder)
