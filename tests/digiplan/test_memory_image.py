@@ -110,7 +110,9 @@ def test_no_value_is_believed_that_cannot_have_been_programmed(file, tmp_path, p
     spoilt(file, **{place: value})
     with pytest.raises(UsageError) as told:
         switched_on(tmp_path)
-    assert "\n" not in str(told.value) and str(told.value).endswith("delete the file") and "if2" in str(told.value)
+    assert (
+        "\n" not in str(told.value) and str(told.value).endswith("to start without data") and "if2" in str(told.value)
+    )
 
 
 def test_the_image_itself_is_believed(file, tmp_path):

@@ -53,7 +53,9 @@ class Retained:
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             reason = excerpt(error)
-            raise UsageError(f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file") from None
+            raise UsageError(
+                f"{memory_file} is not a memory file of an IF2 ({reason}): delete the file to start without data"
+            ) from None
         return retained
 
     def check(self) -> None:
