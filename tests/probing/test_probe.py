@@ -132,7 +132,7 @@ def test_a_stored_program_forbids_settings():
     ("model", "said", "error"),
     [
         ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run axistwin probe again"),
-        ("1811", b"\xd9\x0f", "the board does not answer request 90h (received nothing): end an open sequence"),
+        ("1811", b"\xd9\x0f", "the board does not answer request 90h (received nothing): a sequence definition may"),
     ],
 )
 def test_a_controller_that_cannot_be_probed(model, said, error):

@@ -214,7 +214,7 @@ def test_an_open_sequence_is_not_extended(tmp_path):
     _, end = controller("1811")
     end.bench.run(1.5)
     end.ask(b"\xd9\x03")
-    with pytest.raises(LinkError, match="does not answer request 90h: end an open sequence definition with D8h"):
+    with pytest.raises(LinkError, match="does not answer request 90h: a sequence definition may still be open"):
         rescue(end, Found("1811"), tmp_path / "out")
     end.ask(b"\xd8")
     assert end.ask(b"\x92\x03", 16).data == b"\x92" + bytes(15)

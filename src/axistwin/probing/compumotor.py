@@ -163,10 +163,9 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> list[Case]:
-    """Return test cases for settings that can be tested only by their effect.
+    """Return test cases for the settings of the board that the host can write but not read.
 
-    The host cannot read these settings.  Each test case sends a setting, then checks the effect of the setting by a
-    request or by the user bits.
+    Each test case sends a setting, then checks the reaction of the board by a request or by the user bits.
     """
     return [
         case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
@@ -353,7 +352,7 @@ def examine(end: End, _: Product) -> Condition:
             received = answers[code].hex(" ") or "nothing"
             raise LinkError(
                 f"the board does not answer request {code:02X}h (received {received}): "
-                "end an open sequence definition with D8h, or reset the board"
+                "a sequence definition may still be open; end the definition with command D8h, or reset the board"
             )
     if answers[MOVING][1]:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")

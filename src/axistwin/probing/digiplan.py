@@ -214,9 +214,10 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def examine(end: End, made: Product) -> Condition:
-    """Find out if messages end with CR or LF, clear the fault flags, and read the state of the interface.
+    """Return the state of an IF1 or IF2 interface, and its message terminator (CR or LF).
 
-    An IF1 that waits for its data format is initialised.  An IF2 is not: it could start a stored sequence.
+    The fault flags of the interface are cleared.  An IF1 that waits for its data format is initialised.  An IF2 is not
+    initialised, because the IF2 could start a stored sequence.
     """
     for terminator in ("\r", "\n"):
         code = terminator.encode()
@@ -241,8 +242,8 @@ def _initialised(end: End) -> Condition:
     end.ask(FORMAT, wait_s=1.5)
     if not end.ask(b"E\r", 2).data:
         raise LinkError(
-            "the interface does not answer after the command U61, which sets the data format: "
-            "give the line format, e.g. --line '9600 8N2'"
+            "the interface does not answer after the command U61, which selects 8 data bits, no parity "
+            "and 2 stop bits: use the same format in --line, e.g. --line '9600 8N2'"
         )
     condition = _condition(end, "\r")
     condition.facts["initialised"] = "by this program, with U61"

@@ -77,7 +77,7 @@ def _check(exchange: Exchange) -> None:
         if not answer.startswith(bytes((code,))):
             raise LinkError(
                 f"the board does not answer request {code:02X}h: "
-                "end an open sequence definition with D8h, or reset the board"
+                "a sequence definition may still be open; end the definition with command D8h, or reset the board"
             )
         answers[code] = answer[1]
     if answers[MOVING]:
@@ -85,9 +85,9 @@ def _check(exchange: Exchange) -> None:
 
 
 def _asked(exchange: Exchange, *commands: bytes) -> list[str]:
-    """Send requests with the same opcode to the board, and return the answers as hexadecimal text.
+    """Send one or more requests to the board, and return the answers as hexadecimal text.
 
-    The opcode and the zeros at the end of an answer are left out.
+    All requests must have the same opcode.  The opcode and the zeros at the end of an answer are left out.
     """
     answer = exchange.ask(*commands, FENCE, complete=lambda answer: answer[-MESSAGE:].startswith(FENCE))
     if not answer[-MESSAGE:].startswith(FENCE):

@@ -39,7 +39,7 @@ class Contents:
 
 @dataclass
 class Restoring:
-    """Entries of a scene file (a simulation setup) that load saved data into a simulated controller."""
+    """Saved data of a real controller, converted to settings, actions and files for a simulated controller."""
 
     controller: dict[str, Any] = field(default_factory=dict)
     """Keys of the controller's table."""

@@ -45,7 +45,10 @@ def read(exchange: Exchange) -> Contents:
     found.values["Q"] = exchange.ask(b"Q" + end, complete=bool).hex().upper()
     answer = found.values["K"]
     if not answer.isdigit():
-        raise LinkError(f"the answer to request K is {answer!r} instead of a number: check --line")
+        raise LinkError(
+            f"the answer to request K (motion status) is {answer!r}: "
+            "expected a number; a wrong line format garbles answers, so check --line"
+        )
     if int(answer) & IN_MOTION:
         raise LinkError("the motor is moving: stop the motor, then run axistwin rescue again")
     if found.values["E"] == LOCKED:

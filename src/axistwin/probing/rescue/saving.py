@@ -141,7 +141,7 @@ def new(model: str) -> Contents:
 
 
 def _twin(directory: Path, found: Found, contents: Contents) -> Contents:
-    """Start a virtual controller from the saved scene file, and return its programs and data."""
+    """Start a virtual controller from a saved scene file.  Return the programs and data of the virtual controller."""
     bench = Scene.load(directory / SCENE).build()
     (controller,) = bench.controllers.values()
     end = VirtualEnd(bench, controller)

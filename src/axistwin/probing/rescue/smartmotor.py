@@ -87,7 +87,10 @@ def _first(exchange: Exchange) -> None:
 
 
 def _upload(exchange: Exchange, found: Contents) -> str:
-    """Return the source of the motor's program.  Raises LinkError if the upload stops."""
+    """Read and return the source text of the motor's program.
+
+    Return "" for a locked program.  Raises LinkError if the data end before the end of the program.
+    """
     text = b""
     for number in count():
         request = ACKNOWLEDGE if number else b"UPLOAD\r"
@@ -111,7 +114,10 @@ def _block(answer: bytes) -> bool:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the data that a new motor needs: program, variables and input levels."""
+    """Convert the data of a real motor to settings of a simulated motor.
+
+    The data are the program, the variables and the levels of the input pins.
+    """
     found = Restoring()
     values = contents.values
     if contents.program:
