@@ -61,9 +61,9 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the keyboard layout that a program names in a comment, e.g. `; keyboard: germany`.
+    """Return the keyboard layout from a comment of a program, e.g. `germany` from `; keyboard: germany`.
 
-    The default is `us`.
+    The comment is at the beginning of the program.  The default is `us`.
     """
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):

@@ -62,7 +62,7 @@ def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str
     """Send the commands to the board one by one.  Returns a note if not all commands were sent."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        # Read all messages, because the board sends a message only after the host has read the previous message.
+        # Read and discard each message on arrival, because an unread message blocks all later messages.
         host.subscribe_received(lambda message: None)
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False

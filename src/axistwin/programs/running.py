@@ -85,7 +85,7 @@ def scene_program() -> Program:
 
 
 def is_stored(path: Path) -> bool:
-    """True if the file has the suffix `.sms`: the source of a SmartMotor's stored program."""
+    """True for a file with the suffix `.sms`, because a SmartMotor stores such a program in its memory."""
     return path.suffix.lower() == ".sms"
 
 
