@@ -82,7 +82,10 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position in pulses: the end position of a finished move, or the present position of a moving axis."""
+        """Position of the axis at the end of the move, in pulses.
+
+        While the move is in progress, the present position of the axis.
+        """
         return self.train_move.position_at(self.now_ns)
 
     @property

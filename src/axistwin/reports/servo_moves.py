@@ -191,9 +191,9 @@ class ServoMoves:
         return found
 
     def _begin_move(self, start_ns: int, before: int) -> None:
-        """Begin a new move that starts at the position `before`.
+        """Add a new move of the servo axis to the record.
 
-        The present move ends at the same position.
+        The new move begins at the position `before`.  The present move ends at the same position.
         """
         if self.moves:
             self.moves[-1].target = before
