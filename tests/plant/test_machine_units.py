@@ -222,7 +222,11 @@ def test_the_bounds_of_a_stand_in(tmp_path):
             "50 mm",
             ":15:1: '50 mm' is not a velocity: expected a number of counts/s, or a text, e.g. '50 mm/s'",
         ),
-        ('"50 mm/s"', "-3", ":15:1: stand-in.axis.max_rate: expected a rate above 0, e.g. 4000 or '50 mm/s', not -3"),
+        (
+            '"50 mm/s"',
+            "-3",
+            ".axis.max_rate: expected a step rate or velocity above 0, e.g. 4000 (pulses/s) or '50 mm/s', not -3",
+        ),
         ('"-1 mm"', "1.5", ":14:11: stand-in.axis.travel: expected a position, e.g. 1000 or '12.5 mm', not 1.5"),
     ):
         (tmp_path / "s.toml").write_text(STAND_IN.replace(old, new))

@@ -265,11 +265,11 @@ WRONG = {
     ),
     "a motor in a chain with a port": (
         controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: motor smartmotor cannot have its own `ports` on the shared line 'chain': set `ports` in the table",
+        "3:1: the key `ports` is not permitted for motor smartmotor on the shared line 'chain': set the key `ports`",
     ),
     "a motor on a shared pair with a port": (
         controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: motor smartmotor cannot have its own `rs485_ports` on the shared line 'rs485': set `ports` in the",
+        "3:1: the key `rs485_ports` is not permitted for motor smartmotor on the shared line 'rs485': set the key",
     ),
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")

@@ -68,7 +68,7 @@ def _check_shared(contents: SceneFile, source: Source) -> None:
             motor = table.called
             if motor in line.motors and getattr(table, key):
                 raise source.error(
-                    f"motor {motor} cannot have its own `{key}` on the shared line {name!r}: "
-                    f"set `ports` in the table [[{line_kind}]] instead",
+                    f"the key `{key}` is not permitted for motor {motor} on the shared line {name!r}: "
+                    f"set the key `ports` in the table [[{line_kind}]] instead",
                     ("controller", number, key),
                 )

@@ -271,8 +271,8 @@ class Builder:
             if is_in_loop(name, waits_for):
                 event = table.when
                 raise self.source.error(
-                    f"the fault {name} and its event {event!r} wait for each other, so {name} can never begin: "
-                    "expected another event, e.g. 'table.X passes 1000'",
+                    f"the fault {name} can never begin: its trigger {event!r} happens only after the fault {name} "
+                    "has begun; expected another trigger, e.g. 'table.X passes 1000'",
                     ("fault", number, "when"),
                 )
 

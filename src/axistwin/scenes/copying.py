@@ -33,9 +33,9 @@ class Files:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Store the text of a file, and return its file name.
+        """Add the text of a file to this collection, and return the name under which the text is stored.
 
-        The name is changed if another text already has it.
+        A number is added to the name if another text already has this name.
         """
         path = Path(name)
         stem = path.with_suffix("")
@@ -65,7 +65,7 @@ class Copy:
         """
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
-    # Copy of a scene file
+    # Functions that copy a scene file and add recorded actions to the copy
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
         """Return the text of a new scene file: the original text and the recorded actions.
@@ -176,7 +176,7 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return the path of a file after it has been copied to a new folder, e.g. `a.if1` for the file `../a.if1`."""
+    """Return the path that the copy of a file gets in a new folder, e.g. `a.if1` for the file `../a.if1`."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 

@@ -95,7 +95,10 @@ class Scene:
 
     @property
     def stand_in(self) -> StandInTable | None:
-        """Table [stand-in] of the scene, which describes real motors; None without such a table."""
+        """Settings for real motors, from the table [stand-in] of the scene file.
+
+        None if the scene file has no table [stand-in].
+        """
         return self._contents.stand_in
 
     @property
@@ -156,9 +159,9 @@ class Scene:
 
     @property
     def models(self) -> dict[str, Product]:
-        """Dictionary of the controller models in the scene.
+        """Dictionary with the names of serial ports and buses as keys, and the controller models as values.
 
-        The keys are the names of the serial ports and buses, e.g. `table`, `table.rs485` or the name of a shared line.
+        Examples of names: `table`, `table.rs485`, the name of a shared line.
         """
         found = {table.called: product(table.model) for table in self._contents.controller}
         found |= {f"{name}.rs485": made for name, made in found.items()}

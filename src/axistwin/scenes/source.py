@@ -60,7 +60,7 @@ class Source:
         self.places = toml_places.places(self.text)
 
     def with_data(self, data: dict[str, Any]) -> Self:
-        """Return a copy of the scene source in which `data` replaces the contents.  The file name stays the same."""
+        """Return a copy of this object with `data` as the contents of the scene.  No file is written."""
         other = copy(self)
         other.data = data
         return other

@@ -59,8 +59,8 @@ def _valued(check: Callable[[Any], object]) -> AfterValidator:
     def checked(given: Any) -> Any:
         try:
             check(given)
-        except UsageError as error:
-            raise ValueError(error) from None
+        except UsageError as invalid_unit:
+            raise ValueError(invalid_unit) from None
         return given
 
     return AfterValidator(checked)
@@ -96,8 +96,8 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     units = None if table is None else MachineUnits.given(table.model_dump())
     try:
         return machine_units.position(given, units)
-    except UsageError as error:
-        raise ValueError(error) from None
+    except UsageError as invalid_position:
+        raise ValueError(invalid_position) from None
 
 
 Count = Annotated[int, BeforeValidator(_in_counts)]
@@ -317,7 +317,7 @@ def _position(given: Any) -> Any:
 
 def _rate(given: Any) -> Any:
     if not isinstance(given, str) and not (type(given) in (int, float) and given > 0):
-        raise ValueError("expected a rate above 0, e.g. 4000 or '50 mm/s'")
+        raise ValueError("expected a step rate or velocity above 0, e.g. 4000 (pulses/s) or '50 mm/s'")
     return given
 
 
