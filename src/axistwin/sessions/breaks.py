@@ -51,7 +51,7 @@ class Break:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Switch a breakpoint on again after a call of `suspend`, if the breakpoint was on before.
+        """Undo the effect of `suspend`: return the breakpoint to its former state, on or off.
 
         A breakpoint whose sentence does not fit the bench is switched off.
         """

@@ -49,7 +49,7 @@ class MutableLine(Pin):
 
     @property
     def level(self) -> bool:
-        """Present level of the control line."""
+        """Present level of a serial control line, e.g. DTR."""
         return self._line.level
 
     def mute(self, on: bool) -> None:
@@ -71,11 +71,11 @@ class MutableLine(Pin):
 
 
 def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
-    """Create a Python property that reads and sets the attribute `name` of the present serial port.
+    """Create a Python property that gives access to an attribute of the recorded serial port.
 
     Each assignment to the property is recorded.
 
-    `act`: class of the action; None for a property that cannot be set.
+    `name`: name of the attribute.  `act`: class of the action; None for a property that cannot be set.
     """
 
     def assign(recorded: "RecordedHost | RecordedPort", value: object) -> None:
@@ -97,7 +97,10 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end of the serial line to the controller of the present simulation."""
+        """Host side of the controller's serial line.
+
+        A restart of the simulation replaces the controller and its serial line.
+        """
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
@@ -138,9 +141,10 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Suppress all reports to the host if `on` is True; otherwise resume the reports.
+        """Begin or end the muting of the port.  A muted port passes no data and no level changes to its host.
 
-        When the reports resume, repeat each setting whose recorded time is later than the present virtual time.
+        `on`: True begins the muting, False ends the muting.  At the end, repeat each setting whose recorded time is
+        later than the present virtual time.
         """
         self._muted = on
         if not on:

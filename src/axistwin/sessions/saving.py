@@ -111,14 +111,15 @@ class _Conversations:
             self._end_ns[name] = time_ns
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield the endpoint and the text of each conversation."""
+        """Yield pairs: the name of a serial port or bus, and the text of the conversation at this port or bus."""
         for name, acts in self._acts.items():
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the controller or bus whose conversation file stores the actions `acts`.
+        """Return the name of the endpoint (a controller or a bus) to which recorded actions belong.
 
-        A controller with a serial port is preferred to a controller at a bus.
+        The actions `acts` are saved in the conversation file of this endpoint.  A controller with a serial port is
+        preferred to a controller at a bus.
         """
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))

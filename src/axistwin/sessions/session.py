@@ -75,7 +75,7 @@ class Forgotten:
 
 
 class Session:
-    """An interactive session, which runs, pauses, records and replays emulated controllers.
+    """An interactive session, which runs, pauses and replays a simulation of motion controllers.
 
     `build` creates a bench.
 
@@ -161,7 +161,10 @@ class Session:
         return self.server
 
     def client(self, name: str) -> str:
-        """Return the address of the client at this endpoint; "" without a client."""
+        """Return the address of the client that is connected to an endpoint, e.g. `127.0.0.1:4711`.
+
+        Return "" if no client is connected.
+        """
         return "" if self.server is None else self.server.client(name)
 
     @property
@@ -269,9 +272,9 @@ class Session:
             self.run()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to the present, call `read`, and return the result of `read`.
+        """Return the result of the function `read`, which reads the state of the simulation.
 
-        `read`: a function that reads the state of the bench.  In a paused session, virtual time does not advance.
+        In a running session, virtual time first catches up with the wall clock.
         """
         return self.pacer.inspect(read) if self.running else read()
 
@@ -556,17 +559,16 @@ class Session:
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """Interrupt the advance of virtual time.
+        """End the present slice (an uninterrupted advance of virtual time) early.
 
         The pacer, which advances virtual time, then calls `_after_advance`.
         """
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """Update the session after each advance of virtual time.
+        """End a completed replay.  Discard data that controllers have sent to ports without a client.
 
-        End the replay if all recorded actions have been replayed.  Discard the characters sent to ports without a
-        client.
+        Called after each advance of virtual time.
         """
         if self._replayed:
             self._end_replay()
@@ -586,9 +588,9 @@ class Session:
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Convert the recorded session to a scene, and return the texts of all files of the scene, by file name.
+        """Convert the recorded session to the files of a scene, and return the text of each file.
 
-        The command `axistwin run` then repeats the session.
+        The result is a dictionary from file name to text.  The command `axistwin run` then repeats the session.
         """
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

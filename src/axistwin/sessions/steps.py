@@ -51,7 +51,7 @@ class StepObserver:
 
     @property
     def seen(self) -> bool:
-        """True if the step (an advance of the simulation to the next event) is complete."""
+        """True if the event that ends the simulation step has already happened."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
