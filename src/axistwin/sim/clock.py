@@ -190,7 +190,7 @@ class Clock(Environment):
 
 
 def interrupt(process: Process) -> None:
-    """Interrupt a procedure at its present `yield`.
+    """Interrupt a simulated procedure (a Python generator) that waits at a `yield`.
 
     The `yield` raises `simpy.Interrupt` in the same nanosecond of virtual time.
 
@@ -208,7 +208,7 @@ def interrupt(process: Process) -> None:
 
 def _possible(time_ns: int) -> int:
     if time_ns >= MOST_NS:
-        raise UsageError("virtual time ends after 292 years: expected a time before 9.22e9 s")
+        raise UsageError("the virtual time is too large: expected less than 9.22e9 s (292 years)")
     return time_ns
 
 

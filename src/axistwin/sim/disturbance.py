@@ -101,7 +101,7 @@ def delay(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Return a function that gives a character on a serial line a wrong baud rate.
+    """Return a function that changes the baud rate of a character on a serial line.
 
     `baudrate(correct)` returns the wrong baud rate.
     """

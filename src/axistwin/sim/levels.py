@@ -102,7 +102,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Delete old low pulses of the wire from memory.
+        """Delete the record of low pulses on a serial wire up to a given time.
 
         A low pulse is deleted if the pulse ends at `at/per` ns or earlier.
         """

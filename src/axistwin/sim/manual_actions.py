@@ -79,7 +79,7 @@ class ManualActions:
         return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
-        """Notify the subscribers of an action that a person performs at the machine.
+        """Notify all subscribers that a person performs an action at the machine, e.g. turns the shaft.
 
         Actions of a script or a fault are not reported.  They are performed in a `by_itself` block.
         """

@@ -94,7 +94,10 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level of a controller's terminal without a connected test lead and without an active defect."""
+        """Level that an output stage, a switch or a wire applies to the terminal.
+
+        A test lead or a defect can force another level.
+        """
         return self._source
 
     @property
@@ -114,7 +117,7 @@ class Pin:
         self._update(before)
 
     def release(self) -> None:
-        """Remove the test lead from the terminal.
+        """Disconnect the simulated test lead that forces the level of the terminal.
 
         The connected output stage, switch or wire then sets the level.
         """
@@ -349,9 +352,9 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level of a controller's terminal without a connected test lead and without an active defect.
+        """Level that the output stage, the external wiring or the pull-up resistor applies to the terminal.
 
-        The output stage, the external wiring or the pull-up resistor sets this level.
+        A test lead or a defect can force another level.
         """
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
@@ -369,7 +372,7 @@ class UserPin(Pin):
         self._attach(_volts(level))
 
     def release(self) -> None:
-        """Remove the test lead from the terminal.
+        """Disconnect the simulated test lead that forces the level of the terminal.
 
         The output stage, the external wiring or the pull-up resistor then sets the voltage.
         """
@@ -377,7 +380,7 @@ class UserPin(Pin):
 
     @property
     def lead(self) -> float | None:
-        """Voltage of the test lead at the terminal; None if no test lead is connected."""
+        """Voltage that a test lead applies to the terminal; None if no test lead is connected."""
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
@@ -393,7 +396,10 @@ class UserPin(Pin):
         self._find_volts(level, before)
 
     def set(self, level: bool | float | None) -> None:
-        """Set the level or voltage of the external wiring; None disconnects the wiring."""
+        """Set the level or the voltage that an external wire applies to the terminal.
+
+        `level`: True means 5 V, and False means 0 V.  None disconnects the wire.
+        """
         self._set_source("_wired", None if level is None else _volts(level))
 
     def output(self, level: bool) -> None:

@@ -161,9 +161,6 @@ def check_byte(parameter: str, value: object, highest: int = 0xFF) -> None:
         raise UsageError(f"invalid {parameter} {value!r}: expected an integer from 0 to {highest}")
 
 
-# Actions of a host on the bus
-
-
 @dataclass(frozen=True, slots=True)
 class ReadData:
     """Action of a host: read the output data buffer."""

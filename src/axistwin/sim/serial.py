@@ -254,8 +254,9 @@ class Line:
             return
         per = 2 * whole.sent.baudrate
         self._idle = whole.end_ns * per - S, per
-        self.receiver.take(whole.byte, SOUND)  # The function `take` may change the receiver's baud rate.
+        self.receiver.take(whole.byte, SOUND)
         self._whole = None
+        # Search for the next start bit only now: the received character may have changed the receiver's baud rate.
         if self._levels:
             self._find_start_bit()
 
@@ -331,12 +332,13 @@ class Line:
         byte, errors = reading.fmt.read(reading.levels)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # The function `take` may change the receiver's baud rate.
+        self.receiver.take(byte, errors)
         self._reading = None
+        # Search for the next start bit only now: the received character may have changed the receiver's baud rate.
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """Deliver a character immediately, because the line has no transmission time.
+        """Deliver a character to the receiver without delay, as on an ideal serial line.
 
         The receiver samples each character separately.
         """
@@ -398,7 +400,10 @@ class Uart:
         return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Detect the format of a character from the duration of its first low level."""
+        """Return the format (baud rate, data bits, parity) with which the receiver decodes a character.
+
+        `low_ns`: duration of the first low level, from which the baud rate can be measured.
+        """
         if self.format is None:
             return self.on_measure(low_ns)
         other = None if self.second_look is None else self.second_look(low_ns, level_at)
