@@ -201,8 +201,8 @@ class Board:
                     return
         error_us, most_us = connection.clock.error_s * 1e6, WORST_S * 1e6
         raise LinkError(
-            f"the board's clock has an error of {error_us:.0f} µs: expected at most {most_us:.0f} µs; "
-            "use another USB port or cable"
+            f"the host cannot synchronise with the board's clock: the error is {error_us:.0f} µs, "
+            f"expected at most {most_us:.0f} µs; USB delays cause such errors, so use another USB port or cable"
         )
 
     def _read_positions(self, groups: tuple[str, ...]) -> Procedure:
@@ -225,9 +225,9 @@ class Board:
     # Inputs of the board
 
     def _arm(self, group: str) -> None:
-        """Configure the board to stop the axes of a controller when one of its stop inputs opens.
+        """Arm the closed stop inputs of a controller: the motion board stops the motors when an armed input opens.
 
-        The board only reports changes of stop inputs that are open now.
+        A stop input that is already open is not armed; the board only reports the next change of this input.
         """
         trsync = self._objects.groups[group]
         self._start_trigger(trsync)
@@ -254,7 +254,7 @@ class Board:
         self._home(given, not self._levels[given.to], watch, LIMIT_REASON)
 
     def _stop_at_change(self, given: InputPin) -> None:
-        """Configure the board to stop the axes of a controller when a stop input opens."""
+        """Configure the motion board to stop the motors when a given stop input opens."""
         reason = HOST_REASON + 1 + self.wiring.inputs.index(given)
         self._home(given, given.stops_at, self._objects.groups[given.controller], reason)
 

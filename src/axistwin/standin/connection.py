@@ -99,7 +99,10 @@ class Connection:
         self._advance(procedure, None)
 
     def ask(self, name: str, answer: str, **values: int) -> Generator[Any, dict[str, Any], dict[str, Any]]:
-        """Send a command to the board, wait for the response `answer`, and return its values."""
+        """Send a command to the board, wait for the response, and return the values in the response.
+
+        `name`: name of the command.  `answer`: name of the expected response.
+        """
         found: dict[str, Any] = yield answer, values.get("oid"), self.dictionary.encode(name, **values)
         return found
 

@@ -31,7 +31,7 @@ class Wired(Protocol):
 
     @property
     def outputs(self) -> Sequence[Switched]:
-        """Outputs that the board switches."""
+        """Outputs of simulated controllers whose levels the motion board copies to real outputs."""
 
     @property
     def groups(self) -> tuple[str, ...]:

@@ -35,7 +35,10 @@ class Motor(Protocol):
         """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield all pulses that the axis has output since this method was last called, in order of time."""
+        """Yield the new pulses of the axis as runs (sequences of pulses in the same direction).
+
+        New pulses are the pulses since the previous call of this method.  The runs are in order of time.
+        """
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
         """Return the largest permitted error of the pulse times, in seconds.
@@ -78,13 +81,16 @@ class Steps:
         return TOLERANCE_S
 
     def runs(self) -> Iterator[Run]:
-        """Yield the pulses that the axis has made since the last call, in order of time."""
+        """Yield the new pulses of the axis as runs (sequences of pulses in the same direction).
+
+        New pulses are the pulses since the previous call of this method.  The runs are in order of time.
+        """
         begin_ns, self._collected_ns = self._collected_ns, self._axis.clock.now
         return self._axis.train.pulse_runs(begin_ns, self._collected_ns)
 
 
 class Counts:
-    """Yields the pulses of a servo axis, calculated from its encoder counts.
+    """Converts the encoder counts of a simulated servo axis to step pulses for a real motor.
 
     The encoder has whole counts and a sample every 246 µs, so the times of its counts are uneven.  A smooth position is
     the mean over `MARK_NS`, at each mark, and a line between two marks; a pulse follows when this position has passed
@@ -119,7 +125,10 @@ class Counts:
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield all pulses that the axis has output since this method was last called, in order of time."""
+        """Yield the new pulses of the axis as runs (sequences of pulses in the same direction).
+
+        New pulses are the pulses since the previous call of this method.  The runs are in order of time.
+        """
         import numpy as np
 
         self._axis.catch_up()
@@ -161,9 +170,10 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Return the direction and the times of the pulses since the previous call, up to the time `mark`.
+        """Calculate the next pulses of the axis, and return their direction and times.
 
-        `smooth` is the smoothed position at the time `mark`.  All times are in nanoseconds.
+        The pulses lie between the time of the previous call and the time `mark`.  `smooth` is the smoothed position at
+        the time `mark`.  All times are in nanoseconds.
         """
         import numpy as np
 

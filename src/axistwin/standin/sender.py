@@ -29,7 +29,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
     """Open the serial port of a board.  Raises LinkError if the port cannot be opened."""
     try:
         return serial.Serial(port, baud, timeout=WAIT_S, exclusive=True)
-    except (OSError, ValueError) as error:  # The SerialException of the library pySerial is also an OSError.
+    except (OSError, ValueError) as error:  # OSError also catches its subclass `serial.SerialException`.
         number = getattr(error, "errno", None)
         reason = os.strerror(number).lower() if number else str(error)
         raise LinkError(f"cannot open {port} ({reason}): `axistwin boards` lists the connected boards") from None

@@ -42,9 +42,9 @@ class Motor:
         return self.waiting[0][1]
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
-        """Return an error message if pulses at the given ticks exceed a limit of the axis.
+        """Return an error message if planned pulses exceed the maximum pulse rate or the travel of the axis.
 
-        Return "" if the pulses are permitted.
+        Return "" if the pulses are permitted.  `wanted`: times of the pulses, in ticks of the board's clock.
         """
         import numpy as np
 

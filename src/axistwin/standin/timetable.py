@@ -33,7 +33,10 @@ class Timetable:
 
     @property
     def slot(self) -> int:
-        """Time that is reserved for one periodic event of the board, e.g. the reading of an input, in clock ticks."""
+        """Length, in clock ticks, of a time slot for one periodic event of the board.
+
+        For example, the board reads one input in a time slot.
+        """
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
 
@@ -56,7 +59,10 @@ class Timetable:
 
     @property
     def report(self) -> int:
-        """Interval, in clock ticks, between two reports of the board about a trigger."""
+        """Interval, in clock ticks, at which the board sends its periodic status reports.
+
+        A status report contains the state of one trigger, e.g. of the trigger that stops an axis.
+        """
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:

@@ -137,7 +137,10 @@ def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
 
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Raise UsageError if a stop input belongs to a controller without axes on this board."""
+    """Check that each stop input belongs to a controller whose axes the board drives.
+
+    `names`: the names of these controllers.  Raises UsageError.
+    """
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
@@ -183,7 +186,7 @@ class Wiring:
             yield output.pin, f"{output.source} output"
 
     def check(self) -> None:
-        """Check that each pin has one use, and that each axis has an enable pin.
+        """Check that no pin has two uses, and that each axis has an enable pin.
 
         Raises UsageError, also for an input of another board.
         """
@@ -223,7 +226,10 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Objects:
-    """The objects in a board's firmware: their numbers, and the commands that create the objects."""
+    """ID numbers of the axes, inputs and outputs in the firmware of a motion board.
+
+    `commands`: the commands that create the objects with these ID numbers in the firmware.
+    """
 
     steppers: dict[str, int] = field(default_factory=dict)
     enables: dict[BoardPin, int] = field(default_factory=dict)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class HalBoard:
-    """LinuxCNC HAL, used as a motion board.
+    """Controls real motors through LinuxCNC HAL (hardware abstraction layer) instead of a motion board.
 
     Times are in seconds of the host's clock; `journal` receives one line for each action.
     """
