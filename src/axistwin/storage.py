@@ -38,7 +38,10 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Store the contents of the emulated memory in the computer's RAM, not in a file."""
+        """Keep the contents of a controller's emulated memory until the program ends.
+
+        No file is written.
+        """
         self._contents = contents
 
     def end(self) -> None:
@@ -60,7 +63,7 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # Contents of the last failed write; None after a successful write.
+        self._unwritten: bytes | None = None  # Contents that are not in the file, because the last write failed.
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -70,11 +73,14 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents that `save` stored last; before the first `save`, return the contents of the file."""
+        """Return the contents of the controller's emulated memory, or None if nothing has been stored yet.
+
+        After a failed write, the result is the contents in RAM, not the contents of the file.
+        """
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
-        """Replace the contents of the file.
+        """Write new contents of a controller's emulated memory to the file `path`.
 
         The new contents are first written to a temporary file and flushed to disk; then the file is renamed.
         If writing fails, the contents stay in RAM; the first failure after each call of `end` is logged.
