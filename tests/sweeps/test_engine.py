@@ -204,7 +204,7 @@ def test_the_command(tmp_path):
         (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "scene: unknown pin"),
         (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column with the name 'seed' exists already"),
         (["--vary", "seed=1", "--vary", "seed=2"], "the setting seed is given twice"),
-        (["--vary", "seed=1", "--search", "5"], "needs a claim: add e.g. --claim"),
+        (["--vary", "seed=1", "--search", "5"], "needs a claim (a condition for each run): add e.g. --claim"),
         (["--vary", "seed=1", "--out", "x.csv"], "ends in .parquet"),
         ([], "the sweep varies no value"),
     ],

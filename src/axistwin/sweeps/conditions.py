@@ -42,10 +42,11 @@ class Condition:
 
 
 def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
-    """Return two functions for a condition, e.g. "> 100": one checks signal values, the other calculates margins.
+    """Build a condition that compares a signal with a number, e.g. "> 100".
 
-    The first function returns 1 (true) or 0 (false).  The second function returns the margin, e.g. 20 for the value
-    120.  The margin is negative if the comparison is false.
+    The result is a pair of functions of the signal's value.  The first function returns 1 (true) or 0 (false).
+    The second function returns the margin, e.g. 20 for the value 120.  The margin is negative if the comparison is
+    false.
     """
     limit = real(number)
     holds, margin = _SIGNS[sign]
@@ -53,10 +54,11 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Return the functions that evaluate a condition on a logic signal, e.g. `table.output1 high`.
+    """Build the condition that a logic signal is high, or that the signal is low.
 
-    `high`: True selects the condition "high".  The first function returns 1 (true) or 0 (false).  The second function
-    returns the margin: infinity if the condition is true, and minus infinity if the condition is false.
+    `high`: True selects the condition "high".  The result is a pair of functions of the signal's value.  The first
+    function returns 1 (true) or 0 (false).  The second function returns the margin: infinity if the condition is true,
+    and minus infinity if the condition is false.
     """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
@@ -80,9 +82,10 @@ class _Reader:
         return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Remove and return the next token, if it is one of the tokens `wanted`.
+        """Return the next token of the condition, or "" if the caller does not accept the token.
 
-        Returns an empty text for any other token.  If `wanted` is empty, every token is returned.
+        `wanted`: the accepted tokens; without any, all tokens are accepted.  An accepted token is removed from the list
+        `tokens`.
         """
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""

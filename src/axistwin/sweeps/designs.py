@@ -43,8 +43,8 @@ def _grid(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = prod(len(values) for values in listed.values()) * (runs or 1)
     if count > MOST:
         raise UsageError(
-            f"the grid has {count:,} runs, but at most {MOST:,} are permitted: "
-            "use fewer values, or another design, e.g. --design sobol --runs 1000"
+            f"the grid of all combinations has {count:,} runs: expected at most {MOST:,}; "
+            "use fewer values, or limit the number of runs, e.g. --design sobol --runs 1000"
         )
     combinations = (point for point in product(*listed.values()) for _ in range(runs or 1))
     return _with_draws(varied, listed, list(combinations), seed)
@@ -118,7 +118,7 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    # Round up to a power of 2, because only 2**n points of a Sobol sequence cover the space evenly.
+    # Round up to a power of 2: the SciPy function `random_base2` generates only such numbers of points.
     power = max(count - 1, 1).bit_length()
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 

@@ -73,7 +73,7 @@ class Journal:
             self.flush()
 
     def flush(self) -> None:
-        """Write all results that are not yet stored to a new file, e.g. `part-000002.parquet`."""
+        """Write the results in memory to a new file, e.g. `part-000002.parquet`."""
         self._written_s = monotonic()
         if not self._rows:
             return

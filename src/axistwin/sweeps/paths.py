@@ -250,7 +250,10 @@ def _program(scene: Scene, file: str) -> str:
 
 
 def _assigned(text: str, place: Place, value: Value) -> str:
-    """Replace the first number that a program assigns to a variable; return the new program."""
+    """Set a variable to `value` in the text of a program, and return the new text.
+
+    Only the number in the first assignment to the variable is replaced.
+    """
     if type(value) is not int:
         raise UsageError(f"cannot set {place.path} to {value}: expected a whole number, e.g. {place.variable}=100")
     number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)
@@ -263,6 +266,6 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"cannot set {place.path}: expected a line with {place.variable}=NUMBER in the program {program}, "
+        f"cannot set {place.path}: expected an assignment of a number to {place.variable} in the program {program}, "
         f"e.g. {place.variable}=100"
     )

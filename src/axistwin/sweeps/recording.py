@@ -126,7 +126,8 @@ class Recording:
             raise UsageError(f"the scene has no axis {name!r}: {did_you_mean_or_expected}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
             raise UsageError(
-                f"the energy of axis {name} is unknown: expected a servo axis with a motor, e.g. motor = 'frame23'"
+                f"the energy of axis {name} is unknown: expected a servo axis with motor data in the scene file, "
+                "e.g. motor = 'frame23'"
             )
         return axis.energy
 

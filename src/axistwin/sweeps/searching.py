@@ -24,7 +24,7 @@ SIGMA = 0.3
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
-    """Check the settings of a sweep for the option `--search`.
+    """Check that the option `--search` can be used with a sweep.
 
     The option searches for the run with the smallest margin of a claim (a condition for each run).
 
@@ -32,7 +32,9 @@ def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
     """
     require("cmaes", "sweeps")
     if not claims:
-        raise UsageError("--search needs a claim: add e.g. --claim 'safe: never table.X passes 12000'")
+        raise UsageError(
+            "--search needs a claim (a condition for each run): add e.g. --claim 'safe: never table.X passes 12000'"
+        )
     for path, values in varied.items():
         if not values.ordered:
             raise UsageError(f"--search cannot vary {path}={values.text}: expected numbers, e.g. 0.05..0.4")

@@ -44,10 +44,10 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
 
 
 def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the Sobol indices of each measure.
+    """Return the sensitivity of each measured result to each varied setting, as Sobol indices.
 
-    The indices of a measure are a dictionary with one entry for each varied setting.  The indices are None if the
-    results of the measure are equal in all runs.
+    A measure is a value to calculate for each run.  The indices of a measure are a dictionary with one entry
+    for each varied setting.  The indices are None if the results of the measure are equal in all runs.
     """
     if plan["design"] != DESIGN or table.num_rows != plan["runs"] * (len(plan["varied"]) + 2):
         return {}

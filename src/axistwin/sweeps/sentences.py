@@ -54,7 +54,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """Text pattern of a user's request to evaluate a simulation run, e.g. `count EVENT`."""
+    """Pattern of a phrase that defines a result of a simulation run, e.g. `count EVENT` for a number of events."""
 
     form: str
     pattern: str
@@ -191,9 +191,10 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the time in seconds between two events, e.g. from each rising edge to the next falling edge.
+    """Yield durations in seconds, e.g. the width of each pulse of an output.
 
-    Begin events before this end event are skipped, so that the durations do not overlap.
+    A duration extends from an event in `begins` to the next event in `ends`.  Events in `begins` during a duration are
+    skipped, so that the durations do not overlap.
     """
     after_ns = -1
     for begin_ns in begins:

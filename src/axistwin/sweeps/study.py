@@ -24,8 +24,9 @@ MAGIC = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial of a tuning, with its values, its score and the results of its runs.
+    """A test of one combination of setting values by the command `axistwin tune`.
 
+    `values`: the setting values by path.  `results`: one result for each simulation run.  `score`: the worst result.
     `violations`: number for each claim; above 0, the claim fails.
     """
 
@@ -62,7 +63,10 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """Results with the original setting values, for comparison; None before the first run."""
+        """Results of the simulation with the original settings of the scene file, i.e. before tuning.
+
+        Used for comparison.  None until these results have been stored.
+        """
         told = self._stored.user_attrs.get(DELIVERED)
         return None if told is None else Trial(**told)
 
@@ -79,7 +83,10 @@ class Study:
         return best(self.trials, str(self.plan["goal"]))
 
     def add(self, trial: Trial) -> None:
-        """Store the results of a trial (a tested combination of setting values) in the file."""
+        """Add the results of a trial to the database file of this study.
+
+        A trial is a tested combination of setting values.
+        """
         self._stored.add_trial(self._frozen(trial))
         self.trials.append(trial)
 

@@ -55,7 +55,7 @@ class Design:
 
 
 class Sweep:
-    """A sweep: many runs of a scene with different values.
+    """A sweep: many simulation runs with different values of settings, e.g. of a load torque.
 
     `program`: a program that every run executes.  `host`: a Python function that every run calls.
     """

@@ -301,7 +301,7 @@ def work() -> None:
 
 
 def prepare(runner: Runner) -> None:
-    """Compile the code of the servo loop for each model of the sweep's scene."""
+    """Compile the simulation code of the scene's controllers before the first run, if necessary."""
     controllers = runner.variation.base.build().controllers.values()
     for made in {controller.product.model: controller.product for controller in controllers}.values():
         made.prepare(None, len(controllers))
