@@ -69,7 +69,7 @@ class CompumotorGuide(Guide):
         return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield two explanations of a number: its meaning as a status byte, then its meaning as an answer to 88h."""
+        """Yield the two possible meanings of a byte: a status byte, or an answer to request 88h (move status)."""
         if 0 <= value <= 0xFF:
             yield f"status byte: {self.bits('status', value)}"
             yield f"answer to 88h: {self.bits('move', value)}"

@@ -29,7 +29,10 @@ PARITIES = {"N": "no", "O": "odd", "E": "even"}
 
 
 def _input_names(value: int) -> str:
-    """Return the names of the inputs whose bits are 1 in an answer to the request I."""
+    """Return the names of the IF1/IF2 inputs whose bits in the number `value` are 1.
+
+    `value`: the answer to the command `I`, which requests the state of the inputs.
+    """
     return ", ".join(f"{bit} {name}" for name, bit in INPUT_BITS.items() if value & bit)
 
 
@@ -214,7 +217,7 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield the meaning of a command's parameter or answer."""
+        """Yield a text that explains the answer to a command, e.g. `K`, or the parameters of a command, e.g. `U61`."""
         match piece[0]:
             case "K" | "Q":
                 yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"

@@ -94,7 +94,7 @@ class Guide(ABC):
     # Explanations that are the same for all controller families
 
     def restored(self, name: str, level: str, *, then: str = "", away: str = "") -> str:
-        """Return an instruction to the user: how to set the input `name` to the level that permits motion.
+        """Return advice about an input that prevents motion, e.g. "type  :drive limit_plus high".
 
         `level`: the level that permits motion, "high" or "low".  `away`: a move that leaves a limit switch.  The input
         is never forced while a machine is connected to the input.

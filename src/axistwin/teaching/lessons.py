@@ -49,15 +49,18 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a condition that is true if the controller has answered a request.
+    """Return a function that returns True if the controller has sent the expected answer.
 
-    `to`: the request.  The answer must match the regular expression `pattern`.
+    `to`: the request to which the answer belongs.  The answer must match the regular expression `pattern`.
     """
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 
 
 def is_clear(mask: int) -> Check:
-    """Return a condition that is true if all bits of `mask` are 0 in a status word from the controller."""
+    """Return a function that returns True if all status bits selected by `mask` are 0.
+
+    The function reads the status words with which the controller has answered the request RW.
+    """
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
 

@@ -14,7 +14,10 @@ class Remedies:
     """
 
     def drive(self, pin: str, level: str) -> str:
-        """Return the instruction that tells the user how to set the level of an unconnected input."""
+        """Return a text that tells the user how to force the level of an input, e.g. "type  :drive dsr high".
+
+        `pin`: an input to which no machine is connected.
+        """
         return f"type  :drive {pin} {level}"
 
     def release(self, pin: str) -> str:

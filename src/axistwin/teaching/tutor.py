@@ -56,7 +56,7 @@ class Tutor:
         return comments if refused else [*comments, *notes]
 
     def received(self, data: bytes) -> list[str]:
-        """Add data that the controller has sent, and return comments on each complete reply."""
+        """Process data from the controller, and return comments on each complete reply."""
         if on_a_bus(self.controller):
             return self._answered(data)
         comments = []
