@@ -54,7 +54,7 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
 
     Yields the `Twin`.
     """
-    # Import the module only for tests that use a virtual controller, because the import is slow.
+    # Import `axistwin.testing.twin` only for tests that use a virtual controller, because the import is slow.
     from axistwin.testing.twin import serve
 
     what, keywords = _marker_arguments(request)

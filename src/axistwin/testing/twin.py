@@ -55,7 +55,7 @@ class Url(str):
 
     @property
     def host(self) -> str:
-        """Host name or IP address in the URL."""
+        """Host name or IP address in the URL of the served port, e.g. `127.0.0.1`."""
         return self.address.rpartition(":")[0].strip("[]")
 
     @property
