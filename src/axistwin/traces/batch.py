@@ -110,7 +110,7 @@ class Rows:
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Append changes of signals.
+        """Add signal changes to the rows that will be written to the trace file.
 
         `columns`: one array of integers for each column.
         """

@@ -33,7 +33,10 @@ class Sink(Protocol):
         """
 
     def flush(self) -> None:
-        """Write all changes from memory to the file, so that other programs can read the changes.  Raises OSError."""
+        """Write all signal changes from memory to the trace file.
+
+        Other programs can then read the changes.  Raises OSError if the file cannot be written.
+        """
 
     def end(self, now_ns: int) -> None:
         """Write the end time of the trace.  Raises OSError if the file cannot be written."""

@@ -222,4 +222,5 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-_shown = lru_cache(1 << 14)(CHARACTERS.show)  # The cache saves time, because hosts often repeat the same messages.
+# Keep the text of each converted message in a cache, because hosts often repeat messages.
+_shown = lru_cache(1 << 14)(CHARACTERS.show)

@@ -45,7 +45,10 @@ class Track:
         return len(self.times)
 
     def add(self, time_ns: int, value: str) -> None:
-        """Append a change of the signal; `value` is text as in a CSV file."""
+        """Add a new value of the signal at the time `time_ns`.
+
+        `value`: the value as text, e.g. `12.5`, as in a CSV trace file.
+        """
         self.times.append(time_ns)
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 

@@ -105,7 +105,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack.close()
 
     def _write_save_file(self) -> None:
-        """Write a GTKWave save file, which selects the signals of the VCD file to display.
+        """Write a save file for GTKWave.  GTKWave displays the signals that the save file lists.
 
         An error is reported; the trace continues.
         """
@@ -347,7 +347,7 @@ class Tracer:
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Write the signal changes with times before `before_ns` that have not been written yet.
+        """Continue the trace with the signal changes before the time `before_ns`.
 
         A time span with many pulses is written in several parts.
         """
