@@ -84,11 +84,6 @@ def scene_program() -> Program:
     return Program(_run_scene)
 
 
-def is_stored(path: Path) -> bool:
-    """True for a file with the suffix `.sms`, because a SmartMotor stores such a program in its memory."""
-    return path.suffix.lower() == ".sms"
-
-
 def unknown_kind(path: Path) -> UsageError:
     """Return the error for a program file with an unknown suffix."""
     kinds = (
