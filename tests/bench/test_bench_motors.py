@@ -76,7 +76,7 @@ def test_what_others_have_not(bench):
         (lambda: board.rs485, "1811 has no RS-485 channel"),
         (lambda: if1.ambient, "if1 has no attribute `ambient`"),
         (lambda: setattr(if1, "ambient", 30), "if1 has no attribute `ambient`"),
-        (lambda: board.master, "1811 has no attribute `master`: expected a SmartMotor"),
+        (lambda: board.master, "1811 has no attribute `master`: only a SmartMotor has this attribute"),
         (lambda: motor.bus, "smartmotor is not on a bus"),
         (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: expected a SmartMotor"),
         (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),

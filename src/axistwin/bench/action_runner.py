@@ -25,8 +25,8 @@ def no_programs(controller: str, file: str) -> Callable[[], object]:
     This function always raises UsageError.  It is the default of `ActionRunner` for a bench that cannot load programs.
     """
     raise UsageError(
-        f'the action `load` (load a program) is not available in an FMU: set the key program = "{file}" '
-        f"for the controller {controller} in the scene file"
+        f"an FMU cannot load the program {file} into the controller {controller}: "
+        f'name the program in the scene file instead, e.g. program = "{file}"'
     )
 
 

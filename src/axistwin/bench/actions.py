@@ -253,7 +253,7 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     if found is None:
         raise ProgramError(
             f"invalid encoder move {value!r}: expected counts and seconds, e.g. `4000 in 2`, "
-            "or the name of an axis that turns the encoder, e.g. `on table.X times 3/2`"
+            "or an axis that turns the encoder, e.g. `on table.X`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
@@ -366,7 +366,7 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return all names that can follow `=` (a check) in a conversation file, e.g. `X.position` in `= X.position 5`.
+    """Return the names of all values that a conversation file can check, e.g. `X.position` in `= X.position 5`.
 
     PIN stands for the name of a pin.
     """

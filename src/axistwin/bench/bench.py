@@ -95,9 +95,10 @@ class Bench:
         return own | {name: line.port for name, line in self.lines.items()}
 
     def port(self, name: str) -> SerialPort:
-        """Return the host's serial port for an endpoint, e.g. `motor`, `motor.rs485` or `chain`.
+        """Return the serial port that connects a host to a controller, or to a chain of controllers.
 
-        Raises UsageError if nothing has this name.
+        `name`: a controller (`motor`), the second channel of a controller (`motor.rs485`), or a line of several motors
+        (`chain`).  Raises UsageError for an unknown name.
         """
         if name in self.lines:
             return self.lines[name].port

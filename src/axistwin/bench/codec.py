@@ -26,7 +26,7 @@ class Codec(Protocol):
     """Interface that converts serial or bus data to readable text, and text to data."""
 
     def show(self, data: bytes) -> str:
-        """Return data as one line of readable text."""
+        """Convert the bytes of a serial or bus message to one line of readable text."""
 
     def read(self, text: str) -> bytes:
         """Convert the text of a host's command to bytes.  Raises ProgramError with the column of the error."""
@@ -35,7 +35,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of the notation of each byte, e.g. (1, 4) for `\x0d` in `X\x0d`."""
+        r"""Yield the start and the length of the text for each byte, e.g. (1, 4) for the text `\x0d` in `X\x0d`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
@@ -79,11 +79,11 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the position and the length of the notation of each character, e.g. (1, 2) for `\r` in `X\r`."""
+        r"""Yield the start and the length of each character or escape sequence, e.g. (1, 2) for `\r` in `X\r`."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return "", because the characters of a serial line need no explanation."""
+        """Return an empty text, because a message on a serial line is readable without an explanation."""
         return ""
 
 

@@ -244,7 +244,7 @@ class Controller:
 
     def _motor(self, attribute: str) -> ServoAxis:
         if self._servo is None:
-            raise UsageError(f"{self.name} has no attribute `{attribute}`: expected a SmartMotor")
+            raise UsageError(f"{self.name} has no attribute `{attribute}`: only a SmartMotor has this attribute")
         return self._servo
 
     def _rs485_uart(self) -> Uart:
