@@ -181,7 +181,10 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         (["-o", "my-machine.fmu"], "expected letters, digits and _, e.g. machine.fmu"),
         (["-o", "machine.zip"], "expected a name that ends in .fmu"),
         (["-o", "missing/machine.fmu"], "missing/machine.fmu cannot be written: No such file or directory"),
-        (["--command", "start"], "invalid --command 'start': expected a name, a colon, and a command (>)"),
+        (
+            ["--command", "start"],
+            "invalid --command 'start': expected a name for an FMU input, a colon, and a command (>)",
+        ),
         (["--command", "a b: > X"], "invalid command name 'a b'"),
         (["--command", "time: > X"], "invalid command name 'time'"),
         (["--command", "start: knife: X"], "command 'start': unknown kind of line"),

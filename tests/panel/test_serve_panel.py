@@ -90,7 +90,7 @@ def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     code, words = refused("serve", "if1", "--panel-token", "abc")
     assert (code, "--panel-token needs a panel" in words) == (2, True)
     code, words = refused("serve", "if1", "--to", "4.2")
-    assert (code, "--to needs a panel" in words) == (2, True)
+    assert (code, "needs the panel: add --panel" in words) == (2, True)
     code, words = refused("serve", "if1", "--panel", 0, "--panel-token", "a&b")
     assert (code, "letters and digits only" in words) == (2, True)
 
@@ -101,7 +101,7 @@ def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_als
     scene.write_text('title = "Two rows"\n[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
     (tmp_path / "a.if1").write_text("X10$\n")
     code, words = refused("serve", scene)
-    assert (code, "has a simulated host but no ports" in words) == (2, True)
+    assert (code, "has a port for an external host" in words) == (2, True)
     with started(scene, "--panel", "0.0.0.0:0", "--speed", "max") as (program, address):
         place = urlsplit(address)
         here = f"http://127.0.0.1:{place.port}/"

@@ -288,7 +288,7 @@ def test_serve_refuses_a_scene_without_ports(scene, tmp_path):
     scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
     done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
     assert isinstance(done.exception, UsageError)
-    assert "has a simulated host but no ports" in str(done.exception)
+    assert "has a port for an external host" in str(done.exception)
 
 
 def test_the_schema_for_editors_has_every_parameter_of_every_fault():

@@ -29,7 +29,7 @@ def lsp() -> int:
     require("pygls", "lsp")
     from axistwin.editor.server import make
 
-    # Duplicate stdin and stdout.  The language server closes the duplicates, and the originals stay open.
+    # Pass copies of stdin and stdout to the language server, because the server closes the streams that it uses.
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
         # Shorten garbage collections: without gc.freeze(), a garbage collection delays a request by 50 ms.

@@ -12,7 +12,10 @@ NARROWEST = 100
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print rows: on a terminal, print a table; in a pipe or a file, print one line for each row."""
+    """Print rows as a table on a terminal, or with tabs between the fields into a pipe or a file.
+
+    On a narrow terminal, each row is a paragraph.
+    """
     if not sys.stdout.isatty():
         for row in (headings, *rows):
             click.echo("\t".join(row))

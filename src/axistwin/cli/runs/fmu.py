@@ -46,7 +46,7 @@ def _named(text: str) -> tuple[str, str]:
     name, colon, line = text.partition(":")
     if not colon or not line.strip():
         raise UsageError(
-            rf"invalid --command {text!r}: expected a name, a colon, and a command (>) or an action (!), "
-            r"e.g. 'start: > X3000@5000S1$\r'"
+            rf"invalid --command {text!r}: expected a name for an FMU input, a colon, and a command (>) "
+            r"or an action (!), e.g. 'start: > X3000@5000S1$\r'"
         )
     return name.strip(), line.strip()

@@ -63,12 +63,16 @@ def plot(
     limited = on_screen or signals or since is not None or until is not None
     if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
         if limited:
-            raise UsageError(f"invalid option for {trace}, a file of 'axistwin sweep': expected only --out or --title")
+            raise UsageError(
+                f"invalid option for {trace}, a file written by 'axistwin sweep': expected only --out or --title"
+            )
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
     if trace.suffix == ".db":
         if limited:
-            raise UsageError(f"invalid option for {trace}, a file of 'axistwin tune': expected only --out or --title")
+            raise UsageError(
+                f"invalid option for {trace}, a file written by 'axistwin tune': expected only --out or --title"
+            )
         return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):
         found = read(trace)

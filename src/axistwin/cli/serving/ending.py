@@ -19,7 +19,9 @@ OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
 
 
 def ending() -> asyncio.Future[int]:
-    """Return a future whose result is the exit code: 130 after Ctrl-C, 0 after SIGTERM.
+    """Return an asyncio future that is finished when this program receives Ctrl-C or SIGTERM.
+
+    The result of the future is the exit code of the program: 130 after Ctrl-C, 0 after SIGTERM.
 
     The future raises an internal error of axistwin.  An operating system error for one client and a defect of a module
     that only displays the bench are logged; the program continues.  Must be called within a running event loop.

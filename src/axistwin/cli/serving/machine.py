@@ -55,7 +55,10 @@ class Wanted:
 
     @classmethod
     def read(cls, what: str, model: str | None, given: Mapping[str, Any]) -> "Wanted":
-        """Check the options that the user has given, and return them.  Raises UsageError."""
+        """Return the checked command line options, e.g. `--speed 2`, as a `Wanted` object.
+
+        Raises UsageError for an invalid option.
+        """
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
             raise UsageError(

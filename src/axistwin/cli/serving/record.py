@@ -152,7 +152,7 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
     """Write new data to the recording at regular intervals."""
     pacer.sync()
-    if recorder.silent_ns > LF_NS:  # After this time of silence, the controller's answer is complete.
+    if recorder.silent_ns > LF_NS:  # An answer of the controller is complete after 50 ms without a character.
         recorder.catch_up()
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, recorder)
 

@@ -132,7 +132,7 @@ def serve(
     """
     times = read_speed(speed)
     if to is not None and panel is None:
-        raise UsageError("--to needs a panel: add --panel, e.g. --panel 8080")
+        raise UsageError("--to (run to a given time, then pause) needs the panel: add --panel, e.g. --panel 8080")
     served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
     headers = _headers(what, options, line) if record and served.scene is None else None
     _log_to_stderr()
@@ -240,10 +240,10 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that ends the trace and the recording, unless its argument is the simulation `bench`.
+        """Return a function that ends the trace and the recording when a new simulation replaces `bench`.
 
-        The session calls the function with each new simulation, e.g. after the user has gone back in time.  The trace
-        and the recording end if the new simulation is not `bench`.
+        The session creates a new simulation, e.g. when the user goes back in time.  The session then calls the function
+        with the new simulation.
         """
 
         def end(another: Bench) -> None:
@@ -356,7 +356,7 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
 
 def _freeze_objects() -> None:
     """Exclude all present objects from garbage collection, so that each later collection is short."""
-    # Call gc.freeze() without gc.collect(), because a full garbage collection delays the start of `axistwin serve`.
+    # Do not call gc.collect() here, because a full garbage collection delays the start of `axistwin serve`.
     gc.freeze()
 
 

@@ -71,8 +71,8 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
             raise UsageError(
-                f"each controller in {path} has a simulated host but no ports: remove the key `host` of a controller, "
-                'or add the key `ports` to a controller, e.g. ports = ["tcp://127.0.0.1:6001"]'
+                f"no controller in {path} has a port for an external host: "
+                'add the key `ports` to a controller, e.g. ports = ["tcp://127.0.0.1:6001"]'
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]

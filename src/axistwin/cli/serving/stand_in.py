@@ -265,5 +265,6 @@ def _read_words(said: Callable[[str], None]) -> None:
     if sys.stdin is not None and not sys.stdin.closed:
         try:
             loop.add_reader(sys.stdin, read)
-        except (OSError, ValueError):  # The event loop of asyncio cannot wait for input from a file.
+        except (OSError, ValueError):
+            # Ignore stdin if stdin is a file, because asyncio cannot wait for input from a file.
             return

@@ -293,7 +293,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Convert a typed line to the ASCII codes of a national keyboard, e.g. `Ä` to `[` for a German keyboard."""
+    """Convert a typed line to the 7-bit codes of a national character set, e.g. `Ä` to 5Bh in the German set."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
@@ -316,5 +316,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # The event loop is closed, because the terminal program is ending.
+    except RuntimeError:  # Stop reading stdin, because the program has closed its event loop.
         return
