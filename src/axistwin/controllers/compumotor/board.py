@@ -143,7 +143,10 @@ class Board(State):
         return needed in command.accepted and not self.excludes(command)
 
     def refresh(self) -> None:
-        """Update the outputs and the position tracking after the state of the board has changed."""
+        """Update the output signals of the board after the board's state has changed, e.g. at the end of a move.
+
+        The state of position tracking and of the motor shutdown is updated, too.
+        """
         tracking.refresh(self)
         self.outputs.refresh()
         self.shutdown.refresh()
@@ -167,7 +170,10 @@ class Board(State):
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 
     def _joystick_moves(self, begins: bool) -> None:
-        """Report the start or the end of a motion under joystick control (11h)."""
+        """Handle the start or the end of a motion that the joystick controls.
+
+        Command 11h enables the joystick.
+        """
         if not self.alive:
             return
         tracking.joystick_moves(self, begins)

@@ -59,7 +59,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            # The interrupt lines at the jumpers change with each command, so a trace omits these lines by default.
+            # By default, a trace omits the interrupt signals JU18 to JU20, which change with each command.
             self.pins[name].restless = True
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
@@ -253,7 +253,10 @@ PRODUCTS = {
 
 
 def _phase(board: Board) -> str:
-    """Return the phase of the pulse generator, or "joystick" while a joystick moves the motor."""
+    """Return the present stage of the motion, e.g. "accelerating", "constant" or "rest".
+
+    The result is "joystick" while a joystick moves the motor.
+    """
     return "joystick" if board.joystick.moving else board.pulses.phase.name.lower()
 
 

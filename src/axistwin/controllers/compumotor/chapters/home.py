@@ -166,10 +166,11 @@ def go_home(board: State, minus: bool) -> Procedure:
 
 
 def go_encoder_home(board: State, minus: bool) -> Procedure:
-    """Command 3Ah: search for the channel Z mark that occurs while HOME ENABLE is active.
+    """Command 3Ah: move the motor until the index mark of the encoder (channel Z) is found.
 
-    HOME is the edge where the mark begins in the direction of the final approach.  The command is ignored under the
-    conditions of command 39h, and while position maintenance (18h) is off.
+    A mark counts only while the input HOME ENABLE is active.  HOME is the edge where the mark begins in the direction
+    of the final approach.  The command is ignored under the conditions of command 39h, and while position maintenance
+    (18h) is off.
     """
     definition = board.home_definition
     if definition is not None and board.loop.on:

@@ -24,9 +24,9 @@ def enable_joystick(board: State) -> Procedure:
 
 
 def shut_down(board: State, on: bool) -> None:
-    """Command 12h: begin or end the remote power shutdown.
+    """Command 12h (remote power shutdown): switch the current of the motor off or on.
 
-    During the shutdown, the board performs no moves.  Ignored if the joystick or the shutdown input is enabled, or
+    While the current is off, the board performs no moves.  Ignored if the joystick or the shutdown input is enabled, or
     while moving.
     """
     if not (board.occupied or board.shutdown.input_enabled):

@@ -50,7 +50,7 @@ def delete(board: State, number: int) -> None:
 
 
 def set_start_stop(board: State, velocity: int) -> None:
-    """Command D6h: define the start/stop velocity of all later moves in pulses/s.
+    """Command D6h: define the start/stop velocity, in pulses/s, of all later moves.
 
     The velocity is 0 after reset.
     """
@@ -167,10 +167,10 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """Start a move from standstill, and wait until the command for this move is finished or discontinued.
+    """Start a move from standstill, and wait until the move has ended.
 
-    The command for a continuous move is finished when the velocity is constant.  The move does not start if motion in
-    the direction of the move is blocked.
+    For a continuous move, wait only until the velocity is constant.  A command that discontinues the move (73h) ends
+    the wait.  The move does not start if motion in its direction is blocked.
     """
     if board.blocked(sign):
         return
