@@ -48,10 +48,10 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a function that forwards register changes to one subscriber.
+        """Return a callback function that reports changes of selected motor registers to one subscriber.
 
-        The function receives changes of all observed registers.  The function forwards only changes of registers to
-        which the subscriber has subscribed.
+        The callback function receives changes of all observed registers.  The function reports only changes of the
+        registers that the subscriber has selected.
 
         `names`: the names of all observed registers; a changed register is given by its index in this list.
         """
@@ -115,7 +115,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Combine all subscriptions to registers: return the register names, and a common callback function.
+        """Return the names of all observed motor registers, and one callback function for all subscribers.
 
         The function passes each change of a register to all subscribers of this register.
         """

@@ -9,7 +9,7 @@ from axistwin.controllers.diagnostics import Rule, Severity
 E, W = Severity.ERROR, Severity.WARNING
 
 # Chapter titles with a number, e.g. "8.2 Arrays", refer to the manual of firmware 4.76.
-# A rule's chapter without a number, e.g. "Program flow", is in the guide to the SmartMotor command language.
+# Chapter titles without a number, e.g. "Program flow", refer to the guide to the SmartMotor command language.
 LEXICAL, EXPRESSIONS, FLOW, F_WORD = "Lexical rules", "Variables and mathematics", "Program flow", "7.0 F="
 EQUAL, ARRAYS, CAM, ON_THE_FLY = "8.1 Forced equal sign", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
 LIMITATIONS, HARD, BRAKE, HOST = (

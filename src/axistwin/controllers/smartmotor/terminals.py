@@ -66,9 +66,9 @@ class EncoderPin(UserPin):
         return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
 
     def unplug(self) -> None:
-        """Disconnect the pin from the motor's processor when the motor is switched off.
+        """Disconnect the pin from the motor's processor.
 
-        The encoder stays connected.
+        Called when the motor is switched off.  The external encoder stays connected to the pin.
         """
         self.levels, self.on_wiring = quadrature, lambda: None
         self.refresh()
@@ -93,7 +93,10 @@ class EncoderPin(UserPin):
         return end
 
     def refresh(self) -> None:
-        """Report a changed level to the subscribers, and schedule the encoder's next edge."""
+        """Report a change of the pin's signal level to the subscribers.
+
+        An event for the next encoder edge at the pin is scheduled, too.
+        """
         if self._edges:
             level = self.level
             changed, self._last = level is not self._last, level
@@ -146,7 +149,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to the next encoder edge at the pin in each of the two directions of motion.
+        """Subscribe to two encoder edges at the pin: the next edge in forward motion, and the next in reverse motion.
 
         The external encoder is mounted on an axis, which reports when the axis crosses the position of the edge.
         """
@@ -228,11 +231,11 @@ class IndexLine(Pin):
             i[s.INDEX], i[s.INDEX_ARMED], i[s.BI] = actual_position(i), 0, 1
 
     def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of the index line; return an unsubscribe function."""
+        """Call `callback(pin)` at every change of the encoder's index signal; return an unsubscribe function."""
         self._report_changes()
         return super().subscribe(callback)
 
     def show(self) -> None:
-        """Update the index line after the shaft has reached or left the index mark."""
+        """Update the encoder's index signal after the shaft has reached or left the index mark."""
         if not self.driven:
             self._announce()

@@ -83,7 +83,11 @@ class Dispatcher(Protocol):
         """
 
     def report_host_mode(self, channel: "Channel") -> None:
-        """Send six bytes about host mode to the host: the status byte, the free places in the buffer, and the clock."""
+        """Send the status of host mode to the host.
+
+        The answer has six bytes: the motor's status byte, the number of free places in the host-mode buffer, and the
+        host-mode clock in four bytes.
+        """
 
 
 class Channel:
@@ -244,7 +248,10 @@ class Channel:
         return self.addressed and not self.asleep
 
     def flag_new(self, error: ChannelError) -> None:
-        """Set the flag of a receive error, unless the flag is already set."""
+        """Record an error of this serial channel, e.g. a parity error.
+
+        An error that is already recorded is recorded again only after the flag of the error has been cleared.
+        """
         self.motor.catch_up(changing=False)
         if self.motor.i[FLAGS[error]] and error & self.errors:
             return
@@ -256,7 +263,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # The flag was 0, so remove older errors of the same kind from the report RCHN of both serial channels.
+            # The error's status flag was cleared, so the command RCHN must not report earlier errors of this kind.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
