@@ -70,9 +70,9 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Delays of the emulated actions, e.g. replies, relative to the recorded actions, in ascending order.
+        """Time differences of actions, e.g. replies, between the emulated and the real controller, in ascending order.
 
-        Each item is a pair: the delay in ns, and the action.
+        Each item is a pair: the delay of the emulated action in ns, and the action.
         """
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
@@ -176,7 +176,7 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Methods that execute or skip one line of a conversation file (a recording of host and controller)
+    # Methods that replay a recorded exchange between a host and a controller
 
     def _played(self, act: Act) -> "partial[None]":
         if self._is_skipped(act):
@@ -215,7 +215,7 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of received bytes that belong to a wrong reply of the emulated controller.
+        """Return the length, in bytes, of an emulated reply that differs from the recorded reply.
 
         The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the

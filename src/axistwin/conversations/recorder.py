@@ -213,7 +213,7 @@ class Recorder:
         return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
-        """Return the character format at the start of a replay."""
+        """Return the character format, e.g. 9600 8N2, of the host's serial port at the start of a replay."""
         usual = self.bench[name].product.line if name in self.bench.controllers else None
         return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
