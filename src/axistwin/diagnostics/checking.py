@@ -63,7 +63,10 @@ def product_for(suffix: str, text: str) -> Product:
 
 
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
-    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError for an unreadable file."""
+    """Return all errors and warnings of a program file.
+
+    Raises UsageError if the file cannot be read, and ProgramError if the file is not text.
+    """
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
 
 
@@ -249,7 +252,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield a list of all sessions of a host program.  A session is the data that is sent from power-on to power-off.
+    """Yield a single list with all sessions of a host program.
+
+    A session is the data that the host sends between power-on and power-off of the controller.
 
     The program uses only one controller.  `sent` returns the characters of one program line.
     """

@@ -25,7 +25,7 @@ def tables() -> dict[str, tuple[Rule, ...]]:
 
 
 def suffix_of(rule: Rule) -> str:
-    """Return the file name suffix of a program to which a diagnostic rule applies, e.g. `.if1`."""
+    """Return the suffix of the program files that a diagnostic rule checks, e.g. `.if1`."""
     family = next(title for title, table in tables().items() if rule in table)
     return rule.suffix or FAMILIES[family][1]
 
