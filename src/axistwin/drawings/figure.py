@@ -52,9 +52,9 @@ def error_rows(axis: Axis) -> list[str]:
 
 
 def motion_rows(axis: Axis) -> list[str]:
-    """Return the readouts of the position and velocity of an axis.
+    """Return the HTML rows that show the position and the velocity of an axis.
 
-    The unit is pulses or counts; a machine unit adds two readouts.
+    The unit is pulses or counts; a machine unit adds two rows.
     """
     of = axis.unit
     rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
@@ -64,7 +64,7 @@ def motion_rows(axis: Axis) -> list[str]:
 
 
 def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
-    """Update the readouts of an axis: faults, position, velocity, position error and encoder.
+    """Update the displayed values of an axis: faults, position, velocity, position error and encoder count.
 
     Returns the commanded position.
     """
