@@ -170,14 +170,14 @@ def test_a_stream_longer_than_the_buffer_is_refilled(twin, board):
 def test_a_stream_that_the_board_has_used_up_is_stopped(ports, twin):
     ports.access_s = 5e-3
     with connect("1811", "1811") as board:
-        with pytest.raises(RefusedError, match="the host sent the next velocities too late"):
+        with pytest.raises(RefusedError, match="the next velocities arrived at the board too late"):
             board.stream_times(2, 4, 1, [100] * 5_000 + [0])
         assert not board.axes["motor"].wait(25).moving
 
 
 def test_a_wrong_command_and_a_silent_request(board):
     patience_s, board.core.timeout = board.core.timeout, 0.1
-    with pytest.raises(SilentError, match="when the board answers this request"):
+    with pytest.raises(SilentError, match="under which conditions the board answers this request"):
         board.request(0x91, 0x80)
     board.core.timeout = patience_s
     with pytest.raises(RefusedError, match="expected more than 0"):

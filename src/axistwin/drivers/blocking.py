@@ -224,7 +224,7 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Return a procedure without commands, which a driver executes only to connect to its controller.
+    """Return an empty procedure, which sends no commands to the controller.
 
     `run(nothing())` only synchronises the driver with the controller.  The call has no effect if the driver is
     synchronised already.

@@ -130,7 +130,7 @@ class Board(Core):
     # Synchronisation
 
     def synchronise(self) -> Procedure[None]:
-        """Find the board, and discard messages that no host has read."""
+        """Wait until the board is ready, and discard old messages from the board."""
         yield from self._discard(0.0)
         yield Write(b"\n")  # A line feed ends the incomplete request that an earlier host may have sent.
         yield from self._discard(0.02)
@@ -189,7 +189,7 @@ class Board(Core):
             elif (yield Clock()) > end:
                 raise SilentError(
                     f"no answer to the request {opcode:02X}h within {self.timeout:g} s: "
-                    "check in the board's manual when the board answers this request"
+                    "read in the board's manual under which conditions the board answers this request"
                 )
             else:
                 yield from self._wait_for_message()
@@ -287,14 +287,14 @@ class Board(Core):
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
-            is_empty = free == size  # The board has used all velocities before new velocities arrived.
-            is_stuck = not count and free == before  # The board has read nothing from its full buffer.
+            is_empty = free == size  # The board's velocity buffer has run empty.
+            is_stuck = not count and free == before  # The board's velocity buffer is still full after the pause.
             if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
                 raise RefusedError(
-                    "the motor was stopped, because the host sent the next velocities too late: "
-                    "expected a larger value of update_ms"
+                    "the motor was stopped, because the next velocities arrived at the board too late: "
+                    "expected a larger update_ms, i.e. a longer time for each velocity"
                 )
             begun = True
 
@@ -482,6 +482,6 @@ class Motor(AxisCore):
         self.setpoint = position
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the fault of a failed search for HOME."""
+        """Clear the fault `home not found`, which the driver reports after an unsuccessful homing."""
         self._home_failed = False
         yield from ()

@@ -186,7 +186,7 @@ class IF1(Core):
             self._ramp = thousands
 
     def _lose(self, axes: Iterable[str], why: str) -> None:
-        # If the position of an axis has been lost before, keep the earlier reason.
+        # If an axis has already lost its position, keep the stored reason for the loss.
         self._state.lost = dict.fromkeys(axes, why) | self._state.lost
 
     # Messages
@@ -225,7 +225,7 @@ class IF1(Core):
         return int(answer)
 
     def _motion(self) -> Procedure[int]:
-        """Read the motion status, and store its faults in the driver.
+        """Read the controller's motion status, and store the faults that the status reports.
 
         The controller clears these faults when they are read.
         """
@@ -265,7 +265,7 @@ class IF1(Core):
         move.made = max(move.made, min(near, most))
 
     def _settle(self, steps: int, bits: int) -> None:
-        """Add the steps of a completed move to the positions."""
+        """Add the steps of a completed move to the stored position of each moved axis."""
         state, move = self._state, self._move
         if move is None:
             if steps != state.counted:

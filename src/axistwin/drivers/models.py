@@ -21,7 +21,7 @@ MODELS: dict[str, Callable[..., Core]] = {
 
 
 def make(model: str, options: dict[str, Any]) -> Core:
-    """Return an object that implements the protocol of a controller model.
+    """Create an object that encodes requests for a controller model, and decodes the controller's answers.
 
     Raises DriverError for an unknown model or option.
     """

@@ -291,7 +291,7 @@ class Shaft(AxisCore):
             raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Send the acceleration to the motor if the acceleration has changed.
+        """Send the acceleration to the motor, unless the motor already has this acceleration.
 
         The message changes the acceleration by a difference, so that a power cut can be detected.  For example,
         `A=A+50` changes 100 to 150, but 0, the value after a power cut, to 50.  A motor whose power was cut then has
