@@ -34,7 +34,7 @@ class Snapshot(NamedTuple):
 
     @property
     def text(self) -> Text:
-        """The editor's document, with methods that convert positions in the text."""
+        """The document as text, with methods that convert a line and a column to an editor position, and back."""
         return Text(TextDocument(self.uri, self.source, position_codec=PositionCodec(self.encoding)))
 
 

@@ -80,7 +80,7 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield one entry of the editor's outline if a message of the host defines a sequence.
+    """Yield one entry for the editor's outline if the message `text` defines a sequence.
 
     The entry has a subentry for each step of the sequence.
     """

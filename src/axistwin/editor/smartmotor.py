@@ -263,7 +263,10 @@ def _is_allowed(command: Instruction, blocks: list[str] | None) -> bool:
 
 
 def _written(command: Instruction) -> str:
-    """Return the text that a completion inserts for a command; the text contains no operands."""
+    """Return the text of a command without its operands, e.g. `GOSUB` for `GOSUBn`.
+
+    The editor inserts this text when the user selects the command.
+    """
     match command.form:
         case Form.CALL | Form.ITEMS:
             return str(command.code).removesuffix(")")
