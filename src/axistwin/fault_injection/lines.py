@@ -85,7 +85,7 @@ def cut(case: Case) -> Mend:
 
 
 def handshake(case: Case) -> Mend:
-    """Fault: hold one control line at a level."""
+    """Fault: hold a control line of a serial port, e.g. CTS, at a fixed signal level."""
     return _port(case).control_lines[case.values["line"]].hold(case.values["level"])
 
 
@@ -96,7 +96,7 @@ def check_handshake(spot: Spot) -> None:
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Disturb a given number of serial characters, randomly selected characters, or all characters.
+    """Disturb characters on a serial line: a given number of characters, a random selection, or all characters.
 
     `effect`: the change of each disturbed character.
     """

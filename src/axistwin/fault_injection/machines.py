@@ -92,7 +92,7 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError if the fault `open_wire` is not possible at a pin.
+    """Raise UsageError if a pin of a controller cannot have the fault `open_wire` (a broken wire).
 
     The fault is possible if the pin is an input, and if the manual states the level of the unconnected input.
     """
@@ -242,7 +242,7 @@ def _fault_pin(spot: Spot) -> str:
     controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
         raise UsageError(
-            f"controller {controller} has no input for a fault signal of the drive: use the fault `jam` or `stall`"
+            f"controller {controller} has no drive fault input: simulate another fault, e.g. `jam` or `stall`"
         )
     if name not in pins:
         axes = ", ".join(pins)

@@ -121,9 +121,10 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return a trigger that starts a fault when certain data are received, e.g. "table hears X1000".
+    """Return a trigger that starts a fault when a controller or its host receives the given data.
 
-    "table hears X1000": the controller `table` receives the data X1000.  With "says", the host receives the data.
+    For example, "table hears X1000" means that the controller `table` receives the data X1000.  "table says X1000"
+    means that the host receives the data X1000 from the controller.
     """
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
