@@ -67,7 +67,7 @@ def installation(extra: str, library: str) -> str:
     try:
         wanted = requires("axistwin") or []
     except PackageNotFoundError:
-        # This error means that axistwin runs from its source directory without an installation.
+        # axistwin is not installed with pip, and runs from its source directory.
         wanted = []
     markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
     parts = [one.partition(";") for one in wanted]
