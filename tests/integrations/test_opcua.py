@@ -207,7 +207,7 @@ def test_errors_of_the_command_line(tmp_path, capsys):
             "--listen 0.0.0.0 permits access from the network: add --users FILE and --certificates DIR",
         ),
         ([*at, "--users", str(users)], "users.txt:1: invalid user: expected NAME PASSWORD operator|viewer"),
-        ([*at, "--users", str(tmp_path / "none")], "cannot read the users from"),
+        ([*at, "--users", str(tmp_path / "none")], "cannot read the names and passwords of users from"),
         (["COM3"], "the model of the controller at the port is missing"),
     ):
         with pytest.raises(SystemExit) as ended:

@@ -112,11 +112,11 @@ class _InnerClient:
         self._received = received
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002  # as on a TCP connection
-        """Store characters from the controller."""
+        """Store characters from the controller in the driver's receive buffer."""
         self._received += data
 
     def hung_up(self) -> bool:
-        """Return False, because only the driver can close the connection to the controller."""
+        """Return False, because the driver's connection to the emulated controller cannot break."""
         return False
 
     def drop(self) -> None:

@@ -119,10 +119,9 @@ async def of_scene(
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
-    """Create the protocol core of a driver for a controller model.
+    """Create the object that encodes a driver's requests, and decodes the answers of a controller model.
 
-    The protocol core encodes requests and decodes answers, but has no port.  Raises UsageError for an unknown model or
-    option.
+    The object has no port.  Raises UsageError for an unknown model or option.
     """
     try:
         return make(model, dict(options))

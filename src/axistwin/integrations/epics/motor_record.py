@@ -110,7 +110,10 @@ class MotorRecord:
                 await self._post(field, value)
 
     async def _move(self, user: float) -> None:
-        """Move to a user position; in SET mode, define the present position instead."""
+        """Move the axis to a position in user coordinates.
+
+        In SET mode, the axis does not move.  Instead, `user` becomes the user coordinate of the present position.
+        """
         dial = self._dial_of(user)
         if self.values["SET"]:
             await self._define(user, dial)

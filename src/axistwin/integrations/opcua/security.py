@@ -42,7 +42,7 @@ def read_users(path: Path) -> dict[str, Account]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"cannot read the users from {path}: {error}") from None
+        raise UsageError(f"cannot read the names and passwords of users from {path}: {error}") from None
     for number, line in enumerate(lines, 1):
         words = line.split()
         if not words or words[0].startswith("#"):
@@ -87,7 +87,9 @@ class Rules(SimpleRoleRuleset):
 
 
 async def secure(server: Server, users: bool, folder: Path | None, host: str) -> None:
-    """Set the user policy and the security policy of an OPC UA server.
+    """Set up the login and the encryption of an OPC UA server.
+
+    With `users`, a client must log in with a name and a password.
 
     With a folder, messages are signed and encrypted with `key.pem` and `certificate.der` in the folder; missing files
     are made.  If the folder has a subfolder `trusted`, only clients with certificates in it can connect.
