@@ -200,7 +200,7 @@ class Master(Connection):
             self._report(self.slot.bus.interrupt)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Release the board for the next client after this client has disconnected."""
+        """Release the board for the next client after a client has disconnected."""
         self._end_subscription()
         super().connection_lost(exc)
 
@@ -214,18 +214,17 @@ def _offset(text: str) -> int:
 
 
 def _count(text: str) -> int:
-    count = _number(text, 10, MAX_BLOCK, "count")
-    if not count:
-        raise UsageError(f"invalid count '0': expected a number from 1 to {MAX_BLOCK}, e.g. 16")
-    return count
+    return _number(text, 10, MAX_BLOCK, "number of bytes", lowest=1)
 
 
-def _number(text: str, base: int, highest: int, parameter: str) -> int:
+def _number(text: str, base: int, highest: int, parameter: str, lowest: int = 0) -> int:
     digits = "0123456789abcdefABCDEF" if base == 16 else "0123456789"
-    if not set(text) <= set(digits) or len(text) > 3 or int(text, base) > highest:
+    if not set(text) <= set(digits) or len(text) > 3 or not lowest <= int(text, base) <= highest:
         if base == 16:
             raise UsageError(f"invalid byte {_shown(text)}: expected two hex digits, e.g. 8F")
-        raise UsageError(f"invalid {parameter} {_shown(text)}: expected a number from 0 to {highest}, e.g. 0")
+        raise UsageError(
+            f"invalid {parameter} {_shown(text)}: expected a number from {lowest} to {highest}, e.g. {lowest}"
+        )
     return int(text, base)
 
 

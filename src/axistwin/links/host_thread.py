@@ -83,7 +83,7 @@ class HostThread:
 
     @property
     def done(self) -> bool:
-        """True if the host's function has ended."""
+        """True if the host program has ended."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     @property
@@ -109,7 +109,7 @@ class HostThread:
         """True if the host's thread is blocked or has ended."""
         if self.done or self.wakes_ns is not None:
             return True
-        if self._thread.native_id is None:  # A host thread that has not started yet is not blocked.
+        if self._thread.native_id is None:  # The host's thread has not started yet.
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")

@@ -102,9 +102,9 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Register a host program.
+        """Do nothing with a new host program, because virtual time passes automatically.
 
-        No action is needed, because virtual time passes by itself.
+        The method exists for the derived class `ManualClock`.
         """
 
     def _advance_to_now(self) -> None:

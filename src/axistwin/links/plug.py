@@ -89,7 +89,7 @@ class SerialClient(Client, Protocol):
     """Flow control chosen by the client; None: the flow control of the plug."""
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send characters of the controller to the client.
+        """Forward characters from the controller to the client.
 
         `errors`: the line errors of these characters, e.g. a parity error.
         """

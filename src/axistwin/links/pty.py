@@ -108,7 +108,7 @@ class PtyPort:
             self.plug.disconnect(self)
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # No client has connected: Linux has only reported that a buffer was emptied.
+            return  # Linux reports an emptied buffer even if no client has connected.
         if self._connect():
             self._take(packet[0], packet[1:])
 
@@ -202,9 +202,9 @@ class PtyPort:
         return settings
 
     def _show(self, fmt: UartFormat) -> None:
-        """Set the line format of the pseudo terminal.
+        """Set the baud rate, the stop bits and the parity of the pseudo terminal.
 
-        A pseudo terminal does not support all settings of a line format.
+        A pseudo terminal does not support all settings.
         """
         iflag, oflag, flags, lflag, characters, _, _ = self._settings()
         flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | getattr(termios, f"B{fmt.baudrate}", BOTHER)

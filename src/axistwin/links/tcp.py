@@ -108,7 +108,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.plug.client is self:
             self.received(bytes(self._view[:nbytes]))
         if not self._has_sent:
-            # Acknowledge the received data at once, because no reply has carried the acknowledgement to the client.
+            # No reply has acknowledged the received data, so send a separate TCP acknowledgement at once.
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
@@ -137,7 +137,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         if self.answers and not self.plug.full:
             self.resume()
 
-    # Functions that the endpoint of the connection calls
+    # Methods that report or change the state of the client's connection
 
     def hung_up(self) -> bool:
         """True if a new client may take over the TCP port from this client.

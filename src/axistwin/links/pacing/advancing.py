@@ -20,7 +20,7 @@ class Port(Protocol):
 
 
 class Advancer(ABC):
-    """Advances virtual time, then sends the output of the ports.
+    """Advances virtual time, and afterwards sends the pending output of the controllers to the clients.
 
     `plan` counts events that start or stop virtual time, or change its speed.
     """
@@ -59,7 +59,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        # If a planned action of the user has failed and interrupted the advance, continue the advance.
+        # If an error has interrupted the function `advance`, call this function again.
         while not found:
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()

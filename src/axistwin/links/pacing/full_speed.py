@@ -7,9 +7,10 @@ from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:
-    """Advances virtual time as fast as possible while events are due.
+    """Advances virtual time as fast as possible.
 
-    The bench runs in slices of real time.  After `cancel` the object cannot be used again.
+    Virtual time pauses while no event is scheduled, except background events that repeat for ever.  The bench runs in
+    slices of real time.  After `cancel` the object cannot be used again.
     """
 
     behind_s = 0.0

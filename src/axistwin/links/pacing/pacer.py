@@ -76,7 +76,7 @@ class Pacer(Advancer):
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Replace the virtual clock that this pacer advances.
+        """Replace the virtual clock of this pacer by `clock`.
 
         Do not call this method while virtual time is advancing.
         """
@@ -99,7 +99,10 @@ class Pacer(Advancer):
             self.run(self.finish)
 
     def work(self) -> None:
-        """Execute all events that are due now.  Must be called after each input."""
+        """Execute all events that are due now.
+
+        Must be called after each input, e.g. after a host's data have been passed to a serial port.
+        """
         if self.advancing:
             return
         if self._drive is not None:
@@ -121,7 +124,7 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Plan the next advance of virtual time.
+        """Schedule the next advance of virtual time.
 
         Called after virtual time has been started or stopped, or after its speed has been changed.
         """
