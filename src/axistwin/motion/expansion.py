@@ -31,7 +31,7 @@ BITS = 1 << 62
 
 
 class _Segments(NamedTuple):
-    """The segments of several moves, stored as arrays of numbers."""
+    """Segments (parts with a constant pulse rate) of several moves, stored as arrays of numbers."""
 
     pulses: "NDArray[np.int64]"
     base_ns: "NDArray[np.int64]"

@@ -73,7 +73,7 @@ class Profile:
             numerator, denominator = rate.as_integer_ratio()
             number, unfit = divmod(numerator * per_rate, denominator)
             self.rates.append(number)
-            # Convert the duration to ticks only if the duration differs from that of the previous segment.
+            # Convert the duration from seconds to ticks only once for successive segments of the same duration.
             if seconds is not None and seconds is not duration:
                 numerator, denominator = seconds.as_integer_ratio()
                 duration, (ticks, rest) = seconds, divmod(numerator * per_second, denominator)
@@ -99,7 +99,7 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the number of pulses in the first `elapsed_ns` nanoseconds of the motion.
+        """Return the exact number of pulses, with the fraction, in the first `elapsed_ns` nanoseconds of a motion.
 
         The unit of the result is 1/(parts * S) pulse, so that fractions of a pulse are exact.
         """
@@ -132,7 +132,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return how many pulses the move has output by the given time: whole pulses, and the fraction of a pulse."""
+        """Return two numbers: the whole pulses output by a given time, and the fraction of the next pulse."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 

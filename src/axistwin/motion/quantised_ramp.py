@@ -87,9 +87,9 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Cumulative number of pulses after each velocity level of the acceleration ramp.
+        """Number of pulses from the start of the acceleration to the end of each stage with constant velocity.
 
-        Element k is the number of pulses of the first k velocity levels, so element 0 is 0.  The last element is the
+        Element k is the number of pulses of the first k stages, so element 0 is 0.  The last element is the
         number of pulses of the whole acceleration.
         """
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]

@@ -28,7 +28,7 @@ class Steps:
 
     @property
     def ticks(self) -> int:
-        """Duration of this command in ticks.
+        """Duration of the step command, in ticks of the motion board's clock.
 
         The duration is from the last pulse before this command to the last pulse of this command.
         """
@@ -65,9 +65,10 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return one step command that outputs the next n pulses at permitted times, with the largest possible n.
+    """Return a step command that outputs as many of the next pulses as possible.
 
-    `low` and `high` contain the earliest and the latest permitted tick of each pulse.
+    The command outputs each pulse at a permitted time.  `low` and `high` contain the earliest and the latest permitted
+    tick of each pulse.
     """
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
         interval_ticks = int(high[0])
