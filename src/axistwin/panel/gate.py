@@ -118,7 +118,7 @@ def _name(host: str) -> str:
 
 
 def _cookie(scope: Scope) -> str:
-    """Return the name of the cookie that stores the token.
+    """Return the name of the browser cookie that stores the panel's access token.
 
     The name contains the port, because all ports of a host share cookies.
     """

@@ -61,9 +61,9 @@ class People:
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Return the user whose browser has sent `key`.  An unknown key creates a new user.
+        """Return the user whose browser has sent the identifier `key`.
 
-        The user becomes the driver if the present driver is absent.
+        An unknown identifier creates a new user.  The user becomes the driver if the present driver is absent.
         """
         self._forget()
         if key not in self._all:

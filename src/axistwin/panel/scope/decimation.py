@@ -21,7 +21,7 @@ FEW = 4
 
 @dataclass(frozen=True)
 class Window:
-    """Time window of a signal: the signal's least and greatest value in each pixel column of a plot.
+    """Least and greatest value of a signal in each pixel column of a plot.
 
     Pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN stands for an unknown value.
     """
@@ -109,7 +109,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot the oldest data of a signal as bands, because only their smallest and largest values are stored.
+    """Plot old data of a signal as bands between the smallest and the largest stored value.
 
     To save memory, several old changes of a signal are stored as one interval with a smallest and a largest value.
     In each pixel column that the interval covers, the plot extends at least from the smallest to the largest value.

@@ -39,9 +39,9 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """Return the zero point and the unit for the labels of the time axis.
+    """Return the time that corresponds to 0 on the time axis, and the unit of the time axis.
 
-    The unit is returned in nanoseconds and by name.
+    The time and the unit are in nanoseconds; the unit is also returned by name.
     """
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])

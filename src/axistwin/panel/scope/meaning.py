@@ -41,7 +41,7 @@ PLAIN = Meaning()
 
 
 def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return the object that formats the values of each signal, e.g. with the unit mm.
+    """Return one formatter for each signal, e.g. a formatter that adds the unit mm to the values.
 
     Signals that have no unit and no codec are left out.
     """
