@@ -135,7 +135,7 @@ class FileStore:
                 self.path.unlink(missing_ok=True)
         except OSError as error:
             remove_or_write = "remove" if self.found is None else "write"
-            raise AxistwinError(f"cannot {remove_or_write} the memory file {self.path}: {reason(error)}") from None
+            raise AxistwinError(f"cannot {remove_or_write} the file {self.path}: {reason(error)}") from None
         self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:
