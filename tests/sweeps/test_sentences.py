@@ -162,7 +162,7 @@ def test_every_example_is_read_by_its_form(form):
         (claim, "always x >", "invalid condition"),
         (claim, "always (x > 1", "invalid condition"),
         (claim, "always x > y", "is not a number"),
-        (claim, "never t.X passes high", "expected a number, e.g. 'table.X passes 1000'"),
+        (claim, "never t.X passes high", "expected a number, e.g. 1000 in 'table.X passes 1000'"),
     ],
 )
 def test_sentences_that_cannot_be_read_are_refused(read, text, told):

@@ -266,6 +266,6 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"cannot set {place.path}: expected an assignment of a number to {place.variable} in the program {program}, "
-        f"e.g. {place.variable}=100"
+        f"cannot vary {place.path}: expected a command in the program {program} that sets {place.variable} "
+        f"to a number, e.g. {place.variable}=100"
     )

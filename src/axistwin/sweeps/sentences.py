@@ -268,7 +268,9 @@ def _position(text: str) -> float:
     try:
         return real(text)
     except NumberError:
-        raise UsageError(f"invalid position {shortened(text)}: expected a number, e.g. 'table.X passes 1000'") from None
+        raise UsageError(
+            f"invalid axis position {shortened(text)}: expected a number, e.g. 1000 in 'table.X passes 1000'"
+        ) from None
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
