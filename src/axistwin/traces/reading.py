@@ -109,7 +109,8 @@ def _check_order(path: Path, track: Track) -> None:
     times, signal_name = np.array(track.times, np.int64), track.name
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
         raise TraceError(
-            f"{path} is not a trace: expected ascending times of 0 ns or more for the signal {signal_name}"
+            f"invalid times for the signal {signal_name} in {path}: "
+            "expected numbers of at least 0 in ascending order, e.g. 0, 10, 25"
         )
 
 
@@ -257,7 +258,7 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
                 step = kind == LEVEL and name.rpartition(".")[2] == STEP
                 names[identifier] = (".".join((*scopes, name)), STEP if step else kind)
             case ["$timescale", *scale, "$end"] if "".join(scale) != "1ns":
-                raise TraceError(f"{path} is not a trace: expected a time scale of 1 ns, not {' '.join(scale)}")
+                raise TraceError(f"unsupported time scale {' '.join(scale)} in {path}: expected 1 ns")
             case ["$enddefinitions", *_]:
                 return about, names
             case [_, *_] if ": " in line:
