@@ -63,7 +63,8 @@ class FileStore:
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # Contents that are not in the file, because the last write failed.
+        self._unwritten: bytes | None = None
+        """Contents of the emulated memory if the last write to the file has failed; otherwise None."""
         self._writes = self._failures = 0
         self._counted = 0
         """Number of failed writes that the log already contains."""
@@ -225,16 +226,16 @@ def _holder(path: Path) -> str:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    # A killed process cannot remove its process ID from the file, so the ID may belong to no process.
+    # The file `HOLDER` may contain the ID of a process that has ended, e.g. of a killed process.
     if not number.isdecimal() or not _alive(int(number)):
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 
 
 def _alive(number: int) -> bool:
-    """Return False if no process with this ID exists; otherwise return True.
+    """True if a process with the ID `number` exists.
 
-    Returns True also if the system cannot answer the question.
+    Also True if the system cannot answer the question.
     """
     if os.name == "nt":
         return True
