@@ -141,7 +141,8 @@ class ExternalInput:
         else:
             self._record(act)
         finally:
-            self.pacer.work()  # Even a failed action may schedule events of the simulation.
+            # Plan the next advance of virtual time, because even a failed action can have scheduled new events.
+            self.pacer.work()
 
     def replay(self, act: Act) -> None:
         """Repeat a recorded action.  If the action fails, log the error."""

@@ -124,7 +124,7 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        # Delete each stored action that the remaining recording no longer contains.
+        # Delete each action that the recording contains only after the position `cursor`.
         for act in self._acts[cursor.known :]:
             del self._numbers[act]
             self._texts -= _size(act)

@@ -97,9 +97,9 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """Host side of the controller's serial line.
+        """Object that represents the host's end of the serial line.
 
-        A restart of the simulation replaces the controller and its serial line.
+        A restart of the simulation replaces this object.
         """
         return self._port.present.host
 
@@ -168,7 +168,7 @@ class RecordedPort:
         self.do(Write(data), lambda port: port.write(data))
 
     def read(self) -> bytes:
-        """Return and remove all received bytes."""
+        """Return the bytes that the host has received, and empty the receive buffer."""
         return self.present.read()
 
     def send_break(self, seconds: float) -> None:
@@ -217,7 +217,10 @@ class RecordedBus:
         self.interrupt_line.attach(bus.interrupt_line)
 
     def mute(self, on: bool) -> None:
-        """Suppress the reports of interrupts if `on` is True; otherwise resume the reports."""
+        """Stop or resume the reports of the board's interrupts to the host.
+
+        `on`: True stops the reports, False resumes the reports.
+        """
         self.interrupt_line.mute(on)
 
     @property

@@ -43,7 +43,7 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # Use a [[script]] only without an older recording: at equal times, a [[script]] runs before recorded actions.
+        # Add no [[script]] to a scene with recorded actions: a [[script]] would run before actions of the same time.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]

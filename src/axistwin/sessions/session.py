@@ -337,9 +337,9 @@ class Session:
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time to the end of a step, e.g. to the next event of the simulation.
+        """Advance virtual time to the next event of the kind that `observer` detects, e.g. the start of a motion.
 
-        Stop earlier if the function `over` returns True.  `observer` detects the end of the step.
+        Stop earlier if the function `over` returns True.
 
         Return False if no event is left.
         """

@@ -62,7 +62,7 @@ class StepObserver:
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End a simulation step at the next event, e.g. at the beginning of a fault.
+        """Record that an event, e.g. the beginning of a fault, has ended the simulation step.
 
         A serial message is one event, which occurs at the last character of the message.
         """
