@@ -75,7 +75,7 @@ class Clock(Environment):
                 self.step()
         finally:
             self._unobserved = False
-            # Cancel the event at the time `end_ns`; after an exception, the event has not happened yet.
+            # After an exception, the event `end` is still scheduled and must be cancelled.
             self._withdraw(end)
 
     @property
@@ -179,7 +179,7 @@ class Clock(Environment):
         self.schedule(event, priority=URGENT)
 
     def call_outside(self, procedures: Collection[Process], action: Callable[[], object]) -> None:
-        """Call `action` immediately, or at the next `yield` of the running procedure.
+        """Call `action` immediately, or after the next `yield` if one of `procedures` is running.
 
         If one of `procedures` is running, `action` is called when this procedure next yields, in the same nanosecond.
         """

@@ -77,9 +77,9 @@ def double(passage: Passage) -> None:
 
 
 def flip(mask: int) -> Effect:
-    """Return a function that inverts data bits of a character on a serial line.
+    """Return a function that inverts data bits of a serial character, e.g. bit 0 if `mask` is 1.
 
-    `mask`: the inverted data bits, e.g. 1 for bit 0.  The parity bit is not inverted.
+    The parity bit is not inverted.
     """
 
     def effect(passage: Passage) -> None:
@@ -101,7 +101,7 @@ def delay(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Return a function that changes the baud rate of a character on a serial line.
+    """Return a function that simulates the transmission of a character at a wrong baud rate.
 
     `baudrate(correct)` returns the wrong baud rate.
     """

@@ -104,10 +104,9 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the low pulses of a serial character, each as a pair of bit numbers.
+        """Return the ranges of low bits in a serial character, e.g. (0, 3) if bits 0 to 2 are low.
 
-        Bit 0 is the start bit.  A pair contains the number of the first bit of the pulse, and the number of the first
-        bit after the pulse, e.g. (0, 3) if bits 0 to 2 are low.
+        Bit 0 is the start bit.  The second number of a range is the number of the first bit after the low pulse.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
@@ -117,9 +116,10 @@ class UartFormat:
         return 2 + self.bytesize + (self.parity != "N")
 
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
-        """Decode a character from the levels of a line: return the byte and errors, or None for a false start.
+        """Decode a character from the levels of a serial line, and return the byte and the line errors.
 
-        `level_at` returns the level at a time in ns after the falling edge.
+        `level_at` returns the level at a time in ns after the falling edge.  Return None if the level in the middle of
+        the start bit is high.
         """
         middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(self.samples)]
         if level_at(middles[0]) is MARK:

@@ -102,20 +102,17 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Delete the record of low pulses on a serial wire up to a given time.
-
-        A low pulse is deleted if the pulse ends at `at/per` ns or earlier.
-        """
+        """Delete the stored low pulses of a serial wire that have ended by the time `at/per` ns."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if no low pulse is on the wire at the time `now_ns` or later."""
+        """True if all stored low pulses of the wire have ended by the time `now_ns`."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield low pulses whose falling edge can be the beginning of a serial character.
+        """Yield the low pulses on the serial wire that can begin with a start bit.
 
         Only low pulses that begin at `since/per` ns or later are yielded, and each low pulse at most once.
         """
@@ -126,10 +123,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove the stored low pulses that end after the start of the new low pulse `first`.
-
-        Return the removed low pulses.
-        """
+        """Remove and return the stored low pulses that have not ended when the new low pulse `first` begins."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

@@ -94,9 +94,9 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level that an output stage, a switch or a wire applies to the terminal.
+        """Level that the terminal would have without a test lead or a defect.
 
-        A test lead or a defect can force another level.
+        An output stage, a switch or a wire sets this level.
         """
         return self._source
 
@@ -160,7 +160,7 @@ class Pin:
             self.clock.process(self._flashing())
 
     def subscribe(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level.  Return an unsubscribe function."""
+        """Call `callback(pin)` at each change of the pin's level.  Return a function that ends these calls."""
         first = not self._changes
         unsubscribe = self._changes.subscribe(callback)
         if self._flash_ns and first:
@@ -168,7 +168,7 @@ class Pin:
         return unsubscribe
 
     def subscribe_edges(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level.  Return an unsubscribe function.
+        """Call `callback(pin)` at each change of the pin's level.  Return a function that ends these calls.
 
         Also for a pin whose level is normally read on demand.
         """
@@ -275,9 +275,9 @@ class SensedPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that a sensor, a switch or a wire applies to the input.
+        """Level that the input would have without a test lead or a defect.
 
-        A test lead or a defect can force another level.
+        A sensor, a switch or a wire sets this level.
         """
         return self._source if self._read is None else self._read()
 
@@ -288,7 +288,7 @@ class SensedPin(Pin):
         self._update(before)
 
     def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of level.  Return an unsubscribe function."""
+        """Call `callback(pin)` at each change of the pin's level.  Return a function that ends these calls."""
         end = super().subscribe(callback)
         if self._unfollow is None and self._follow is not None:
             self._last = self.level
@@ -365,9 +365,9 @@ class UserPin(Pin):
         return True
 
     def drive(self, level: bool | float) -> None:
-        """Connect a test lead with the voltage `level` to the terminal; True means 5 V, and False means 0 V.
+        """Connect a test lead that applies the voltage `level` to the terminal.
 
-        Raises UsageError for a voltage that no TTL terminal survives.
+        `level`: True means 5 V, and False means 0 V.  Raises UsageError for a voltage that no TTL terminal survives.
         """
         self._attach(_volts(level))
 

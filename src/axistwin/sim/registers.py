@@ -141,7 +141,10 @@ class RegisterPort:
         return self._commands.subscribe(callback)
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback(message)` with each message that is ready for the host.  Return an unsubscribe function."""
+        """Call `callback(message)` when the device has a message for the host.
+
+        Return a function that ends these calls.
+        """
         return self._messages.subscribe(callback)
 
     def report_command(self, command: bytes) -> None:

@@ -172,7 +172,7 @@ class SerialPort:
         self._uart.send(data)
 
     def read(self) -> bytes:
-        """Return and remove all received bytes."""
+        """Return the bytes that the host has received, and empty the receive buffer."""
         data = bytes(self._received_bytes)
         self._received_bytes.clear()
         return data
