@@ -225,9 +225,10 @@ class Board:
     # Inputs of the board
 
     def _arm(self, group: str) -> None:
-        """Arm the closed stop inputs of a controller: the motion board stops the motors when an armed input opens.
+        """Configure the motion board to stop the motors when a stop input of a controller opens.
 
-        A stop input that is already open is not armed; the board only reports the next change of this input.
+        `group`: name of the controller.  If a stop input is already open, the board only reports the input's next
+        change.
         """
         trsync = self._objects.groups[group]
         self._start_trigger(trsync)

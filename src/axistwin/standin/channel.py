@@ -78,7 +78,7 @@ class Channel:
                 yield content
 
     def _acknowledge(self, sequence: int, now_s: float, *, is_empty: bool) -> None:
-        """Remove the message blocks that the board has acknowledged.
+        """Handle the board's acknowledgement: remove the acknowledged message blocks from the queue of sent blocks.
 
         `sequence` is the number of the next block that the board expects.
         """

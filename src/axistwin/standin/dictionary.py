@@ -122,10 +122,7 @@ class Dictionary:
 
 
 def _numbered(enumeration: Mapping[str, Any]) -> dict[str, int]:
-    """Expand numbered pin names, e.g. {"PC0": [16, 3]} to {"PC0": 16, "PC1": 17, "PC2": 18}.
-
-    In [16, 3], 16 is the first number, and 3 is the count of names.
-    """
+    """Expand pin ranges: {"PC0": [16, 3]}, i.e. 3 pins from number 16, becomes {"PC0": 16, "PC1": 17, "PC2": 18}."""
     numbers: dict[str, int] = {}
     for name, value in enumeration.items():
         if isinstance(value, int):

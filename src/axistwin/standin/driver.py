@@ -19,7 +19,7 @@ INPUT_S = 0.02
 
 
 class Wired(Protocol):
-    """Interface of an object that lists the axes and outputs of a motion board."""
+    """The axes and outputs that a motion board controls."""
 
     @property
     def name(self) -> str:
@@ -31,7 +31,7 @@ class Wired(Protocol):
 
     @property
     def outputs(self) -> Sequence[Switched]:
-        """Outputs of simulated controllers whose levels the motion board copies to real outputs."""
+        """Simulated outputs.  The motion board copies the level of each simulated output to a real output."""
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -161,10 +161,9 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Unblock the simulated motor shafts after the user has resumed a stopped controller.
+        """Release the simulated motor shafts that were blocked when the real motors stopped.
 
-        The shafts have been blocked since the real motors were stopped.  The shafts are released when the interrupted
-        motion has ended.
+        A shaft is released when the user has continued, and the interrupted motion has ended.
         """
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):

@@ -33,9 +33,9 @@ class Timetable:
 
     @property
     def slot(self) -> int:
-        """Length, in clock ticks, of a time slot for one periodic event of the board.
+        """Length of a time slot, in clock ticks.  In each time slot, the board executes at most one periodic task.
 
-        For example, the board reads one input in a time slot.
+        Reading an input is such a task.
         """
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
@@ -66,9 +66,9 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to ticks of the board's clock.
+        """Convert a duration in seconds to clock ticks, rounded to an even multiple of the property `period`.
 
-        The result is rounded to 2, 4, 6, ... times the property `period`.
+        The result is 2, 4, 6, ... times the property `period`.
         """
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 

@@ -120,7 +120,7 @@ class OutputPin(Switched):
 
 
 def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
-    """Return an error message if an open stop input forbids motion in the given direction.
+    """Return an error message if a limit switch or an emergency stop blocks motion in the given direction.
 
     Return "" if the motion is permitted.
     """
