@@ -166,7 +166,7 @@ def _connect(address: str) -> None:
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")
     with socket.create_connection((found.hostname, found.port), CONNECT_S) as connection:
-        # A Dask scheduler sends data to each new client, so check that data arrive at the new connection.
+        # A Dask scheduler sends data to each new client; a program that sends no data is not a Dask scheduler.
         if found.scheme == "tcp" and not connection.recv(1):
             raise OSError(f"the program at {address} is not a Dask scheduler")
 

@@ -82,10 +82,9 @@ class _Reader:
         return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Return the next token of the condition, or "" if the caller does not accept the token.
+        """Return the next token of the condition's text, or "" if the token is not in `wanted`.
 
-        `wanted`: the accepted tokens; without any, all tokens are accepted.  An accepted token is removed from the list
-        `tokens`.
+        If `wanted` is empty, any token is returned.  A returned token is removed from the list `tokens`.
         """
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""

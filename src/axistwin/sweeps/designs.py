@@ -118,7 +118,7 @@ def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
 
 def _sobol(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     count = _count(runs)
-    # Round up to a power of 2: the SciPy function `random_base2` generates only such numbers of points.
+    # The SciPy function `random_base2` generates 2**power points; choose the power for at least `count` points.
     power = max(count - 1, 1).bit_length()
     return at_fractions(varied, _qmc().Sobol(len(varied), rng=seed).random_base2(power)[:count].tolist())
 

@@ -97,7 +97,7 @@ class Journal:
 
 
 def table(rows: Sequence[Row], types: Mapping[str, str], plan: Plan) -> "pa.Table":
-    """Convert rows of results to a table with one column for each name in `types`."""
+    """Convert the results of runs to a table.  `types` contains the name and the type of each column."""
     import pyarrow as pa
 
     kinds = {
@@ -161,7 +161,10 @@ def plan_of(path: Path) -> Plan:
 
 
 def read(path: Path) -> "pa.Table":
-    """Return the results of a finished or interrupted sweep.  Raises UsageError or TraceError."""
+    """Return the results of a finished or interrupted sweep.
+
+    Raises UsageError if no results exist at `path`, and TraceError if the file contains no results of a sweep.
+    """
     require_pyarrow()
     import pyarrow as pa
     import pyarrow.parquet as pq

@@ -189,9 +189,10 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Check the list indexes in the path of a setting, and return the path.
+    """Check the indexes in the name of a setting, e.g. the index 1 in `table.X.limits.1`.
 
-    Raises UsageError if the scene has no list element with a given index.
+    Return `keys`, the path of the setting in the scene file.  Raises UsageError if the scene has no list element with a
+    given index.
     """
     at: Any = scene.data
     for key in keys:
@@ -224,7 +225,7 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
     return {**table, key: _put(table.get(key), rest, value)}
 
 
-# Settings in SmartMotor programs
+# Functions that find and set a variable in the text of a SmartMotor program
 
 
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:

@@ -84,7 +84,7 @@ def _is_number(table: "pa.Table", path: str) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Convert values to an array of numbers.
+    """Convert one column of a results table to an array of numbers.
 
     A list is replaced by its mean; None and infinity are replaced by nan.
     """

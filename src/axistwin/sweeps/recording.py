@@ -48,7 +48,11 @@ class _LostSteps:
     losing: Callable[[int], int] | None
 
     def changes(self, until_ns: int) -> tuple[Times, list[int]]:
-        """Return two lists: the times of the pulses before `until_ns`, and the total of lost steps at each time."""
+        """Return the times of step pulses, and the number of lost steps at each of these times.
+
+        The first time is `since_ns`.  If the number of lost steps can change, the times of the pulses before `until_ns`
+        follow.  Lost steps are counted from the start of the simulation.
+        """
         if self.losing is None:
             return np.array([self.since_ns], np.int64), [self.lost]
         first = self.profile.pulses_by(self.since_ns - 1 - self.move_ns) + 1
@@ -111,7 +115,10 @@ class Recording:
         return self._series(self._names[name])
 
     def times(self, sentence: str) -> Times:
-        """Return the times in ns at which an event has occurred, in ascending order."""
+        """Return the times in ns at which the event `sentence`, e.g. "table.X passes 1000", has occurred.
+
+        The times are in ascending order.
+        """
         return np.array(self._events[sentence], np.int64)
 
     def energy(self, name: str) -> float:
@@ -135,7 +142,10 @@ class Recording:
         times.append(self.bench.now)
 
     def _note_plan(self, scope: str, axis: StepperAxis) -> None:
-        """Record the number of lost steps when a move starts or changes."""
+        """Store the data that are needed to calculate the lost steps of a move.
+
+        Called when a move starts or changes.
+        """
         move = axis.train.move
         self._plans[scope].append(_LostSteps(self.bench.now, axis.lost, move.start_ns, move.profile, axis.losing()))
 

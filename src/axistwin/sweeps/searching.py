@@ -55,10 +55,10 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 
 def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return a score for the results of a run; the worst run has the smallest score.
+    """Return the smallest margin with which a run meets its claims (required conditions).
 
-    The score is the smallest margin (robustness) of all claims (required conditions), e.g. -2 if a value exceeds its
-    limit by 2.  The search minimises the score.  The score is limited to ±`FAR`.  If no claim has a margin, the score
+    A margin (robustness) is negative if the claim fails, e.g. -2 if a value exceeds its limit by 2.  The search
+    minimises the result to find the worst run.  The result is limited to ±`FAR`.  If no claim has a margin, the result
     is `FAR`.
     """
     found = [row[f"{name}.robustness"] for name in claims]

@@ -191,10 +191,10 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield durations in seconds, e.g. the width of each pulse of an output.
+    """Yield the durations from an event in `begins` to the next event in `ends`, in seconds.
 
-    A duration extends from an event in `begins` to the next event in `ends`.  Events in `begins` during a duration are
-    skipped, so that the durations do not overlap.
+    An example is the width of each pulse of an output.  Events in `begins` during a duration are skipped, so that the
+    durations do not overlap.
     """
     after_ns = -1
     for begin_ns in begins:

@@ -33,7 +33,7 @@ def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], pat
 
 
 def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial]) -> None:
-    """Plot the score of each trial of a tuning.
+    """Plot the worst result for each combination of setting values that `axistwin tune` has tested.
 
     A cross marks a trial that violates a required condition.
     """

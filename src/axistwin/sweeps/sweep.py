@@ -67,7 +67,7 @@ class Sweep:
             self.scene = scene
         else:
             self.scene = Scene.given(scene) if isinstance(scene, Mapping) else Scene.load(scene)
-        self.scene.build()  # Build the scene once to load the scene's program files.
+        self.scene.build()  # The method `build` also reads the scene's program files into memory.
         self.program, self.host = None if program is None else Path(program), host
         self.varied: dict[str, Values] = {}
         self.measures: dict[str, str] = {}
@@ -88,7 +88,7 @@ class Sweep:
         return self
 
     def measure(self, name: str, sentence: str) -> Self:
-        """Add a measure, e.g. `.measure("cycle", "from table.output1 rises to table.output1 falls")`."""
+        """Measure a value in each run, e.g. the number of lost steps: `.measure("lost", "final table.X.lost")`."""
         check_names([name], [*self.varied, *self.measures, *self.claims])
         self.measures[name] = sentence
         return self

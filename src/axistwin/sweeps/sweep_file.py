@@ -122,7 +122,7 @@ def check(file: Path) -> None:
 
 
 def _names(message: str, name: str) -> bool:
-    """True if the error message `message` contains the word `name`.
+    """True if an error message contains a given name as a whole word.
 
     `name`: the name of a path, measure or claim.  A longer word that contains `name` does not count.
     """

@@ -81,7 +81,7 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Check a text value without quotation marks, e.g. `frame23`, and return the text.
+    """Return a text value that the user has written without quotation marks, e.g. `frame23`.
 
     Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
     """
