@@ -158,9 +158,9 @@ class DigiplanGuide(Guide):
 
     @property
     def _first_wait(self) -> str:
-        """Text that tells the user how to start a stored program that waits for an input.
+        """Text that tells the user how to set the inputs for which the first step of a stored program waits.
 
-        The program waits in its first step.  The text ends a sentence for the user, e.g. ", and waits: press START".
+        The text ends a sentence for the user, e.g. ", and waits: press START".
         "" if the first step does not wait.
         """
         (listing,) = self.controller.programs.values()
@@ -217,7 +217,10 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield a text that explains the answer to a command, e.g. `K`, or the parameters of a command, e.g. `U61`."""
+        """Yield a text about the command `piece`: the meaning of its answer, or the meaning of its parameters.
+
+        For example, the answer to the command `K`, or the parameters of the command `U61`.
+        """
         match piece[0]:
             case "K" | "Q":
                 yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"

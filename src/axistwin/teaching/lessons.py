@@ -41,7 +41,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson with steps for a controller that has just been switched on."""
+    """A lesson for the user: a title, and steps to be performed one after the other.
+
+    The controller is switched on before the first step.
+    """
 
     title: str
     steps: tuple[Step, ...]
@@ -57,17 +60,17 @@ def answered(pattern: str, to: str = "") -> Check:
 
 
 def is_clear(mask: int) -> Check:
-    """Return a function that returns True if all status bits selected by `mask` are 0.
+    """Return a condition that is true if the controller has reported the status bits `mask` as 0.
 
-    The function reads the status words with which the controller has answered the request RW.
+    The controller reports its status words after the request RW.
     """
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a condition that is true if the axis has moved by the distance `by` and is at rest.
+    """Return a condition that is true if the axis is at rest after a movement by the distance `by`.
 
-    The distance may be that of the whole step or of the last move.
+    The distance is counted from the beginning of the lesson step, or from the beginning of the last move.
     """
 
     def check(it: Evidence) -> bool:

@@ -8,9 +8,10 @@ MARGIN = 100
 
 
 class Remedies:
-    """Instructions for the user: which line to type in a terminal.
+    """Instructions that tell the user how to set inputs, end faults and switch the power.
 
-    The panel has a subclass that names the buttons and switches of the panel.
+    The instructions contain the lines to type in a terminal.  The panel has a subclass that names the buttons and
+    switches of the panel.
     """
 
     def drive(self, pin: str, level: str) -> str:
