@@ -88,7 +88,7 @@ class LineEditor:
             complete_while_typing=True,
             bottom_toolbar=None if end is None else self.status,
             refresh_interval=0 if end is None else EVERY_S,
-            erase_when_done=True,  # Erase each typed line, because the class `Screen` shows the line again.
+            erase_when_done=True,  # Erase the typed text after Enter, because the class `Screen` prints the text.
             input=source,
             output=target,
         )

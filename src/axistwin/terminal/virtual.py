@@ -31,7 +31,7 @@ class VirtualEnd(ABC):
 
     @abstractmethod
     def _subscribe(self) -> Callable[[], object]:
-        """Subscribe to the data of the controller; return an unsubscribe function."""
+        """Subscribe to the data from the controller, and return a function that ends the subscription."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
@@ -68,7 +68,7 @@ class VirtualEnd(ABC):
 
     @property
     def status(self) -> str:
-        """Return one line of text with the virtual time, the positions and the state."""
+        """Return one line of text with the virtual time, the axis positions and the controller's state."""
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
