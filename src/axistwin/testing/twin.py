@@ -81,10 +81,10 @@ class HostCall:
         return self._thread.done
 
     def result(self, timeout: float = HOST_TIMEOUT_S) -> Any:
-        """Wait for the end of the host's function; return its result, or raise its exception.
+        """Wait until the Python function that acts as the host has ended, and return its result.
 
-        With `speed="manual"` virtual time passes while the function waits.  Raises LinkError after `timeout`
-        (virtual) seconds without any communication.
+        An exception of the function is raised again.  With `speed="manual"` virtual time passes while the function
+        waits.  Raises LinkError after `timeout` (virtual) seconds without any communication.
         """
         return self._clock.wait_for(self._thread, timeout)
 
