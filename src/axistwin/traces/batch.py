@@ -99,9 +99,9 @@ class ChangeQueue:
 
 
 class Rows:
-    """Signal changes that wait to be written to a trace file, as columns of integers.
+    """Table of signal changes that have not yet been written to a trace file.
 
-    The first column contains the times of the changes.
+    Each column is an array of integers.  The first column contains the times of the changes.
     """
 
     def __init__(self, columns: int) -> None:

@@ -103,7 +103,10 @@ class _Changes:
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Convert the signal to a `Track`, the class for signals that are read from trace files."""
+        """Return the recorded signal as a `Track` object.
+
+        A signal that is read from a trace file has the same class.
+        """
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())

@@ -344,7 +344,10 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
-    """Return the kind of each signal from the metadata of a Parquet file."""
+    """Parse the text with the kind of each signal, e.g. {"if1.X.pulses": "integer"}.
+
+    The text is part of the metadata of a Parquet file.
+    """
     try:
         kinds = json.loads(text or "")
     except (ValueError, RecursionError):

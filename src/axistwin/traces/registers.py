@@ -54,7 +54,7 @@ class ReportedRegisters:
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
-        # NumPy sorts 16-bit numbers faster than 64-bit numbers.
+        # Convert the register indexes to 16-bit numbers, because NumPy sorts 16-bit numbers faster.
         order = np.argsort(which.astype(np.int16), kind="stable")
         numbers, begins = np.unique(which[order], return_index=True)
         spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)

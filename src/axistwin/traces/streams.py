@@ -47,7 +47,7 @@ class Dialogue:
 
 
 class _Message:
-    """The text of the latest message of the host or of the controller.
+    """Latest message from one sender; the sender is either the host or the controller.
 
     `whole`: True if each message arrives at once, as on a bus.
     """
@@ -58,9 +58,10 @@ class _Message:
 
     @property
     def complete(self) -> bool:
-        """True if the message is complete.
+        """True if the sender's next character begins a new message.
 
-        The next character then begins a new message, except LF, which belongs to the old message.
+        A message is complete after CR or LF, at its maximum length, or, on a bus, at once.  An LF after a complete
+        message belongs to the old message.
         """
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
