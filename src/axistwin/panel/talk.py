@@ -47,9 +47,10 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the number of all events at a port or a bus, and a list of the newest events.
+        """Return the number of all events at a port or a bus, and a list of the events after event number `count`.
 
-        `count`: the number of events that the caller already has.  The list contains only later events.
+        An event is e.g. a sent or received character.  `count`: the number of events that the caller already has.  The
+        list contains at most the newest `SHOWN` events.
         """
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)

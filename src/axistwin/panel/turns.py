@@ -60,16 +60,18 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Resume the computation until it pauses or ends; return True if the computation has ended."""
+        """Resume the function `compute` in its thread, and return True if the function has ended.
+
+        The call returns when `compute` ends, or when `compute` pauses itself with `breathe`.
+        """
         self._go.release()
         self._stop.acquire()
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the computation, and return when the computation has ended.
+        """Cancel the running function `compute`, and return when this function has ended.
 
-        The next call of `breathe` in the computation raises an exception.  The `finally` clauses of the computation are
-        executed.
+        The next call of `breathe` in `compute` raises an exception.  The `finally` clauses of `compute` are executed.
         """
         self._abandoned = True
         while not self._over:

@@ -82,9 +82,10 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the time in ns at which the exact data of the given signals begin.
+    """Return the earliest time in ns from which all changes of the given signals are stored.
 
-    Older data are stored with less detail, to save memory: e.g. the smallest and the largest value of each interval.
+    Older changes are merged into intervals, to save memory.  An interval contains e.g. the smallest and the largest
+    value.
     """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
@@ -158,7 +159,7 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Convert the history of a signal to single changes, each with a time and a value.
+    """Return the changes of a recorded signal as two arrays: the times and the values of the changes.
 
     An interval of merged changes becomes changes to the first, least, greatest and last value of the interval.
     """

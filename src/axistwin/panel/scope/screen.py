@@ -259,9 +259,9 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the recorded trigger signal, and the time in ns up to which the signal is searched for edges.
+        """Return the recorded trigger signal, and the latest time in ns at which its edge can trigger the oscilloscope.
 
-        The data after a later edge would not fill the oscilloscope screen yet.
+        The data after a later edge do not fill the oscilloscope screen yet.
         """
         record = self.recorder.record
         if record is not self._known:  # A new recording makes the trigger time of the old recording invalid.

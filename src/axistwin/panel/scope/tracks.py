@@ -85,7 +85,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # For rows without duration, the integral of the value (`area`) is 0 and is not added.
+    # If each row is a single change of the signal, all values in `rows.area` are 0.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -259,7 +259,10 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Start time in ns of the complete data of the signal.  Older texts may have been deleted, to save memory."""
+        """Earliest time in ns from which all texts of the signal are stored.
+
+        Older texts have been deleted, to save memory.
+        """
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

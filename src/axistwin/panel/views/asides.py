@@ -47,9 +47,9 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Store explanations, which the terminal shows at its next update.
+        """Store messages of the tutor, which explains commands to the user.
 
-        `lines`: the lines of text of the explanations.
+        The terminal shows the messages at its next update.  `lines`: the lines of text of the messages.
         """
         self._lines += lines
 
@@ -179,7 +179,7 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return a text that asks the user to switch the power of the controller off or on.
+        """Return a request to the user to switch the controller's power, e.g. `switch the power off (button power)`.
 
         `words`: "off", "on", or both; the user switches the power in this sequence.
         """

@@ -211,9 +211,9 @@ def _change_speed(context: Context, by: int) -> None:
 
 
 def _status(context: Context) -> Refresh:
-    """Build the status line, which shows the scene, the state and the next planned action.
+    """Build the status line: title of the scene, state of the simulation, and next planned action of the scene.
 
-    Screen readers announce the state.
+    Screen readers announce the state of the simulation.
     """
     ui.label(context.session.title).classes("title scene-title").mark("scene-title")
     words = ui.label().classes("state").props("role=status aria-live=polite data-test=state").mark("state")
@@ -281,7 +281,7 @@ def _deleted(context: Context) -> Refresh:
 
 
 def _figures(seconds: float) -> str:
-    """Format a time with commas between thousands and at most three decimals, e.g. 36,000 or 11.4."""
+    """Format a number of seconds with commas between thousands and at most three decimals, e.g. `36,000` or `11.4`."""
     return f"{seconds:,.3f}".rstrip("0").rstrip(".")
 
 

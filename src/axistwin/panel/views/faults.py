@@ -54,7 +54,7 @@ def _ambient(context: Context, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        # A refused temperature input is replaced by the simulated ambient temperature at the next page update.
+        # If the typed temperature is refused, the next page update shows the previous temperature again.
         known = None
         if number.value is not None:
             context.touch(partial(context.session.do, name, "ambient", f"{number.value:g}"))

@@ -206,7 +206,10 @@ class _Loading:
 
 
 async def _read(file: FileUpload) -> str:
-    """Return the text of a file in UTF-8 or, if the file is not valid UTF-8, in Latin-1."""
+    """Decode an uploaded file, and return its text.
+
+    The encoding is UTF-8 or, for a file that is not valid UTF-8, Latin-1.
+    """
     data = await file.read()
     try:
         return data.decode()

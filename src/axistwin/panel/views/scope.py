@@ -107,7 +107,8 @@ class _Scope:
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
-            screen.live()  # A restart has deleted the paused recording, so the screen shows live data.
+            # Data of the paused screen have been deleted, e.g. by a restart of the simulation, so show live data.
+            screen.live()
         for view in self._views:
             view()
         self._frames += 1
@@ -147,7 +148,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    # Pause the screen, so that the mouse pointer is the centre of the zoom.
+                    # Only a paused screen can zoom at the mouse pointer; a live screen always shows the newest data.
                     screen.pause()
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":

@@ -121,7 +121,7 @@ def _save_menu(save: Save) -> None:
 
 
 def choice(screen: Screen) -> Refresh:
-    """Build the controls that select signals: a field for patterns, and a list with a search field."""
+    """Build the controls that select signals: a text field for signal names, e.g. `*.X.velocity`, and a list."""
 
     def take() -> None:
         attempt(lambda: screen.choose(split(wanted.value)))

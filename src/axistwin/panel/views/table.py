@@ -62,7 +62,7 @@ def _tool(context: Context, controller: Controller) -> Callable[[], str]:
 
 
 class _Solid:
-    """3-D drawing of an X-Y table, with a switch that shows or hides the drawing."""
+    """3-D drawing of an X-Y table on a web page, with a toggle button that shows or hides the drawing."""
 
     def __init__(self, context: Context, controller: Controller, names: tuple[str, str]) -> None:
         self._context, self._name, self._names = context, controller.name, names
