@@ -89,9 +89,10 @@ class CountHistory:
         """Changes up to this time have been discarded; None if no change has been discarded."""
 
     def add(self, samples: Samples) -> None:
-        """Store sampled encoder positions, and discard the oldest positions beyond the limit `samples`.
+        """Store sampled encoder positions, and delete old positions to save memory.
 
-        Samples are not stored if the position has not changed in any of the samples.
+        At least the newest `self.samples` positions stay stored.  New samples are not stored if the position has not
+        changed in any of these samples.
         """
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)

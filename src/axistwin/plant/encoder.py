@@ -71,9 +71,9 @@ class Encoder:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Ratio of encoder counts to motor pulses.
+        """Three numbers: encoder counts, the motor pulses that cause these counts, and the maximum deviation in counts.
 
-        Three numbers: encoder counts, motor pulses, maximum deviation.
+        E.g. (4000, 400, 3): 400 motor pulses cause 4000 encoder counts, with a deviation of at most 3 counts.
 
         The deviation: 1 count of the shaft's position, the backlash, and 1 count at each end if the encoder miscounts.
         """
@@ -99,7 +99,9 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the motor position, in pulses, at which the shaft passes from `counts` - 1 to `counts` encoder counts.
+        """Return the motor position, in pulses, at which the shaft passes an edge of the encoder.
+
+        `counts`: the encoder count above the edge; the count below the edge is `counts` - 1.
 
         The result n means the edge between the motor positions n-1 and n.
         """

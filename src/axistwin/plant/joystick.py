@@ -48,7 +48,9 @@ class Joystick:
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
-        """Set the pulse rate of the joystick in pulses per second.  A rate of 0 releases the joystick.
+        """Deflect the joystick, so that the joystick outputs `rate` pulses per second.
+
+        A rate of 0 releases the joystick.
 
         Raises UsageError for an invalid rate.
         """

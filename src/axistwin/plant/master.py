@@ -120,20 +120,26 @@ class Master:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature decoding, or step count; initially 0."""
+        """Encoder count after quadrature decoding, initially 0.
+
+        For a step source instead of an encoder: the number of steps; a negative step counts as -1.
+        """
         return self.at(self.clock.now)
 
     @property
     def ratio(self) -> Fraction:
-        """Ratio of encoder edges to motor pulses, if an axis turns the encoder.
+        """Number of encoder edges for each pulse or count of the axis on which the encoder is mounted.
 
-        For a servo axis, the ratio of encoder edges to counts of the axis.
+        A stepper axis has pulses, and a servo axis has counts.  Without such an axis, the ratio has no effect.
         """
         return self._ratio
 
     @property
     def moving(self) -> bool:
-        """True while the encoder turns, or while an axis can turn the encoder."""
+        """True while the encoder turns, or while the encoder is mounted on an axis.
+
+        The axis can turn the encoder at any time.
+        """
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -223,13 +229,16 @@ class Master:
             below = below.follows
 
     def stop(self) -> None:
-        """Stop the encoder.  If the encoder is mounted on an axis, detach the encoder from the axis."""
+        """Stop the rotation of the external encoder.
+
+        An encoder that is mounted on an axis is detached from the axis.
+        """
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Report a changed motion of the axis that turns the encoder.
+        """Emit the events `before_change` and `on_change`, because the motion of the axis has changed.
 
-        The functions that are subscribed to `before_change` and `on_change` are called.
+        The axis turns the encoder.
         """
         self._change(self.run, self.followed)
 

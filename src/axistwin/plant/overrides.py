@@ -35,7 +35,7 @@ class Override(Generic[T]):
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Set the normal value of this machine setting, e.g. the torque of an intact motor.
+        """Set the value that a machine setting has without defects, e.g. the torque of an intact motor.
 
         The values of active defects stay the same.
         """
@@ -44,7 +44,7 @@ class Override(Generic[T]):
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Simulate a defect that overrides this setting of a machine, e.g. a defect that halves the motor torque.
+        """Simulate a defect that changes the value of a machine setting, e.g. a defect that halves the motor torque.
 
         `value`: the value of the setting with this defect, e.g. 0.5.  Return a function that ends the defect.
         """

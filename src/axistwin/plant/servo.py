@@ -175,7 +175,10 @@ def servo_motor(given: object) -> ServoMotor:
 
 
 def servo_load(given: object = None) -> ServoLoad:
-    """Return the load on a servo motor's shaft, from a table of parameters; None means no load."""
+    """Return the data of the load on a servo motor's shaft, e.g. the inertia of the load.
+
+    `given`: a table of parameters, e.g. `{"inertia_kg_m2": 1e-5}`.  If `given` is None, the shaft has no load.
+    """
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):

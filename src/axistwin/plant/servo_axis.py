@@ -92,7 +92,7 @@ class Source(Protocol):
         """Temperature of the motor, in degrees Celsius."""
 
     def energy_nj(self) -> int:
-        """Energy in nJ that the motor's windings have received since the start of the simulation."""
+        """Electrical energy in nJ supplied to the motor's windings since the start of the simulation."""
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts` now."""
@@ -130,11 +130,11 @@ class AtRest:
         return 0
 
     def velocity(self) -> float:
-        """Velocity of the shaft: always 0 for a motor without power."""
+        """Return the velocity 0, because the simulation keeps the shaft at rest while the motor's power is off."""
         return 0.0
 
     def moving(self) -> bool:
-        """Always False for a motor without power."""
+        """Return False, because the simulation keeps the shaft at rest while the motor's power is off."""
         return False
 
     def next_sample_ns(self) -> int | None:
@@ -146,7 +146,7 @@ class AtRest:
         return self._axis.ambient
 
     def energy_nj(self) -> int:
-        """Energy in nJ that the motor's windings have received since the start of the simulation."""
+        """Electrical energy in nJ supplied to the motor's windings since the start of the simulation."""
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
@@ -156,9 +156,9 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Ignore a slip of the encoder while the motor has no power.
+        """Ignore a simulated fault in which the encoder slips on its shaft.
 
-        The motor does not read its encoder without power.
+        A motor whose power is off does not read its encoder.
         """
 
 
@@ -279,9 +279,10 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the limit switches after the shaft has left the window: a position range in which no switch changes.
+        """Update the limit switches of the axis for the new position of the shaft.
 
-        Before the update, determine the next window.  Then call the functions registered with `subscribe_edges`.
+        Called after the shaft has left the window (a position range in which no switch changes).  First determine the
+        next window, then call the functions registered with `subscribe_edges`.
         """
         self._find_window()
         self._left_window.emit()
@@ -298,7 +299,7 @@ class ServoAxis:
 
     @property
     def commanded(self) -> int:
-        """Position of the motor's trajectory, in the coordinates that the motor's program uses.
+        """Commanded position at the present time, in counts, in the coordinates that the motor's program uses.
 
         The command `O=` shifts these coordinates, and F=2 inverts them.
         """
@@ -497,7 +498,7 @@ class ServoAxis:
         self.left_window()
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns of the encoder count changes.
+        """Return the times in ns at which the encoder count of the axis has changed.
 
         The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
 
@@ -521,7 +522,7 @@ class ServoAxis:
 
     @property
     def forgotten(self) -> bool:
-        """True if old encoder counts of the axis have been deleted to save memory."""
+        """True if the encoder counts of the oldest servo samples have been deleted, to save memory."""
         return self._counts.forgotten_ns is not None
 
     # Switches

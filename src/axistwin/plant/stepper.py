@@ -53,9 +53,9 @@ class EncoderView:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Ratio of encoder counts to motor pulses.
+        """Three numbers: encoder counts, the motor pulses that cause these counts, and the maximum deviation in counts.
 
-        Three numbers: encoder counts, motor pulses, maximum deviation.
+        E.g. (4000, 400, 3): 400 motor pulses cause 4000 encoder counts, with a deviation of at most 3 counts.
         """
         return self._encoder.counts_per_pulses
 
@@ -66,7 +66,10 @@ class EncoderView:
         return self._encoder.at_index
 
     def subscribe_index(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` whenever the level of channel Z may have changed.  Return an unsubscribe function."""
+        """Call `callback()` at each change of the encoder's channel Z.  Return an unsubscribe function.
+
+        Some calls come without a change, e.g. at the start of a move.
+        """
 
         def edges() -> Sequence[int]:
             _ = self.count
@@ -84,9 +87,9 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the present encoder count differs from the count at an earlier motor position.
+        """True if the encoder count has changed since the motor passed the position `since`.
 
-        `since`: the earlier position, in pulses.  The motor has passed this position in the present move.
+        `since`: a motor position in pulses, which the motor has passed in the present move.
         """
         return self.count != self._encoder.count_at(since)
 
@@ -153,9 +156,9 @@ class StepperAxis:
         self._slips: list[Slip] = []
         # Steps lost in finished moves; a lost step in the negative direction counts as -1.
         self._lost = 0
-        # Step pulses suppressed during earlier stops of the step output: positive pulses minus negative pulses.
+        # Step pulses that the method `hold` suppressed in the past; a pulse in the negative direction counts as -1.
         self._unmade = 0
-        # Pulse count at which the method `hold` has stopped the step output; None while the output is not stopped.
+        # Pulse count of the stopped step output; None while the step output is enabled.
         self._made: int | None = None
         self._was_held = False
 
@@ -245,7 +248,7 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if a change of the velocity profile needs no further calculations, e.g. of lost steps.
+        """True if a new velocity profile causes no calculation of lost steps, and no call of a subscribed function.
 
         The motor is then ideal, and no function is subscribed to `on_motion`.
         """
@@ -257,9 +260,10 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return the present position of the axis as a list, without predicted later positions.
+        """Return a list that contains only the present position of the axis.
 
-        The method `positions_at` calculates later positions of a stepper axis.
+        Other kinds of axes also return predicted positions.  For a stepper axis, the method `positions_at` calculates
+        later positions.
         """
         return [self.position]
 
@@ -343,9 +347,9 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Net number of step pulses that were suppressed while the step output was stopped.
+        """Number of suppressed step pulses; a pulse in the negative direction counts as -1.
 
-        Net number: positive pulses minus negative pulses.  The method `hold` stops the step output.
+        The method `hold` stops the step output, which then suppresses all pulses.
         """
         return self._unmade if self._made is None else self._issued - self._made
 
@@ -402,7 +406,10 @@ class StepperAxis:
 
     @property
     def strength(self) -> float:
-        """Remaining fraction of the motor's torque, 0 to 1; with several defects, the smallest fraction."""
+        """Available motor torque as a fraction of the full torque, 0 to 1.
+
+        Simulated defects reduce the fraction.  If there are several defects, the smallest of their fractions counts.
+        """
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
@@ -499,7 +506,7 @@ class StepperAxis:
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Turn the rotor to its nearest stable position, and correct the number of lost steps.
+        """Turn the rotor to its nearest stable position, and recalculate the lost steps for this position.
 
         The stable positions are one rotor tooth apart.  A rotor that is blocked or has no torque does not turn.
         """
@@ -568,7 +575,7 @@ class _EdgeSubscription:
         self._wait()
 
     def end(self) -> None:
-        """Stop calling `callback` when the axis crosses a position edge."""
+        """End the subscription: the function `callback` is not called any more."""
         self._forget()
         self._unsubscribe()
 
