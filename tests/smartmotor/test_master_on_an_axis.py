@@ -88,7 +88,7 @@ def test_a_circle_of_masters_is_an_error():
         first.master.follow(first.axes["shaft"])
     second.master.follow(first.axes["shaft"])
     third.master.follow(second.axes["shaft"])
-    with pytest.raises(UsageError, match="that follows this motor: expected an independent axis"):
+    with pytest.raises(UsageError, match="that follows this motor: expected an axis whose motion"):
         first.master.follow(third.axes["shaft"])
     assert first.master.followed is None
     second.master.stop()

@@ -118,7 +118,7 @@ class CountHistory:
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:
             raise UsageError(
                 f"encoder counts before {to_seconds(self.forgotten_ns):g} s are no longer stored: "
-                f"request counts of a later time, or call Bench.add with history={larger_history}"
+                f"to store more counts, call Bench.add with history={larger_history}"
             )
         found = [stretch.times() for stretch in self._stretches if stretch.begin_ns < stop_ns]
         times = np.concatenate(found) if found else np.empty(0, np.int64)

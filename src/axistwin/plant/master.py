@@ -207,7 +207,10 @@ class Master:
         because the two would depend on each other.
         """
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
-            raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
+            raise UsageError(
+                f"invalid ratio {shortened(str(ratio))} (encoder edges per pulse or count of the axis): "
+                f"expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2"
+            )
         self._check_no_circle(axis)
         self.manual_actions.report(ManualAct.MASTER, axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
@@ -224,7 +227,7 @@ class Master:
                 refused_axis = "the motor's own axis" if axis is self._own else "an axis that follows this motor"
                 raise UsageError(
                     f"a motor's external encoder cannot be mounted on {refused_axis}: "
-                    "expected an independent axis, e.g. axis X of an IF1"
+                    "expected an axis whose motion does not depend on this motor, e.g. axis X of an IF1"
                 )
             below = below.follows
 
