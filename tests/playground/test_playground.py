@@ -189,7 +189,7 @@ def test_nothing_that_a_browser_lacks_is_imported():
 
 def test_the_folder_needs_an_engine(tmp_path):
     done = run("docs", "--playground", "--engine", tmp_path, "--out", tmp_path / "site")
-    assert done.code == 2 and "expected the Python package pydantic-core for Pyodide" in done.err
+    assert done.code == 2 and "run `make engine`, which downloads the file" in done.err
     assert (
         run("docs", "--playground").err == "axistwin: --playground needs two folders: expected --engine DIR --out DIR\n"
     )

@@ -36,7 +36,7 @@ def build(target: Path, engine: Path) -> Path:
     if not cores:
         raise UsageError(
             f"no file {CORE} in the folder {engine}: "
-            "expected the Python package pydantic-core for Pyodide, e.g. from `make engine`"
+            "run `make engine`, which downloads the file into the folder build/engine"
         )
     if missing_file := next((name for name in ENGINE if not (engine / name).is_file()), ""):
         raise UsageError(
