@@ -318,9 +318,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return other values for the options of a virtual controller, e.g. `busy="ignore"`.
-
-    With one of these values, the virtual controller may answer like the real controller.
+    """Return option values with which the virtual controller may answer like the real one, e.g. `busy="ignore"`.
 
     Returns pairs of option name and value.  The suggested values come first, and values other than the defaults follow.
     """

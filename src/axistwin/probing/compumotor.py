@@ -119,7 +119,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s)
 
     def run(*texts: str, name: str) -> Case:
-        # The host stops this move at a varying time, so the final position varies and is not requested.
+        # The host stops this move at a varying time, so the test case does not request the final position.
         says = (*(bytes.fromhex(text) for text in texts), *(bytes((code,)) for code in (0x84, 0x86, 0x89, 0x8C)))
         return Case(name, commands[0x32].chapter, says, moves=True, writes=True, wait_s=0.4)
 
@@ -148,7 +148,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0x14, "14 01", "33 00 00 00 14", "14 00", "33 00 00 00 14", name="sense of CW"),
         case(0x0D, "0D 01", "97", "0D 02", "97", "0D 00", "97"),
         *(
-            # The probe waits 0.4 s after each command; the null command 00h adds a second wait for the end of the move.
+            # The probe waits 0.4 s after each command.  The null command 00h prolongs the wait for the end of the move.
             case(code, f"{code:02X} 01", there, "00", back, "00", f"{code:02X} 00", "33 00 00 00 14")
             for code in range(0xA0, 0xA6)
         ),

@@ -204,7 +204,7 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect outputs of the twin to its inputs, as a test plug does at the real interface.
+    """Connect outputs of the virtual interface to inputs of the same interface, like a test plug.
 
     Without a test plug at the real interface, the function does nothing.
     """

@@ -157,7 +157,7 @@ class VirtualEnd(End):
         """
         clock = self.bench.clock
         end_ns = clock.later(max(1, int(silence_s / self._STEP_S) - 1) * self._STEP_NS)
-        # Between two events of the simulation, the controller sends no data, so check for data after each event.
+        # The controller sends data only during events of the simulation, so check for new data after each event.
         while not self._messages:
             due_ns = clock.next_event_ns()
             if due_ns is None or due_ns > end_ns:

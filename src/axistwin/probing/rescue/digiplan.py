@@ -73,7 +73,7 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
 
 
 def _format(exchange: Exchange, end: bytes) -> str:
-    """Return the data format message for the present connection, e.g. `U61`.
+    """Return the message that sets the data format of the present connection, e.g. `U61`.
 
     The message sets the terminator, the character format, the parity and the echo.
     """

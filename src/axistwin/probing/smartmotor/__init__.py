@@ -41,7 +41,7 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
 
 
 def examine(end: End, _: Product) -> Condition:
-    """Read the firmware, checksum and mode of the motor.
+    """Read the state of the motor, e.g. the firmware version and the checksum of the stored program.
 
     Raises LinkError if the motor does not answer or is moving.
     """

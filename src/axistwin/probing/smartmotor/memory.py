@@ -242,7 +242,10 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return test cases in which a program changes the settings of channel 0 for half a second."""
+    """Return test cases with a program that changes the settings of serial channel 0.
+
+    The program restores the settings after half a second.
+    """
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:

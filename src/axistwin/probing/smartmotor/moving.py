@@ -200,7 +200,7 @@ def _point(position: int, clock: int) -> bytes:
 
 
 def _at_the_end(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the last test cases for a SmartMotor, e.g. stored programs with motion.
+    """Return the test cases that a probe of a SmartMotor performs last, e.g. stored programs with motion.
 
     The very last test case is the reset by the command Z.
     """

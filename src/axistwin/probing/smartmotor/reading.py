@@ -46,7 +46,7 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
             if not -0x8000_0000 <= value <= 0x7FFF_FFFF:
                 continue
             sent = f"{code}{'3*3' if words == 'an expression' else value}"
-            # The test case saves the setting in the motor's variable zzz, and restores the setting at the end.
+            # The test case saves the tested setting in the motor's variable zzz, and restores this setting at the end.
             # PRINT(V) reports the setting V, the commanded velocity; the command RV reports the actual velocity.
             shown = f"PRINT({code[:-1]},#13)"
             says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
