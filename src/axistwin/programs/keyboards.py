@@ -18,19 +18,18 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Convert letters of a national keyboard to the ASCII characters with the same codes, e.g. `Ä` to `[`.
+    """Replace letters of a national keyboard by ASCII characters, e.g. `Ä` of a German keyboard by `[`.
 
-    National keyboards with 7-bit codes use some codes of ASCII characters for letters.
-
-    The example is for a German keyboard, which also sends `[` for `ä`.
+    National keyboards with 7-bit codes use some codes of ASCII characters for letters.  The German keyboard also sends
+    `[` for `ä`.
     """
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Convert ASCII characters to the letters that a national terminal shows for their codes, e.g. `[` to `Ä`.
+    """Replace ASCII characters by national letters, e.g. `[` by the German letter `Ä`.
 
-    The example is for a German terminal.
+    A terminal with a national 7-bit character set shows these letters for the codes of the ASCII characters.
     """
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

@@ -110,9 +110,9 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
 
 
 def check_headers(conversation: Conversation, model: str) -> None:
-    """Raise ProgramError if a header of a conversation is invalid.
+    """Raise ProgramError if a conversation file (a recorded exchange with a controller) has an invalid header line.
 
-    A header is also invalid if the model does not accept the options in the header.
+    A header line with options, e.g. `; options: busy=ignore`, is also invalid if the model does not accept the options.
     """
     for key in ("patience", "on-for"):
         conversation.seconds_in(key, 0.0)

@@ -93,7 +93,7 @@ def check(source: bytes, file: str, controller: Controller) -> None:
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
-    """Store a program in the memory of a motor, then switch the motor off and on.
+    """Store a program in the memory of a motor, then switch the motor's power off and on.
 
     Raises ProgramError if the motor refuses the program.
     """
@@ -168,7 +168,7 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
 
 
 def _without_comments(source: bytes) -> bytes:
-    """Return the source of a program without comments and empty lines."""
+    """Remove all comments and empty lines from the source of a program, and return the result."""
     found = (_code.match(line) for line in source.decode().splitlines())
     lines = (match[0].rstrip(" ") for match in found if match is not None)
     return "".join(f"{line}\n" for line in lines if line).encode()
