@@ -98,9 +98,10 @@ class ServoMoves:
             self.moves[-1].target = self._position
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Insert the `WINDOW` previous positions of a servo axis before the array `positions`, and return the result.
+        """Return an array that contains earlier positions of a servo axis, then its new positions.
 
-        If the earlier samples are unknown, the axis is assumed to have been at rest.
+        `positions`: the new positions.  The number of earlier positions is `WINDOW`.  If the earlier positions are
+        unknown, the axis is assumed to have been at rest.
         """
         import numpy as np
 
