@@ -169,7 +169,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    # Prepare a fault action only when it is due, because an earlier action may create the fault.
+                    # Do not prepare `mend` (the end of a fault) in advance, because the fault may not exist yet.
                     if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)

@@ -205,10 +205,10 @@ class Scene:
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a copy of the scene in which `data` replaces the contents of the scene file.
+        """Return a copy of the scene with different contents.  No file is written.
 
-        The copy keeps the name of the scene file.  `texts` replaces the texts of programs, by path.  Raises SceneError
-        with the place of an invalid value in the file.
+        `data`: the contents of the copy.  The copy keeps the name of the scene file.  `texts` replaces the texts of
+        programs, by path.  Raises SceneError with the place of an invalid value in the file.
         """
         source = self._source.with_data(dict(data))
         other = type(self)(source.contents(), source)
@@ -216,9 +216,9 @@ class Scene:
         return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Add the hosts and the script entries of `copy` to the text of the scene file, and return the text.
+        """Return the text of the scene file, extended by recorded hosts and script entries.
 
-        The files that the text needs are added to `copy`.
+        `copy` contains the recorded hosts and script entries.  The files that the text needs are added to `copy`.
         """
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)

@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    # Text for a list with one number instead of two; the library pydantic reports this error as "missing".
+    # The library pydantic reports a list with one number instead of two as the error "missing".
     "missing": "expected two numbers",
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
@@ -85,7 +85,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # TOML has lists but no tuples; in its JSON mode, the library pydantic accepts a list as a tuple.
+        # Pass the data as JSON, because the library pydantic accepts a list for a tuple only in JSON data.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -216,7 +216,7 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Find the keys that an error message names, and yield the path of each key.
+    """Yield the path of each TOML key that an error message mentions, e.g. `("motor", "torque")`.
 
     `table`: the TOML table that contains the keys.  The message must also name all tables around the key.
     """

@@ -89,7 +89,7 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     """Convert a position with a unit, e.g. "12.5 mm", to counts."""
     if not isinstance(given, str):
         return given
-    # Return any number: the library pydantic has already reported an error in the key `units`.
+    # The error in the key `units` is already reported, so the returned value 0 is not used.
     if "units" not in info.data:
         return 0
     table = info.data["units"]
@@ -218,7 +218,7 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate the axes for the controller model, which has either stepper axes or servo axes."""
+        """Validate the axes as stepper axes or as servo axes, depending on the model of the controller."""
         adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
@@ -284,7 +284,7 @@ class FaultTerms(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Parameters that are specific to this kind of fault, by name."""
+        """Values of the parameters that belong to the kind of the fault, e.g. `{"counts": 5}` for `encoder_slips`."""
         return self.model_dump(exclude_none=True, exclude=set(FaultTerms.model_fields))
 
 
