@@ -198,7 +198,7 @@ WRONG = {
     "half a wire": (controllers("if1", more="[[wire]]\nfrom = 'if1.led'"), "3:1: 'to' is missing: add to = …"),
     "a wire from nowhere": (
         controllers("if1", more="[[wire]]\nfrom = 'led'\nto = 'if1.input1'"),
-        "4:1: no terminal 'led': expected NAME.PIN, e.g. table.input1",
+        "4:1: invalid terminal 'led': expected CONTROLLER.PIN, e.g. table.input1",
     ),
     "a wire from nobody": (
         controllers("if1", more="[[wire]]\nfrom = 'if2.led'\nto = 'if1.input1'"),
@@ -286,7 +286,7 @@ WRONG = {
     ),
     "a motor on a bus": (
         controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
-        "5:10: invalid port bus://:1811 for a serial line: expected a port that is not a bus, e.g. tcp://127.0.0.1:5001",
+        "5:10: bus://:1811 is a bus, not a port for a serial line: expected another kind of port, e.g. tcp://127.0.0.1:5001",
     ),
     "an invalid name of a state": (
         controllers("if2", more='state = "a\\u0000b"'),

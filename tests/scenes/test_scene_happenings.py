@@ -223,7 +223,7 @@ def test_a_master_on_another_axis(scene):
             '[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n',
             "5:1: if1 has no axis 'W': expected one of X, Y, Z",
         ),
-        ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': expected NAME.AXIS"),
+        ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: invalid axis 'X': expected CONTROLLER.AXIS"),
         (
             '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
             "5:1: if2 cannot store a program: expected a SmartMotor",

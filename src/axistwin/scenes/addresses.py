@@ -22,7 +22,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
             )
         if url.scheme == "bus" and not at_a_bus:
             raise source.error(
-                f"invalid port {port} for a serial line: expected a port that is not a bus, e.g. {EXAMPLES['tcp']}",
+                f"{port} is a bus, not a port for a serial line: expected another kind of port, e.g. {EXAMPLES['tcp']}",
                 path,
             )
         place = _place(url)

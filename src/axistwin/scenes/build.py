@@ -228,13 +228,13 @@ class Builder:
     def _pin(self, terminal: str, path: Path_) -> Pin:
         controller, _, pin = terminal.rpartition(".")
         if not controller:
-            raise self.source.error(f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1", path)
+            raise self.source.error(f"invalid terminal {terminal!r}: expected CONTROLLER.PIN, e.g. table.input1", path)
         return self._named(pin, self._motor(controller, path).pins, controller, "pin", path)
 
     def _axis(self, whole: str, path: Path_) -> Axis:
         controller, _, axis = whole.rpartition(".")
         if not controller:
-            raise self.source.error(f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X", path)
+            raise self.source.error(f"invalid axis {whole!r}: expected CONTROLLER.AXIS, e.g. table.X", path)
         return self._named(axis, self._motor(controller, path).axes, controller, "axis", path)
 
     def _named(self, name: str, known: Mapping[str, T], owner: str, kind: str, path: Path_) -> T:
