@@ -19,13 +19,13 @@ LONGEST = 16
 
 
 class Accept(Flag):
-    """Attributes of a command, e.g. SINGULAR.
+    """Conditions under which the board accepts a command, e.g. only in indexer mode.
 
-    The attributes define the states of the board in which the command is valid.  At most two SINGULAR commands are in
-    progress: one that the host has sent, and one that a sequence has begun.  Chapter Command attributes.
+    At most two SINGULAR commands are in progress: one that the host has sent, and one that a sequence has begun.
+    Chapter Command attributes.
     """
 
-    SINGULAR = auto()  # SINGULAR marks commands that take time, e.g. moves.
+    SINGULAR = auto()  # The host cannot start a second SINGULAR command, e.g. a move, before the first has ended.
     INDEXER = auto()  # INDEXER marks commands that are valid in indexer mode.
     STREAMING = auto()  # STREAMING marks commands that are valid in the streaming modes.
     SEQUENCE = auto()  # SEQUENCE marks commands that can be stored in a sequence.

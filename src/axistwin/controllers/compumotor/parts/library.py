@@ -35,9 +35,9 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Velocity of the move in pulses/s, or None if the velocity is too high.
+        """Step rate of a move at its programmed velocity, in pulses/s.
 
-        The limit is the maximum of the move's velocity range.
+        None if the velocity exceeds the maximum of the move's velocity range.
         """
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
@@ -54,7 +54,11 @@ class Move:
         return Speed(self.rate, per_second, VELOCITY_RANGES[self.ranges[0]], Fraction(start_stop))
 
     def definition(self, number: int) -> bytes:
-        """Return the bytes that define the move: type, number, ranges, velocity, acceleration, target."""
+        """Return the data bytes that report the definition of a move to the host (command 91h).
+
+        The bytes are the type of the move, its number, its velocity and acceleration ranges, velocity, acceleration,
+        and target.
+        """
         continuous = self.kind is Kind.CONTINUOUS
         target = bytes([self.target, 0, 0, 0]) if continuous else self.target.to_bytes(4, "big", signed=True)
         numbers = self.velocity.to_bytes(4, "big") + self.acceleration.to_bytes(4, "big")

@@ -39,7 +39,7 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Make an output bit show whether a state of the board is active, e.g. whether the motor is moving.
+        """Configure an output bit to indicate a state of the board, e.g. that the motor is moving.
 
         `state`: code of the state, as in command 0Fh.  The code 00 removes the assignment.
         """
@@ -58,10 +58,13 @@ class Outputs:
         return bool(self._tracked)
 
     def shows(self, state: int) -> bool:
-        """True if command 0Fh has assigned the given state of the board to an output bit."""
+        """True if any output bit indicates the given state of the board, e.g. that the motor is moving.
+
+        Command 0Fh assigns a state to an output bit.
+        """
         return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
-        """Update the output bits that show a state of the board."""
+        """Update all output bits that indicate states of the board, e.g. that the motor is moving."""
         for bit, (state, active_high) in self._tracked.items():
             self.write(bit, self._states[state]() is active_high)

@@ -45,7 +45,10 @@ class VelocityProfile:
 
     @property
     def segments(self) -> Iterable[Segment]:
-        """Segments of all phases of the profile, in chronological order."""
+        """All segments of this velocity profile, in chronological order.
+
+        Each phase, e.g. acceleration, consists of segments of constant pulse rate.
+        """
         return (segment for _, segments in self.phases for segment in segments)
 
     @cached_property
@@ -212,7 +215,7 @@ class PulseGenerator:
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, segments: Sequence[Segment]) -> None:
-        """Change the velocity of the present motion, without a change of direction.
+        """Continue the present motion at new velocities, in the same direction.
 
         `segments`: the velocities, in the order of their output.  The motor keeps the velocity of the last segment
         until another profile begins.
@@ -258,9 +261,9 @@ class PulseGenerator:
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Set the pulse count `excursion` to 0 when the joystick starts a motion.
+        """Reset the pulse count of a motion to 0 when the joystick starts the motor from zero velocity.
 
-        The excursion is the number of pulses since the motor last started from rest.
+        The pulse count is the property `excursion`.
         """
         self._excursion_origin = self.position
         self._pulse_ns = None

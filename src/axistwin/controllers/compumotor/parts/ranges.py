@@ -30,7 +30,7 @@ class VelocityRange:
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Resolution in pulses/s: all rates of the range are multiples of the resolution."""
+        """Smallest difference between two step rates of this velocity range, in pulses/s."""
         return self.clock / FULL
 
     @cached_property

@@ -50,7 +50,7 @@ class Sequences:
 
 
 class Order(Enum):
-    """Requests to continue, suspend or end the sequence in progress."""
+    """Next action of a sequence in progress: continuation, suspension or end."""
 
     CONTINUE = auto()  # Perform the next command of the sequence.
     SUSPEND = auto()  # Suspend the sequence after its present command.

@@ -50,7 +50,7 @@ class Setting:
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Unit of the streamed velocities, in pulses/s.
+        """Smallest difference between two streamed velocities, in pulses/s.
 
         A streamed velocity number n means n times this step rate.
         """
@@ -204,10 +204,10 @@ class Stream:
             self._refresh()
 
     def abandon(self) -> None:
-        """Stop streaming at once, and also stop any command that a marker in the buffer has started.
+        """Abort the output of the data in the streaming buffer.
 
-        A marker is a special value in the buffer that starts a command.  Called at power-off and before the test
-        function.
+        Also stop a command that a marker has started.  A marker is a special value in the buffer that starts a command.
+        Called at power-off and before the test function.
         """
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:

@@ -138,7 +138,7 @@ class Tracking:
 
     @property
     def absolute(self) -> int:
-        """Encoder pulses from absolute zero."""
+        """Absolute position of the encoder, in encoder pulses."""
         return wrapped(self.encoder.count - self.zero)
 
     @property
@@ -163,7 +163,7 @@ class Tracking:
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:
-        """Return by how many rotor teeth the motor position and the encoder position differ (slip).
+        """Return the slip between motor and encoder, as a number of rotor teeth.
 
         The backlash is subtracted from the difference.
         """
@@ -181,7 +181,10 @@ class Tracking:
         return pulses * encoder - counts * motor
 
     def _teeth(self, difference: int) -> int:
-        """Subtract the backlash from a position difference, and convert the result to a number of rotor teeth."""
+        """Return the slip in rotor teeth for a given difference between motor position and encoder position.
+
+        The backlash is subtracted from the difference.
+        """
         assert self.ratio is not None and self.resolution and self.teeth
         encoder = self.ratio[1]
         beyond = difference - (self.sigma or 0) * encoder

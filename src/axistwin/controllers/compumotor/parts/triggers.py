@@ -37,7 +37,10 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Remove all actions that are assigned to trigger inputs, and all events for edges of trigger inputs."""
+        """Remove the actions that the host has assigned to the trigger inputs.
+
+        The events that `edge` has returned can then no longer occur.
+        """
         self._functions.clear()
         self._edges.clear()
 
