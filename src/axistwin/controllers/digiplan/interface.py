@@ -42,7 +42,10 @@ def is_request(text: str) -> bool:
 
 
 class Interface(State):
-    """An IF1 or IF2 interface card from power-on to power-off."""
+    """An IF1 or IF2 interface card whose power is on.
+
+    Each power-on creates a new object of this class.
+    """
 
     def __init__(self, card: Hardware) -> None:
         self._kept = Retained.recall(card.store)

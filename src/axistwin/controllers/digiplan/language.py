@@ -36,7 +36,7 @@ class Accept(Flag):
     LOCKED = auto()  # Flag of a command that a locked interface accepts, e.g. `]` (communication unlock).
     REQUEST = auto()  # The command is a status request, e.g. `E` (busy status).
     SETUP = auto()  # The command is allowed only during initialisation.
-    WRITTEN = auto()  # Flag of a character that is not a command, e.g. the minus sign in `X-100`.
+    WRITTEN = auto()  # The character is a sign or punctuation, not a command, e.g. the minus sign in `X-100`.
 
 
 class Order(IntEnum):
@@ -176,9 +176,9 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int, end: int = 0, chapter: str = "") -> None:
-        """Report a problem in a part of the text.
+        """Record an error in the message that is being parsed, e.g. an unknown character.
 
-        The problem begins at index `at` and ends before index `end`.
+        The error begins at index `at` and ends before index `end`.
         """
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > at else 0

@@ -49,9 +49,9 @@ def _lines(command: str, numbers: Iterable[int]) -> str:
 
 
 def _move(step: Step) -> str:
-    """Return the axes, distances, speed and mode (`G` or `B`) of a step as text.
+    """Return the move of a sequence step as text, e.g. `X100@400`.
 
-    Minor axes follow after `/`.
+    The text contains the major axes, the distance, the minor axes after `/`, the speed, and the mode (`G` or `B`).
     """
     settings = step.settings
     minor = f"/{_axes(step.minor, settings.get('minor_distance'))}" if step.interpolated else ""

@@ -103,7 +103,7 @@ class Parameters:
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the parameters in which the distance of a move is 0.
+        """Return a copy of the motion parameters with a distance of 0.
 
         `distance` and `minor_distance` are 0, because a run (continuous move) sets both distances to 0.
         """

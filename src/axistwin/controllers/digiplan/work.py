@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A simulation process cannot interrupt itself, so the clock interrupts the process after this call.
+            # If the process in progress itself calls `cancel`, interrupt the process after the call.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:

@@ -28,7 +28,10 @@ class Retained:
     """Format of the lock command.  The unlock command must have this format; None means that any format is valid."""
 
     def save(self, store: Store) -> None:
-        """Store the data in the battery-backed memory, as JSON text."""
+        """Save the retained data, e.g. the baud rate, in the battery-backed memory.
+
+        The data are stored as JSON text.
+        """
         import json
 
         store.save(json.dumps(asdict(self), indent=1).encode())

@@ -51,7 +51,7 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Accept or discard characters with receive errors, e.g. parity errors.
+        """Set whether the interface accepts characters with receive errors, e.g. parity errors.
 
         `on`: True to accept these characters, which is necessary only until the data format is known.
         """

@@ -54,7 +54,7 @@ def detect_baud_rate(state: State) -> Procedure:
     def receive(byte: int, _: LineError) -> None:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
-            # Accept characters with receive errors from the first character on: the data format is not known yet.
+            # Accept characters with receive errors: the host's data format may differ from the UART's data format.
             state.buffer.set_tolerant(True)
             state.buffer.open()
             detected.succeed()

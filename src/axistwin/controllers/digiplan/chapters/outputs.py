@@ -71,10 +71,10 @@ def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
 
 
 def set_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command S: turn outputs on after the move in the same message or sequence step.
+    """Command S: turn outputs on, e.g. `S12` turns outputs 1 and 2 on.
 
-    `outputs`: numbers of the outputs, 1 to 5.  Example: `S12` turns outputs 1 and 2 on.  Chapter Output switching
-    commands.
+    A move in the same message or sequence step is performed first.  `outputs`: numbers of the outputs, 1 to 5.  Chapter
+    Output switching commands.
     """
     step.set = outputs
 
