@@ -63,7 +63,7 @@ class Word(_Item):
     """Text that is shown while the power is off."""
 
     def shows(self, value: int | str | None) -> str:
-        """Return the text that the front panel displays for the value of the register.
+        """Convert the value of a register to the text on the front panel, e.g. to the name of a mode.
 
         `value`: value of the register, or None while the power is off.
         """
