@@ -80,10 +80,9 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """Two sets of pins for the serial control lines DTR, RTS, DSR and CTS.
+    """The control lines (DTR, RTS, DSR, CTS) at a device's serial connector and inside the device.
 
-    One set is at the connector, the other set is inside the device.  The two sets differ if the wiring connects an
-    input, e.g. DSR, to an output of the device.
+    The control lines inside the device differ if the wiring connects an input, e.g. DSR, to an output of the device.
     """
 
     plug: ControlLines
