@@ -40,7 +40,10 @@ _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<
 
 
 class Problem(NamedTuple):
-    """An error in a statement, with its place in the text and the chapter of the manual."""
+    """An error in a statement, e.g. a missing bracket.
+
+    `position`: index of the error in the text of the statement.  `chapter`: title of a chapter of the manual.
+    """
 
     position: int
     message: str
@@ -184,9 +187,9 @@ class Reader:
         self._highest = max(self._highest, self._height)
 
     def _binary(self, weakest: int) -> None:
-        """Parse a value and the operators that follow the value.
+        """Parse an expression of values and operators, e.g. `a+2*b`.
 
-        The precedence of these operators is at least `weakest`.
+        Parsing ends at an operator whose precedence is lower than `weakest`.
         """
         self._unary()
         while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
@@ -219,8 +222,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Compile `--a` as two negations: if a is -2147483648, the first negation sets the overflow flag Bd.
-            # Leave out pairs of further minus signs: compile `---a` as `-a`, and `----a` as `--a`.
+            # Compile an odd number of minus signs, e.g. `---a`, as one negation, and an even number as two negations.
+            # Do not compile `--a` as `a`, because the first negation sets the overflow flag Bd if a is -2147483648.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 
@@ -278,8 +281,7 @@ class Reader:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
             raise Malformed(
-                "the statement reads too many serial characters (GETCHR) and AniLink inputs, e.g. AINA1: "
-                f"expected at most {s.HIDDEN_MOST} in total",
+                f"too many inputs such as GETCHR or AINA1 in one statement: expected at most {s.HIDDEN_MOST}",
                 self.at,
             )
         self._fetches.append(fetch)
