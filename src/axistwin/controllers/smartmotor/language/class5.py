@@ -16,10 +16,10 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A command of Class 5 (later SmartMotors), and the equivalent command of firmware 4.76.
+    """Table entry: a command or variable of newer SmartMotors (Class 5), and its equivalent in firmware 4.76.
 
-    `form`: pattern that finds the Class 5 command.  `here`: the command of firmware 4.76.  `sure`: True if both
-    commands take values in the same unit.
+    `form`: pattern that finds the word of Class 5.  `here`: the word of firmware 4.76.  `sure`: True if the values of
+    both words are in the same unit.
     """
 
     form: str

@@ -161,7 +161,7 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Find the labels and the flow keywords, e.g. LOOP, in a program text, and yield one item for each.
+    """Yield the place and the text of each label (e.g. C5) and each flow keyword (e.g. LOOP) of a program.
 
     Each item contains the index at which the word begins, the word, and the index after the word.
     """
@@ -192,9 +192,10 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the program jumps that the keyword `word` determines, e.g. the jump from IF to ENDIF for the word ENDIF.
+    """Yield the jumps that lead to a given keyword of a block, e.g. the jump from IF to ENDIF.
 
-    Each jump is a pair: the index of the keyword that jumps, and the index of the target.
+    For the keyword LOOP, also yield the jump from LOOP back to WHILE.  Each jump is a pair: the index of the keyword
+    that jumps, and the index of the target.
     """
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place

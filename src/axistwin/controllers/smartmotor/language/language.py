@@ -51,9 +51,9 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Return the range of variables or array elements that begins with the element `name`.
+        """Find the variables that VST or VLD can store or load, beginning with the variable `name`.
 
-        The range ends with the array, or with the variable's group, e.g. a to z.
+        The last of these variables is the last element of the array, or of the variable's group, e.g. a to z.
 
         Returns None if `name` does not exist.
         """
@@ -381,7 +381,7 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the variable in a report such as Ra or RAINA1."""
+    """Parse the variable in a report command, e.g. the variable `a` in the command Ra."""
     variable = text[1:]
     if find(variable) is None:
         raise Malformed(

@@ -46,7 +46,7 @@ def _skip(text: str, at: int) -> int:
 
 
 def _extended(text: str, begin: int, end: int) -> int:
-    """Return the index at which a statement ends.
+    """Return the index of the character that follows a statement in the text of a program.
 
     `end`: index at which the first word of the statement ends.
     """

@@ -54,7 +54,7 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the statement number of the next keyword of the block, e.g. of ELSE or ENDIF in an IF block.
+        """Return the number of the statement with the next keyword of a block, e.g. the ELSE that follows an IF.
 
         The search begins after the statement `number`.
         """
@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the number of code words that only report the start of a program statement, e.g. for a breakpoint.
+        """Return the length of the code that notifies the simulation when a program statement begins.
 
-        The number is 0 if the statement has no such code words.  A code word is an integer in `code`.  `head`: index in
-        `code` at which the code of the statement begins.
+        The length is a number of integers in `code`, or 0 for a statement without such code.  `head`: index in `code`
+        at which the code of the statement begins.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
