@@ -80,17 +80,17 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
-    PIN_EDGES,  # Signed number of encoder counts from signals that a wire or a test applies to pins A and B.
+    PIN_EDGES,  # Net count of edges at pins A and B from sources other than the simulated external encoder.
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Counts of the counter CTR per encoder period (four edges): 1 in mode MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
-    FOLLOW_REM,  # Remainder of the division that computes the motion in mode MFR or MSR, for use in the next sample.
+    FOLLOW_REM,  # Fraction of a count that the motor still has to move in mode MFR or MSR, multiplied by TARGET.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.
 MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # Cam parameters that the next command G or CI activates.
 # CI_PENDING is 1 from the command CI until the cam passes its zero point.
-# CI_SPOILT is 1 after a change of a cam parameter has cancelled a pending command CI (use new cam parameters).
+# CI_SPOILT is 1 if a later change of a cam parameter has cancelled the command CI.
 # While CI_SPOILT is 1, the motor ignores the command CI; the command MCn, e.g. MC4, sets CI_SPOILT to 0.
 CI_PENDING, CI_SPOILT = next(_slots), next(_slots)
 # The cam factor, e.g. 4 in MC4, multiplies either the cam table (CAM_TABLE = 1) or the external counts (CAM_TABLE = 0).
@@ -163,12 +163,12 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# COUNTS_OF and COUNTS_OUT_OF are both 0 if the encoder has no defect.
+# COUNTS_OF = COUNTS_OUT_OF = 0 means that the encoder has no defect.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-# Remainder of the division that computes the counts of a defective encoder, for use in the next sample.
+# Fraction of a count that a defective encoder has not reported yet, multiplied by COUNTS_OUT_OF.
 UNCOUNTED = next(_slots)
 ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
-HOT = next(_slots)  # Flag: 1 while the motor is overloaded (by current or temperature) or still too hot.
+HOT = next(_slots)  # Flag: 1 from an overload, e.g. by too much current, until the motor has cooled down.
 
 # Number of received bytes that the program has not read yet: LEN for serial channel 0, LEN1 for channel 1.
 LENGTHS, *_ = islice(_slots, 2)
