@@ -42,7 +42,7 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 
 
 class Phase(Enum):
-    """State of the simulation of one motor, e.g. `STOPPED` while the motor's power is off."""
+    """State of the simulation of one motor, e.g. `ASLEEP` while the motor rests."""
 
     BETWEEN = auto()
     """No block is computed or planned."""
@@ -57,7 +57,7 @@ class Phase(Enum):
     ACTING = auto()
     """The event at which a block has ended is being handled."""
     STOPPED = auto()
-    """The power is off, and no more samples are computed."""
+    """No more samples are computed, because the motor is about to be switched on again."""
 
 
 class _Block(NamedTuple):
@@ -160,15 +160,15 @@ class Core:
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
         if due == first < following:
-            # The shaft does not move before the next servo sample, so the first prediction is its present position.
+            # The first of the times `times_ns` is before the next servo sample, so the shaft has not moved yet.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard outdated predictions of the external encoder's counts.
+        """Discard the precomputed servo samples, because the motion of the external encoder has changed.
 
-        The predictions are outdated, because the motion of the external encoder has changed.  Only the count for the
-        next servo sample is kept, because this count was read before the change.  All later samples are computed again.
+        The predicted counts of the external encoder are discarded, too.  Only the count for the next servo sample is
+        kept, because this count was read before the change.  All later samples are computed again.
         """
         block = self._block
         if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
@@ -177,7 +177,7 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of precomputed servo samples that are not later than the present virtual time.
+        """Return the number of precomputed servo samples up to the present virtual time.
 
         A servo sample is one cycle of the servo loop (245.76 µs).  All these samples belong to the present block, i.e.
         the series of samples that was computed last.
@@ -260,7 +260,10 @@ class Core:
         return [*self._moves, *map(sub, places[1:], places)][-PID_MOST:]
 
     def stop(self) -> None:
-        """Stop the computation of servo samples when the motor is switched off."""
+        """Stop the computation of servo samples.
+
+        Called before a motor is switched on again.  While the motor is switched off, the shaft may still turn.
+        """
         self.catch_up()
         self._report_changes()
         self._phase, self._block = Phase.STOPPED, None
@@ -448,7 +451,7 @@ class Core:
             return
         in_last = samples % LONGEST
         # After a command from the host, the servo samples that were computed in advance are discarded.
-        # Example: the command came after 400 samples, so at most 500 samples are computed in advance next time.
+        # The next block of precomputed samples is about 25 % longer than the part before the command.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))
@@ -515,9 +518,10 @@ class Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return the compiled kernel, or None to use plain Python.
+        """Return the machine code that computes servo samples, or None if no machine code is loaded.
 
-        The compiled kernel is loaded if a long run justifies the loading.
+        The machine code is loaded if a long run justifies the loading.  Without machine code, plain Python computes the
+        servo samples.
         """
         if Engine.compiled is None:
             enough = Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
