@@ -76,9 +76,9 @@ def available() -> bool:
 
 
 def note() -> str:
-    """Return a hint for the user that Numba is missing, or an empty text.
+    """Return a hint for the user if the compiler Numba is missing; otherwise return an empty text.
 
-    Numba makes the simulation of SmartMotors faster.
+    Numba makes the simulation of SmartMotors faster.  With AXISTWIN_JIT=off, the text is always empty.
     """
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
@@ -245,7 +245,7 @@ def _numba() -> Any:
 
 
 def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
-    """Return the cache directory for machine code, or None.
+    """Return the directory in which the machine code of the given functions is cached.
 
     Returns None if the directory is not writable or the sources are not files.
     """

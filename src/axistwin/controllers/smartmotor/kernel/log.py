@@ -100,7 +100,7 @@ def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
 
 
 class Snapshot:
-    """Finds the values in a trace that have changed since they were last recorded.
+    """Compares the traced values of a motor, e.g. the shaft position, with their last recorded values.
 
     In plain Python, a Snapshot is faster than the function `note`.
     """
@@ -137,7 +137,7 @@ def head(log: "array[int]") -> slice:
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """Return the changes of traced values that a log contains.
+    """Return all entries of a log, i.e. all recorded changes of traced values.
 
     The result is three arrays: the numbers of the servo samples, the indices of the values, and the new values.
     """

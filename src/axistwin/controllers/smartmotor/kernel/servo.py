@@ -169,7 +169,10 @@ def in_centiamps(amps: float) -> int:
 
 @sampled
 def warm(i: Ints, f: Floats) -> None:
-    """Update the temperatures of winding and housing, and the RMS current, every 256 samples."""
+    """Update the winding temperature, the housing temperature and the RMS current.
+
+    Must be called once every 256 servo samples.
+    """
     square = i[s.HEAT] * (1e-4 / m.HEAT_BLOCK)
     i[s.HEAT], i[s.HEAT_SAMPLES] = 0, 0
     f[m.WINDING_C] += (f[m.HOUSING_C] + square * f[m.WINDING_RISE] - f[m.WINDING_C]) * f[m.WINDING_STEP]

@@ -194,7 +194,7 @@ class Expressions:
         self._emit(instruction)
 
     def _division(self, *, modulo: bool) -> None:
-        """Compile an integer division that rounds down.
+        """Compile an integer division with rounding towards minus infinity, e.g. -7 // 2 is -4.
 
         The quotient of a division by 0 is 0, as in Numba.
         """
