@@ -101,7 +101,7 @@ class Motor(Processor):
             self.update_outputs()
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary command from the host, e.g. a new value of the acceleration A.
+        """Execute a binary command from the host, e.g. the command that sets the acceleration A.
 
         `code`: one of the keys of `RECORD_HANDLERS`.
         """
@@ -120,7 +120,7 @@ class Motor(Processor):
 
     @property
     def program(self) -> Program:
-        """The program in the memory.
+        """The motor's stored user program, in compiled form.
 
         A compilation in progress is completed first.
         """
@@ -142,7 +142,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # Ignore a compilation that is already complete, or that belongs to an older program.
+            return  # The compilation is already complete, or its program has been replaced.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # Set all fault flags of the motor, which prevents reports of new faults while the power is off.
+            # Set all latched flags to 1, because a fault whose flag is 1 is not reported again.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -208,7 +208,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        # `axis.f` contains the speed and the temperatures of the motor immediately before the present power-up.
+        # Restore the shaft speed and the temperatures of the motor, except at the first power-up.
         if axis.f:
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
@@ -282,7 +282,7 @@ class Motor(Processor):
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # End a WAIT command early, so that the program calls the subroutine C2.
+        i[s.WAIT_UNTIL] = 0  # End a WAIT command early, because C2 can be called only at the end of a statement.
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:
