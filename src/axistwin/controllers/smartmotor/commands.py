@@ -28,8 +28,8 @@ from axistwin.controllers.smartmotor.serial import program_store, serial_data
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
-# The chapters with a number, e.g. "7.0 F=", are in the manual of firmware 4.76.
-# The chapters without a number, e.g. "Modes", are in the user's guides of the SmartMotor.
+# A chapter title with a number, e.g. "7.0 F=", is from the manual of firmware 4.76.
+# A chapter title without a number, e.g. "Modes", is from one of the user's guides of the SmartMotor.
 MOTION, MODES, VARIABLES, FLOW = "Motion parameters", "Modes", "Variables", "Program flow"
 REPORTS, STATUS, PINS, TUNING = "Reports", "Status word", "Inputs and outputs", "PID filter"
 BRAKES, STORAGE, EEPROM, SERIAL, ANILINK = "Brakes", "Program storage", "EEPROM", "Communications", "AniLink"

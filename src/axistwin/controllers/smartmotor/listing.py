@@ -56,7 +56,7 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the statements at which the motor must report its progress, e.g. for a breakpoint.
+        """Return the numbers of the program statements whose start must be reported to subscribers.
 
         `rows`: the lines that subscribers observe; None means all lines.
         """

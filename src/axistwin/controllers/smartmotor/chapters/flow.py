@@ -134,9 +134,9 @@ def stack(motor: Processor) -> None:
 
 
 def wait(motor: Processor, value: int) -> None:
-    """WAIT=exp: pause the program for the given number of samples.
+    """WAIT=exp: pause the program for a number of servo samples, e.g. WAIT=4069 for one second.
 
-    Only a call of C2 ends the wait early.
+    After PIDn, the unit is n servo samples.  Only a call of C2 ends the wait early.
     """
     motor.i[s.WAIT_UNTIL] = motor.i[s.SAMPLE] + 1 + value * motor.i[s.PID_RATE]
 

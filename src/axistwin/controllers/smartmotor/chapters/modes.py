@@ -49,7 +49,7 @@ def distance(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """CLK=exp: set the counter CLK, which counts samples."""
+    """CLK=exp: set the clock CLK, which increases by 1 in every servo sample (245.76 µs)."""
     motor.i[s.CLK_ZERO] = motor.i[s.SAMPLE] - value
 
 
@@ -96,7 +96,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
         # Outside host mode, the command MD deletes all positions that the host has sent.
         if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
-        # BUFFERED_MODE keeps its value, because this value is the mode after host mode (manual, section 10.2).
+        # Do not change BUFFERED_MODE: the motor enters this mode at the end of host mode (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:
@@ -209,7 +209,7 @@ def _begin_cam(motor: Processor) -> None:
 
 
 def may_stop(motor: Processor) -> bool:
-    """True if the commands S and X are allowed.
+    """True if the motor currently obeys the stop commands S and X.
 
     A fault inhibits S and X, unless the motor moves away from a limit (manual, section 3.2).
     """

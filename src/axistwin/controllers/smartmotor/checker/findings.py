@@ -46,9 +46,9 @@ class Findings:
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if the program may set a given bit of the option word F, e.g. by the statement F=32.
+        """True if a statement of the program, e.g. F=32, can set a given bit of the option word F.
 
-        `bit`: value of the bit, e.g. 32.  A statement such as F=a, whose value is not constant, may set any bit.
+        `bit`: value of the bit, e.g. 32.  A statement such as F=a, whose value is not constant, can set any bit.
         """
         return any(
             constant_value(statement) is None or (constant_value(statement) or 0) & bit

@@ -111,7 +111,7 @@ class _Host:
         self._loading = False
 
     def follow(self) -> None:
-        """Check all characters that the host sends."""
+        """Find the errors in the commands and the program that the host sends."""
         while self._at < len(self._characters):
             sent = self._characters[self._at]
             self._at += 1
