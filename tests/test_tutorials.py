@@ -23,7 +23,8 @@ TUTORIALS = HOME / "docs" / "tutorials"
 PATIENCE_S = 50
 
 FILE = re.compile(
-    r"^This is `(?P<name>[\w./-]+)`(?:, [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE
+    r"^(?:This|The next file) is `(?P<name>[\w./-]+)`(?:, [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$",
+    re.DOTALL | re.MULTILINE,
 )
 CONSOLE = re.compile(r"^```console\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
 ACT = re.compile(r"^\$ (?P<command>.*)\n(?P<shown>(?:(?!\$ ).*\n)*)", re.MULTILINE)
