@@ -77,7 +77,7 @@ def test_what_others_have_not(bench):
         (lambda: if1.ambient, "if1 has no attribute `ambient`"),
         (lambda: setattr(if1, "ambient", 30), "if1 has no attribute `ambient`"),
         (lambda: board.master, "1811 has no attribute `master`: only a SmartMotor has this attribute"),
-        (lambda: motor.bus, "smartmotor is not on a bus"),
+        (lambda: motor.bus, "smartmotor has no bus port"),
         (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: expected a SmartMotor"),
         (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),
         (lambda: bench.chain(), r"chain\(\) was called without motors: expected one or more motors"),
@@ -122,7 +122,7 @@ def test_motors_on_an_rs485_line_hear_the_host_and_are_heard(bench):
     line = bench.rs485(*motors)
     assert tell(bench, line, "\x81Ra ") == "11\r"
     assert tell(bench, line, "\x82Ra ") == "22\r"
-    with pytest.raises(UsageError, match="m1 is on the shared line 'rs485'"):
+    with pytest.raises(UsageError, match="m1 has no RS-485 port of its own on the shared line 'rs485'"):
         _ = motors[0].rs485
     assert tell(bench, motors[0].serial, "\x81Ra ") == "11\r"
 

@@ -64,8 +64,11 @@ def test_errors_for_machines(tmp_path):
     [
         (("run", "if1"), "the PROGRAM is missing: expected a file for an IF1"),
         (("serve", "1811", "--tcp", ":0"), "1811 has no serial port: use its attribute `bus`"),
-        (("serve", "if2", "--bus", ":0"), "if2 is not on a bus: use its attribute `serial`"),
-        (("serve", "smartmotor", "--bus", ":0"), "smartmotor is not on a bus: use its attribute `serial`"),
+        (("serve", "if2", "--bus", ":0"), "if2 has no bus port: use its serial port (attribute `serial`)"),
+        (
+            ("serve", "smartmotor", "--bus", ":0"),
+            "smartmotor has no bus port: use its serial port (attribute `serial`)",
+        ),
     ],
 )
 def test_models_have_their_article(words, message):

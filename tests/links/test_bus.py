@@ -281,7 +281,7 @@ def test_reset_on_connect():
 
 
 def test_ports_and_controllers_that_do_not_go_together(served, port):
-    with pytest.raises(UsageError, match="is not on a bus"):
+    with pytest.raises(UsageError, match="has no bus port"):
         served.open(served.add(), "bus://:0")
     with pytest.raises(UsageError, match="has no serial port"):
         served.open(served.bench["1811"], "tcp://:0")

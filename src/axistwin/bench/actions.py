@@ -394,7 +394,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    # Increase the precision of Decimal from 28 digits, because the expected number can have 100 digits.
+    # A number in a conversation file can have 100 digits, but Decimal has only 28 digits by default.
     with localcontext(prec=3 * MOST_CHARACTERS):
         return round(Decimal(value), _decimals(number)) == number
 

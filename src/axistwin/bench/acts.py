@@ -37,7 +37,7 @@ class Say(Act):
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """A line of a conversation file: the host receives `data`.
+    """Data that the host expects from the controller, as a line of a conversation file, e.g. `< U`.
 
     Empty data mean that the host has received nothing since the last line.
     """

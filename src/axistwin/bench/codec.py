@@ -35,7 +35,7 @@ class Codec(Protocol):
         """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the start and the length of the text for each byte, e.g. (1, 4) for the text `\x0d` in `X\x0d`."""
+        """Yield the position and the length of each byte in a text, e.g. (0, 2) and (3, 2) in the hex text `20 A5`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
@@ -45,7 +45,7 @@ class Codec(Protocol):
 
 
 class Characters:
-    """Codec that converts the characters of a serial line to printable text, and text to characters."""
+    r"""Codec for a serial line: converts bytes to printable text, e.g. 0Dh to `\r`, and printable text to bytes."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text; spaces at the start and at the end are escaped."""

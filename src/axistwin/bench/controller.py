@@ -72,7 +72,10 @@ class Controller:
         """RS-485 port for the host.  Raises UsageError for a controller without an RS-485 channel."""
         if "rs485" in self._lines:
             line = self._lines["rs485"]
-            raise UsageError(f"{self.name} is on the shared line {line!r}: use the port that `Bench.rs485` returned")
+            raise UsageError(
+                f"{self.name} has no RS-485 port of its own on the shared line {line!r}: "
+                "use the port that `Bench.rs485` returned"
+            )
         if self._second is None:
             raise UsageError(f"{self.name} has no RS-485 channel: expected a SmartMotor")
         self._asked_for_second = True
@@ -80,9 +83,9 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """The register port of a controller on a bus.  Raises UsageError for a controller with a serial port."""
+        """Port that reads and writes the registers of a board.  Raises UsageError for a controller without a bus."""
         if self._abilities.bus is None:
-            raise UsageError(f"controller {self.name} is not on a bus: use its attribute `serial`")
+            raise UsageError(f"controller {self.name} has no bus port: use its serial port (attribute `serial`)")
         return self._abilities.bus
 
     @property

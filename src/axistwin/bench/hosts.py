@@ -56,9 +56,9 @@ def host_of(controller: Controller) -> Iterator[Host]:
 
 @contextmanager
 def host_at(bench: Bench, name: str) -> Iterator[Host]:
-    """Yield a simulated host for an endpoint, for use in a `with` block.
+    """Connect a simulated host to a controller, a second serial channel, or a shared serial line.
 
-    An endpoint is a controller, a second channel, or a shared line.
+    Yields the host, for use in a `with` block.
     """
     if endpoints.at_a_bus(bench, name):
         with host_of(bench[name]) as host:

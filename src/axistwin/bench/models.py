@@ -35,7 +35,7 @@ def model_options(made: Product, given: Mapping[str, Any]) -> Any:
 
 
 def axis_options(name: str, given: object) -> dict[str, Any]:
-    """Return the options of an axis as a dict.  Raises UsageError if the given value is not a set of options."""
+    """Return the options of an axis as a dict.  Raises UsageError if the argument `given` is not a dict."""
     if not isinstance(given, Mapping):
         raise UsageError(
             f"invalid value {given!r} for axis {name}: expected a dict of options, "
