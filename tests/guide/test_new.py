@@ -50,7 +50,7 @@ def test_a_question_is_repeated_after_an_invalid_answer(tmp_path):
 def test_no_file_is_written_if_answers_are_missing(tmp_path):
     done = run("new", tmp_path / "cell", typed="if1\n")
     assert (done.code, done.out) == (2, "")
-    assert done.err.endswith("expected an answer, or the option --yes\n")
+    assert done.err.endswith("expected more lines with answers, or --yes to use the default answers\n")
     assert not (tmp_path / "cell").exists()
 
 

@@ -9,7 +9,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.cli.program import COMMANDS, axistwin, execute, main
-else:  # An immediate import would be circular, because the commands also import this package.
+else:  # Import program.py only on first use, because program.py also imports this package.
     __getattr__ = lazy(__name__, program="COMMANDS axistwin execute main")
 
 __all__ = ["COMMANDS", "axistwin", "execute", "main"]

@@ -101,7 +101,7 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
-        # Import this slow module only for a .toml file, which can describe a scene or a sweep.
+        # Import `sweep_file` only for a .toml file, because the import is slow.
         from axistwin.sweeps.sweep_file import is_sweep_file
 
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)

@@ -254,7 +254,7 @@ class _Session:
             click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
 
     def explain(self, note: str) -> None:
-        """Print a comment for the user on a separate line, e.g. "its battery has kept the sequence"."""
+        """Print an explanation of the demonstration for the user, on a separate line."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
 
 

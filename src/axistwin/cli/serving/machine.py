@@ -95,7 +95,7 @@ class Wanted:
                 self.what, self.model, self.options, baud=self.baud, units=self.units, registers=self.registers,
                 period_s=period_s,
             )  # fmt: skip
-        # Import `Scene` only for a scene file (.toml), not for the port of a controller, because the import is slow.
+        # Import `Scene` only for a scene file, because the import is slow.
         from axistwin.scenes.scene import Scene
 
         scene = Scene.load(Path(self.what))
@@ -113,5 +113,5 @@ class Wanted:
 def _unit(text: str) -> tuple[str, MachineUnits]:
     axis, equals, unit = text.partition("=")
     if not equals:
-        raise UsageError(f'invalid units {text!r}: expected AXIS=UNITS, e.g. "X=400 per mm"')
+        raise UsageError(f'invalid units {text!r}: expected AXIS=COUNTS per UNIT, e.g. "X=400 per mm"')
     return axis.strip(), MachineUnits.written(unit.strip())

@@ -166,7 +166,10 @@ def _served(
     *,
     with_panel: bool,
 ) -> what_is.Served:
-    """Return the model or scene that the user has requested, with its ports.  Raises UsageError."""
+    """Read the arguments of `axistwin serve`, and return the model or scene with its ports.
+
+    Raises UsageError for an invalid argument.
+    """
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     second = [parse_as("tcp", text) for text in ports["rs485"]]
@@ -240,10 +243,10 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that ends the trace and the recording when a new simulation replaces `bench`.
+        """Return a function that closes the trace file and the recording file when the panel starts a new simulation.
 
-        The session creates a new simulation, e.g. when the user goes back in time.  The session then calls the function
-        with the new simulation.
+        The panel starts a new simulation, e.g. when the user goes back in time.  The session then calls the function
+        with the new simulation, which is not `bench`.
         """
 
         def end(another: Bench) -> None:

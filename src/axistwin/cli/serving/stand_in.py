@@ -166,7 +166,8 @@ class _Run:
                 return await ended
         if self._driver.failed:
             return 1
-        import_module("numpy")  # Import numpy before the motors start, because this import is slow.
+        # Import numpy before the motors start, because an import during a move could delay step pulses.
+        import_module("numpy")
         gc.collect()
         gc.freeze()  # Shorten garbage collections, because a long garbage collection delays step pulses.
         for name, url in ports:

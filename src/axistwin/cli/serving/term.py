@@ -316,5 +316,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # Stop reading stdin, because the program has closed its event loop.
+    except RuntimeError:  # `axistwin term` has ended, and needs no more lines from stdin.
         return

@@ -75,7 +75,9 @@ def _playground(out: Path | None, engine: Path | None) -> None:
     try:
         page = build(out, engine)
     except OSError as error:
-        raise UsageError(f"cannot write the playground ({reason(error)}): choose a directory with --out DIR") from None
+        raise UsageError(
+            f"cannot write the files of the playground ({reason(error)}): choose another directory with --out DIR"
+        ) from None
     click.echo(page)
     click.echo(
         f"axistwin: next: {Path(sys.executable).name} -m http.server --bind 127.0.0.1 --directory {out}", err=True

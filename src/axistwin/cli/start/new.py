@@ -90,7 +90,8 @@ def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
         except click.Abort as end:
             if isinstance(end.__context__, EOFError):
                 raise UsageError(
-                    "the typed input has ended before the last question: expected an answer, or the option --yes"
+                    "stdin has ended before all questions were answered: "
+                    "expected more lines with answers, or --yes to use the default answers"
                 ) from None
             raise
 
