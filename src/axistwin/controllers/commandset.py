@@ -63,7 +63,7 @@ class Command:
 
     @property
     def syntax(self) -> str:
-        """Syntax of the command for users: the code, followed by the parameters."""
+        """Code of the command and names of its parameters, e.g. `12 on` for command 12h of an 1811."""
         return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
