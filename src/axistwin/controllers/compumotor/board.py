@@ -50,7 +50,7 @@ class Board(State):
         self._processes = [clock.process(self._obey_all()), clock.process(self._take())]
 
     def power_off(self) -> None:
-        """Stop all motion and all procedures at once."""
+        """Switch the board off: stop the motor at once, and end all simulation processes of the board."""
         self._die()
         self.handshake.close()
 
@@ -185,9 +185,9 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a command must have so that the board accepts the command from the host.
+    """Return the attributes that a command needs in the present state of the board, e.g. `Accept.STREAMING`.
 
-    The state of the board decides: for example, a streaming mode requires the attribute `Accept.STREAMING`.
+    The board ignores a command of the host that does not have these attributes.
     """
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:

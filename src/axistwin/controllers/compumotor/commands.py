@@ -41,7 +41,7 @@ S, I, V, Q, C, W, D, E = Accept  # noqa: E741
 ANY = I | V | Q | C | W
 ASK = I | V | C | W
 
-# Chapters of the manual
+# Titles of chapters in the Compumotor manual
 BITS, STICK, SHUTDOWN, SENSE = "Status bits and outputs", "Joystick", "Remote power shutdown", "Direction"
 SEQ, POS, HOME, STREAM = "Sequence buffers", "Positions and moves", "Home", "Velocity-streaming mode"
 MODE, STOP, ASKING, EVENT = "Modes", "Stop and kill", "Requests", "Interrupts"

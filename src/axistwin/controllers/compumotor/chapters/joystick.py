@@ -24,10 +24,10 @@ def enable_joystick(board: State) -> Procedure:
 
 
 def shut_down(board: State, on: bool) -> None:
-    """Command 12h (remote power shutdown): switch the current of the motor off or on.
+    """Command 12h: switch the current in the motor windings off, or on again.
 
-    While the current is off, the board performs no moves.  Ignored if the joystick or the shutdown input is enabled, or
-    while moving.
+    While the current is off (remote power shutdown), the board performs no moves.  Ignored if the joystick or the
+    shutdown input is enabled, or while moving.
     """
     if not (board.occupied or board.shutdown.input_enabled):
         board.shutdown.commanded = on

@@ -128,10 +128,9 @@ def moving(board: State) -> bytes:
 
 
 def in_phase(phase: Phase, board: State) -> bytes:
-    """Commands 8Dh, 8Eh, 8Fh: report if the motor runs at constant velocity, accelerates or decelerates.
+    """Commands 8Dh (constant velocity?), 8Eh (accelerating?), 8Fh (decelerating?): report FFh for yes, 00h for no.
 
-    Each command asks about one phase: constant velocity (8Dh), acceleration (8Eh) or deceleration (8Fh).  The reply is
-    FFh during this phase, otherwise 00h.
+    `phase`: the phase of the motion that the command asks about.
     """
     return YES if board.pulses.phase is phase else NO
 

@@ -15,7 +15,10 @@ ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),),
 
 
 def test_switch(board: State) -> None:
-    """Command FFh: stop all commands and perform the test function.  The board then needs a reset."""
+    """Command FFh: end all running and queued commands, and turn the motor one revolution in each direction.
+
+    After this test, the board needs a reset.
+    """
     board.begin_test()
 
 

@@ -46,7 +46,7 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                # Only the last of successive markers (special numbers in the streaming buffer) starts a command.
+                # If markers (numbers that start a command) follow each other, the board performs only the last command.
                 marker = met
                 continue
             self._execute(marker)

@@ -36,7 +36,7 @@ SHORTEST_NS = 2 * MS
 
 @dataclass(frozen=True)
 class Given:
-    """A command that the host sends, with its parameter values and the positions of its bytes in the file."""
+    """A command in the checked program file, with its parameter values, its bytes, and the position of each byte."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -351,9 +351,9 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Check whether a command is valid in the present mode.  Return the violated rule and the reason.
+    """Return None if a command is valid in the present mode, otherwise the violated rule and an explanation.
 
-    Return None if the command is valid.  Commands within the definition of a sequence are not checked here.
+    Commands within the definition of a sequence are not checked here.
     """
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "is valid in a sequence only"

@@ -65,7 +65,7 @@ class Words:
         return found
 
     def message(self, text: str) -> bytes:
-        """Convert the text of a message, in hex, to 16 bytes.  Zeros are added at the end of a shorter message.
+        """Convert a hex text such as `83 00 01` to a message of 16 bytes.  Missing bytes at the end are set to 0.
 
         The result is empty if the text contains no bytes.
         """
@@ -232,9 +232,10 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if the board's answer to command 85h contains a streamed velocity.
+    """True if the board has answered command 85h (velocity request) in a streaming mode.
 
-    In indexer mode, the answer contains ranges and a velocity number instead.
+    In a streaming mode, the answer contains the velocity in two bytes.  In indexer mode, the answer contains ranges and
+    a velocity number instead.
 
     A streamed velocity with the lower byte 0 can equal the answer for velocity 0 in indexer mode.
     """
