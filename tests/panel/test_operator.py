@@ -86,7 +86,7 @@ def test_a_selector_switch_has_one_position(context):
     [
         ('[[operator.button]]\nname = "a"\npin = "cell.input9"', r"cell\.toml:6:1: cell has no pin 'input9'"),
         ('[[operator.button]]\nname = "a"\npin = "cell.output1"', r"cell\.output1 is an output: expected an input"),
-        ('[[operator.lamp]]\nname = "a"\npin = "led"', r"NAME\.PIN"),
+        ('[[operator.lamp]]\nname = "a"\npin = "led"', r"CONTROLLER\.PIN"),
         ('[[operator.selector]]\nname = "a"\npositions = { on = "cell.input1" }', "at least 2"),
     ],
 )
