@@ -83,7 +83,10 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """Port that reads and writes the registers of a board.  Raises UsageError for a controller without a bus."""
+        """Bus port for the host.  Raises UsageError for a controller without a bus port.
+
+        The host reads and writes the registers of the controller through this port.
+        """
         if self._abilities.bus is None:
             raise UsageError(f"controller {self.name} has no bus port: use its serial port (attribute `serial`)")
         return self._abilities.bus

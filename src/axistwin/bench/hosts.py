@@ -56,7 +56,10 @@ def host_of(controller: Controller) -> Iterator[Host]:
 
 @contextmanager
 def host_at(bench: Bench, name: str) -> Iterator[Host]:
-    """Connect a simulated host to a controller, a second serial channel, or a shared serial line.
+    """Connect a simulated host to a port, e.g. to the serial port of the controller `motor`.
+
+    `name`: a controller (`motor`), the RS-485 channel of a SmartMotor (`motor.rs485`), or a shared serial line
+    (`chain`).
 
     Yields the host, for use in a `with` block.
     """
