@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # If the process in progress itself calls `cancel`, interrupt the process after the call.
+            # A process cannot interrupt itself: the clock interrupts the process at its next `yield`.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
