@@ -51,9 +51,10 @@ class First:
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Find the variables that VST or VLD can store or load, beginning with the variable `name`.
+        """Find the first and the last variable that the command VST or VLD may access.
 
-        The last of these variables is the last element of the array, or of the variable's group, e.g. a to z.
+        The first variable is `name`.  The last variable is the last element of the same array, or the last variable of
+        the same group, e.g. `z` in the group a to z.
 
         Returns None if `name` does not exist.
         """
