@@ -46,7 +46,9 @@ def _skip(text: str, at: int) -> int:
 
 
 def _extended(text: str, begin: int, end: int) -> int:
-    """Return the index of the character that follows a statement in the text of a program.
+    """Find the end of the statement that begins at the index `begin` of a program text.
+
+    Returns the index of the first character after the statement.
 
     `end`: index at which the first word of the statement ends.
     """
