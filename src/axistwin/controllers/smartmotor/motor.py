@@ -142,7 +142,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # The compilation is already complete, or its program has been replaced.
+            return  # Nothing to do: the program is already compiled, or a newer program has been stored.
         if compilation.step():
             self._compiled(compilation.result())
         else:
@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # Set all latched flags to 1, because a fault whose flag is 1 is not reported again.
+            # Set all latched fault flags to 1, so that no fault is reported while the power is off.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -282,7 +282,8 @@ class Motor(Processor):
         if not i[s.F] & CALL_C2 or INPUT_2 not in self.program.labels or flow.within(self, s.CALL_INPUT):
             return
         i[s.PENDING] |= s.CALL_INPUT
-        i[s.WAIT_UNTIL] = 0  # End a WAIT command early, because C2 can be called only at the end of a statement.
+        # End a WAIT command in progress, so that the call of the subroutine C2 is not delayed.
+        i[s.WAIT_UNTIL] = 0
 
     def _trajectory(self) -> None:
         if self.i[s.BT]:

@@ -96,7 +96,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
         # Outside host mode, the command MD deletes all positions that the host has sent.
         if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
-        # Do not change BUFFERED_MODE: the motor enters this mode at the end of host mode (manual, section 10.2).
+        # At the end of host mode, the motor enters the mode that is stored in BUFFERED_MODE (manual, section 10.2).
         i[s.HOST_ARMED] = 1
         return
     if mode in RATIOS:

@@ -160,7 +160,7 @@ class Core:
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
         if due == first < following:
-            # The first of the times `times_ns` is before the next servo sample, so the shaft has not moved yet.
+            # The time `times_ns[0]` belongs to the present servo sample, so the shaft position at this time is `here`.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -451,7 +451,7 @@ class Core:
             return
         in_last = samples % LONGEST
         # After a command from the host, the servo samples that were computed in advance are discarded.
-        # The next block of precomputed samples is about 25 % longer than the part before the command.
+        # If the host often sends commands, short blocks of precomputed samples save computing time.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

@@ -44,18 +44,15 @@ AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the motor windings at the end of the latest servo sample, in A.
 # Current at the end of a servo sample = AMPS_KEPT * (current at its start) + (1 - AMPS_KEPT) * (steady current).
 AMPS_KEPT = next(_slots)
-# MEAN_KEPT is the weight of the initial motor current in the mean motor current of a servo sample.
-# MEAN_REACHED is the weight of the steady-state motor current in the mean motor current of a servo sample.
+# Mean current in a servo sample = MEAN_KEPT * (current at its start) + MEAN_REACHED * (steady current).
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
-# LAG is the weight of the initial shaft speed in the mean shaft speed of a servo sample.
-# The weight of the final shaft speed in the mean shaft speed of a servo sample is 1 - LAG.
+# Mean shaft speed in a servo sample = LAG * (speed at its start) + (1 - LAG) * (speed at its end).
 LAG = next(_slots)
 PEAK_AMPS = next(_slots)
 # Temperatures of the motor's winding, of the motor's housing, and of the air, in °C
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))
 # WINDING_RISE is the steady temperature difference between winding and housing at a motor current of 1 A, in K.
 # HOUSING_RISE is the steady temperature difference between motor housing and air at a motor current of 1 A, in K.
-# The steady temperature differences are proportional to the square of the motor current.
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)
 # Every 256 servo samples, winding temperature += WINDING_STEP * (steady winding temperature - winding temperature).
 # Every 256 servo samples, housing temperature += HOUSING_STEP * (winding temperature - housing temperature).

@@ -80,11 +80,11 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
 """Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # Pins whose level the external encoder sets: 1 for pin A, 2 for pin B, 3 for both pins.
-    PIN_EDGES,  # Net count of edges at pins A and B from sources other than the simulated external encoder.
+    PIN_EDGES,  # Edges from pulse sources that are wired to pins A and B: forward edges minus backward edges.
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Counts of the counter CTR per encoder period (four edges): 1 in mode MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
-    FOLLOW_REM,  # Fraction of a count that the motor still has to move in mode MFR or MSR, multiplied by TARGET.
+    FOLLOW_REM,  # Remainder of the division FACTOR * counts / TARGET in mode MFR or MSR, for the next servo sample.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.

@@ -263,7 +263,7 @@ class Channel:
         """Set the flag of an error on this channel, and store the error for the report RCHN."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            # The error's status flag was cleared, so the command RCHN must not report earlier errors of this kind.
+            # Delete earlier errors of the kind `error`, e.g. parity errors, from all serial channels of the motor.
             for channel in self.motor.channels:
                 channel.errors &= ~error
         self.motor.i[slot] = 1
