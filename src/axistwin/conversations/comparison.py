@@ -215,9 +215,11 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length, in bytes, of an emulated reply that differs from the recorded reply.
+        """Return the number of bytes in a reply from the emulated controller.
 
-        The reply ends after the expected text, if the received bytes contain this text.  Otherwise the reply ends after
+        The reply differs from the recorded reply.
+
+        If the received bytes contain the expected text, the reply ends after this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the
         reply.  Later bytes belong to the next reply.
         """
