@@ -252,11 +252,12 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield a single list with all sessions of a host program.
+    """Split the data from a host program at each power-off of the controller.
 
-    A session is the data that the host sends between power-on and power-off of the controller.
+    Yields one list of sessions, because the program uses only one controller.  A session is the data that the host
+    sends between power-on and power-off of the controller.
 
-    The program uses only one controller.  `sent` returns the characters of one program line.
+    `sent` returns the characters of one program line.
     """
     host = _SentData(initialised=True)
     for act in acts:
