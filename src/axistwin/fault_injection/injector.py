@@ -100,8 +100,6 @@ class Fault:
             self._faults.changes.emit(self, "ends")
         self.state = State.OVER
 
-    # Methods of a fault that only the fault injector calls
-
     def _begin(self, duration_ns: int | None) -> None:
         if self.state is not State.WAITING:
             return
