@@ -102,9 +102,9 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Do nothing with a new host program, because virtual time passes automatically.
+        """Do nothing.  Only the derived class `ManualClock` registers host programs.
 
-        The method exists for the derived class `ManualClock`.
+        The virtual time of a `ServedClock` passes by itself.
         """
 
     def _advance_to_now(self) -> None:
