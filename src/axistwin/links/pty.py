@@ -107,8 +107,9 @@ class PtyPort:
             self._hold()
             self.plug.disconnect(self)
             return
+        # While no client is connected, ignore packets that only report flushed terminal buffers.
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # Linux reports an emptied buffer even if no client has connected.
+            return
         if self._connect():
             self._take(packet[0], packet[1:])
 
