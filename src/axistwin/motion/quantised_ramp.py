@@ -87,10 +87,10 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """Number of pulses from the start of the acceleration to the end of each stage with constant velocity.
+        """List of pulse counts: element k counts the pulses in the first k segments of the acceleration ramp.
 
-        Element k is the number of pulses of the first k stages, so element 0 is 0.  The last element is the
-        number of pulses of the whole acceleration.
+        Each segment has a constant velocity.  Element 0 is 0.  The last element is the number of pulses of the whole
+        acceleration.
         """
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
