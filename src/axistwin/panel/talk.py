@@ -47,7 +47,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the number of all events at a port or a bus, and a list of the events after event number `count`.
+        """Return a pair: the total number of events at a port or bus, and a list of the events new to the caller.
 
         An event is e.g. a sent or received character.  `count`: the number of events that the caller already has.  The
         list contains at most the newest `SHOWN` events.

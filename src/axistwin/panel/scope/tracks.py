@@ -85,7 +85,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # If each row is a single change of the signal, all values in `rows.area` are 0.
+    # In a table made by the function `changes`, the column `area` contains only zeros.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -259,10 +259,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Earliest time in ns from which all texts of the signal are stored.
-
-        Older texts have been deleted, to save memory.
-        """
+        """Start time in ns of the exact data of a signal with text values.  Older data are incomplete."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
