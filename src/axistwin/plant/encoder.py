@@ -71,11 +71,9 @@ class Encoder:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Three numbers: encoder counts, the motor pulses that cause these counts, and the maximum deviation in counts.
+        """Encoder ratio with tolerance, e.g. (4000, 400, 3): 400 motor pulses cause 4000 ± 3 encoder counts.
 
-        E.g. (4000, 400, 3): 400 motor pulses cause 4000 encoder counts, with a deviation of at most 3 counts.
-
-        The deviation: 1 count of the shaft's position, the backlash, and 1 count at each end if the encoder miscounts.
+        The tolerance: 1 count of the shaft's position, the backlash, and 1 count at each end if the encoder miscounts.
         """
         counts, pulses = self.data.counts_per_rev * self._of, self.data.pulses_per_rev * self._out_of
         return counts, pulses, -(-(1 + self.data.backlash) * abs(self._of) // self._out_of) + 2

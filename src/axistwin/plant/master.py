@@ -136,10 +136,7 @@ class Master:
 
     @property
     def moving(self) -> bool:
-        """True while the encoder turns, or while the encoder is mounted on an axis.
-
-        The axis can turn the encoder at any time.
-        """
+        """True while the encoder turns or is mounted on an axis, because the axis can turn the encoder at any time."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
@@ -208,7 +205,7 @@ class Master:
         """
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(
-                f"invalid ratio {shortened(str(ratio))} (encoder edges per pulse or count of the axis): "
+                f"invalid ratio {shortened(str(ratio))} of encoder position to axis position: "
                 f"expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2"
             )
         self._check_no_circle(axis)
@@ -239,9 +236,9 @@ class Master:
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Emit the events `before_change` and `on_change`, because the motion of the axis has changed.
+        """Emit the events `before_change` and `on_change` of the encoder.
 
-        The axis turns the encoder.
+        Called when the axis that turns the encoder changes its motion.
         """
         self._change(self.run, self.followed)
 

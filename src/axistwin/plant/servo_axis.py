@@ -130,11 +130,11 @@ class AtRest:
         return 0
 
     def velocity(self) -> float:
-        """Return the velocity 0, because the simulation keeps the shaft at rest while the motor's power is off."""
+        """Velocity of the shaft: always 0 for a motor without power."""
         return 0.0
 
     def moving(self) -> bool:
-        """Return False, because the simulation keeps the shaft at rest while the motor's power is off."""
+        """Always False (at rest) for a motor without power."""
         return False
 
     def next_sample_ns(self) -> int | None:

@@ -248,9 +248,9 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if a new velocity profile causes no calculation of lost steps, and no call of a subscribed function.
+        """True if the motor cannot lose steps and the event `on_motion` has no subscribers.
 
-        The motor is then ideal, and no function is subscribed to `on_motion`.
+        A new velocity profile then causes no calculation of lost steps, and no function call.
         """
         return self._loses_no_steps and not self.on_motion
 
@@ -347,9 +347,9 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Number of suppressed step pulses; a pulse in the negative direction counts as -1.
+        """Number of step pulses suppressed by the method `hold`; a pulse in the negative direction counts as -1.
 
-        The method `hold` stops the step output, which then suppresses all pulses.
+        After `hold`, the step output suppresses all pulses until `let_go`.
         """
         return self._unmade if self._made is None else self._issued - self._made
 
