@@ -148,7 +148,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0x14, "14 01", "33 00 00 00 14", "14 00", "33 00 00 00 14", name="sense of CW"),
         case(0x0D, "0D 01", "97", "0D 02", "97", "0D 00", "97"),
         *(
-            # The probe waits 0.4 s after each command.  The null command 00h prolongs the wait for the end of the move.
+            # Each null command 00h gives the motor 0.4 s more to finish its move.
             case(code, f"{code:02X} 01", there, "00", back, "00", f"{code:02X} 00", "33 00 00 00 14")
             for code in range(0xA0, 0xA6)
         ),
