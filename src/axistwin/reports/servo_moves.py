@@ -98,10 +98,9 @@ class ServoMoves:
             self.moves[-1].target = self._position
 
     def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """Return an array that contains earlier positions of a servo axis, then its new positions.
+        """Prepend the positions of the previous `WINDOW` samples to the array `positions`, and return the result.
 
-        `positions`: the new positions.  The number of earlier positions is `WINDOW`.  If the earlier positions are
-        unknown, the axis is assumed to have been at rest.
+        If the previous positions are unknown, the axis is assumed to have been at rest.
         """
         import numpy as np
 
