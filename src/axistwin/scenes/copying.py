@@ -128,7 +128,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                # Delete the old text of the copied file: otherwise, the new text would get a different file name.
+                # Delete the old text, because the method `add` does not overwrite a stored text.
                 del self.files.texts[name]
             text = moved
         return self.files.add(name, text)
@@ -156,7 +156,7 @@ class Copy:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Functions that describe the controllers of a bench in a new scene file
+    # Functions that convert a bench (simulated controllers) to a scene file
 
     def of_bench(self, note: str) -> str:
         """Return the text of a scene file that describes the controllers of the bench."""

@@ -205,10 +205,10 @@ class Scene:
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a copy of the scene with different contents.  No file is written.
+        """Return a new scene with the contents `data`.  No file is written.
 
-        `data`: the contents of the copy.  The copy keeps the name of the scene file.  `texts` replaces the texts of
-        programs, by path.  Raises SceneError with the place of an invalid value in the file.
+        The new scene keeps the name of the scene file.  `texts` replaces the texts of programs, by path.
+        Raises SceneError with the place of an invalid value in the file.
         """
         source = self._source.with_data(dict(data))
         other = type(self)(source.contents(), source)
