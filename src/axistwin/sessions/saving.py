@@ -43,7 +43,7 @@ def files(
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # Add no [[script]] to a scene with recorded actions: a [[script]] would run before actions of the same time.
+        # Add no [[script]] to a scene with recorded actions, because the order of simultaneous actions could change.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
