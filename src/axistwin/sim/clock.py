@@ -179,9 +179,10 @@ class Clock(Environment):
         self.schedule(event, priority=URGENT)
 
     def call_outside(self, procedures: Collection[Process], action: Callable[[], object]) -> None:
-        """Call `action` immediately, or after the next `yield` if one of `procedures` is running.
+        """Call the function `action` as soon as none of the given simulation procedures is running.
 
         If one of `procedures` is running, `action` is called when this procedure next yields, in the same nanosecond.
+        Otherwise, `action` is called immediately.
         """
         if self.active_process in procedures:
             self.soon(action)

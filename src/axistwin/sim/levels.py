@@ -102,7 +102,10 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Delete the stored low pulses of a serial wire that have ended by the time `at/per` ns."""
+        """Delete each stored low pulse that ends at or before a given time.
+
+        The time in ns is `at` divided by `per`.
+        """
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
@@ -112,7 +115,7 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield the low pulses on the serial wire that can begin with a start bit.
+        """Yield each low pulse on the serial wire that may be the beginning of a character.
 
         Only low pulses that begin at `since/per` ns or later are yielded, and each low pulse at most once.
         """
