@@ -66,9 +66,9 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration in seconds to clock ticks, rounded to an even multiple of the property `period`.
+        """Convert a duration from seconds to clock ticks, rounded to 2, 4, 6, ... times the property `period`.
 
-        The result is 2, 4, 6, ... times the property `period`.
+        The property `period` is the interval at which the board reads each stop input.
         """
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 

@@ -145,7 +145,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
                 f"{given.to} cannot stop the axes of this board: "
-                f"expected an input of the controller {' or '.join(names)}"
+                f"expected an input of one of these controllers: {', '.join(names)}"
             )
 
 
