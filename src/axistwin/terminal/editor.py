@@ -88,7 +88,7 @@ class LineEditor:
             complete_while_typing=True,
             bottom_toolbar=None if end is None else self.status,
             refresh_interval=0 if end is None else EVERY_S,
-            erase_when_done=True,  # Erase the typed text after Enter, because the class `Screen` prints the text.
+            erase_when_done=True,  # Erase the typed line after Enter; the class `Screen` then prints the same line.
             input=source,
             output=target,
         )
