@@ -99,9 +99,9 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the exact number of pulses, with the fraction, in the first `elapsed_ns` nanoseconds of a motion.
+        """Return the commanded position at a given time, as a multiple of a very small fraction of a pulse.
 
-        The unit of the result is 1/(parts * S) pulse, so that fractions of a pulse are exact.
+        The result is an exact integer in units of 1/(parts * S) pulse.
         """
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
@@ -132,7 +132,10 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return two numbers: the whole pulses output by a given time, and the fraction of the next pulse."""
+        """Return the commanded position at a given time as whole pulses and a fraction, e.g. (12, 1/4).
+
+        For example, (12, 1/4) stands for 12.25 pulses.
+        """
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 

@@ -129,10 +129,9 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Narrow the range of values to try for `add`, the difference between successive pulse intervals.
+    """Return a smaller search range for the parameter `add` of a step command.
 
-    `add` is a parameter of a step command, which outputs a group of step pulses.
-
+    A step command outputs a group of step pulses.  `add` is the difference between successive pulse intervals.
     With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
 
     `add`: a value, in ticks, with which no step command was found.  The smaller range has only values with
