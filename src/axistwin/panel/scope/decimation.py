@@ -109,10 +109,10 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot old data of a signal as bands between the smallest and the largest stored value.
+    """Plot compressed signal data as bands: each band shows the minimum and the maximum of one time interval.
 
-    To save memory, several old changes of a signal are stored as one interval with a smallest and a largest value.
-    In each pixel column that the interval covers, the plot extends at least from the smallest to the largest value.
+    To save memory, several old changes of a signal are compressed to one interval with a minimum and a maximum.
+    In each pixel column that the interval covers, the plot extends at least from the minimum to the maximum.
     """
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):

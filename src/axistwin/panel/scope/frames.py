@@ -140,12 +140,10 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return a round number, e.g. 5; both ends of a plot axis become multiples of this number.
+    """Return the rounding step for both ends of a plot axis.  E.g. step 5 rounds 12 down to 10, and 72 up to 75.
 
-    For example, with 5, values from 12 to 72 give an axis from 10 to 75.
-
-    The number is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
-    `size`: the difference between the largest and the smallest value, e.g. 60 for the number 5.
+    The step is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
+    `size`: the difference between the largest and the smallest value, e.g. 60 for the step 5.
     """
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

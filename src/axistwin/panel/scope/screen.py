@@ -259,9 +259,9 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the recorded trigger signal, and the latest time in ns at which its edge can trigger the oscilloscope.
+        """Return the data for a trigger search: the recorded signal, and the end of the time range to search, in ns.
 
-        The data after a later edge do not fill the oscilloscope screen yet.
+        After a later edge, the recorded data do not fill the oscilloscope screen yet.
         """
         record = self.recorder.record
         if record is not self._known:  # A new recording makes the trigger time of the old recording invalid.

@@ -75,17 +75,17 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Merge the rows of a signal's history into one row for each time interval of `2 ** shift` ns.
+    """Summarise a signal's history: return e.g. the minimum and the maximum in each time interval.
 
-    A row belongs to the interval in which the row begins.  A merged row contains e.g. the smallest and the largest
-    value.
+    Each interval has a length of `2 ** shift` ns.  A row of the history belongs to the interval in which the row
+    begins.
     """
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # In a table made by the function `changes`, the column `area` contains only zeros.
+    # Add the area under the signal's curve in each interval.  A single change has no duration and no area.
     if rows.begin is not rows.end:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
@@ -259,7 +259,7 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Start time in ns of the exact data of a signal with text values.  Older data are incomplete."""
+        """Start time in ns of the complete history of a text signal.  Older data are partly deleted to save memory."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
