@@ -97,11 +97,10 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Return the motor position, in pulses, at which the shaft passes an edge of the encoder.
+        """Convert a shaft position from encoder counts to motor pulses.
 
-        `counts`: the encoder count above the edge; the count below the edge is `counts` - 1.
-
-        The result n means the edge between the motor positions n-1 and n.
+        The shaft moves between `counts` - 1 and `counts` while the motor moves between the positions n-1 and n.  The
+        result is n.
         """
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:

@@ -47,9 +47,9 @@ class Followed(Protocol):
         """The axis that turns the external encoder of this axis; None if no axis turns the encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis moves between two given positions, e.g. from 4 to 5 or from 5 to 4.
+        """Call `callback()` each time the axis crosses a position in `edges`, in either direction.
 
-        `edges`: numbers of the edges between these positions.  Edge n lies between the positions n-1 and n.
+        Edge n lies between the positions n-1 and n.
         """
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
@@ -128,15 +128,18 @@ class Master:
 
     @property
     def ratio(self) -> Fraction:
-        """Number of encoder edges for each pulse or count of the axis on which the encoder is mounted.
+        """Gear ratio: encoder edges per pulse of a stepper axis, or per count of a servo axis.
 
-        A stepper axis has pulses, and a servo axis has counts.  Without such an axis, the ratio has no effect.
+        The encoder is mounted on this axis.  Without such an axis, the ratio has no effect.
         """
         return self._ratio
 
     @property
     def moving(self) -> bool:
-        """True while the encoder turns or is mounted on an axis, because the axis can turn the encoder at any time."""
+        """True while the encoder turns.  Always True for an encoder that is mounted on an axis.
+
+        The axis can turn the encoder at any time.
+        """
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property

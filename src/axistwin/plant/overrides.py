@@ -35,7 +35,7 @@ class Override(Generic[T]):
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Set the value that a machine setting has without defects, e.g. the torque of an intact motor.
+        """Set the normal value of a machine setting, e.g. 25 °C for the ambient temperature.
 
         The values of active defects stay the same.
         """

@@ -130,7 +130,7 @@ class AtRest:
         return 0
 
     def velocity(self) -> float:
-        """Velocity of the shaft: always 0 for a motor without power."""
+        """Return velocity 0: in this simulation, a motor without power stops at once."""
         return 0.0
 
     def moving(self) -> bool:
@@ -156,10 +156,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Ignore a simulated fault in which the encoder slips on its shaft.
-
-        A motor whose power is off does not read its encoder.
-        """
+        """Ignore a slip of the encoder on its shaft: a motor without power does not read its encoder."""
 
 
 class EncoderView:

@@ -53,10 +53,7 @@ class EncoderView:
 
     @property
     def counts_per_pulses(self) -> tuple[int, int, int]:
-        """Three numbers: encoder counts, the motor pulses that cause these counts, and the maximum deviation in counts.
-
-        E.g. (4000, 400, 3): 400 motor pulses cause 4000 encoder counts, with a deviation of at most 3 counts.
-        """
+        """Encoder ratio with tolerance, e.g. (4000, 400, 3): 400 motor pulses cause 4000 ± 3 encoder counts."""
         return self._encoder.counts_per_pulses
 
     @property
@@ -104,7 +101,7 @@ class EncoderView:
 
         The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
         """
-        _ = self.count  # Count all motion up to now correctly, before the encoder fault begins.
+        _ = self.count  # Update the encoder count before the fault begins.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
 
@@ -158,7 +155,7 @@ class StepperAxis:
         self._lost = 0
         # Step pulses that the method `hold` suppressed in the past; a pulse in the negative direction counts as -1.
         self._unmade = 0
-        # Pulse count of the stopped step output; None while the step output is enabled.
+        # Pulse count at which the method `hold` stopped the step output; None if the output is not held.
         self._made: int | None = None
         self._was_held = False
 
@@ -248,9 +245,9 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if the motor cannot lose steps and the event `on_motion` has no subscribers.
+        """True if a new velocity profile causes no event and no calculation of lost steps.
 
-        A new velocity profile then causes no calculation of lost steps, and no function call.
+        The event `on_motion` then has no subscribers, and the motor cannot lose steps.
         """
         return self._loses_no_steps and not self.on_motion
 
@@ -260,10 +257,9 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list that contains only the present position of the axis.
+        """Return only the present position.  For a stepper axis, the method `positions_at` predicts later positions.
 
-        Other kinds of axes also return predicted positions.  For a stepper axis, the method `positions_at` calculates
-        later positions.
+        Other kinds of axes also return predicted positions.
         """
         return [self.position]
 
@@ -347,7 +343,7 @@ class StepperAxis:
 
     @property
     def unmade(self) -> int:
-        """Number of step pulses suppressed by the method `hold`; a pulse in the negative direction counts as -1.
+        """Net count of the suppressed step pulses: positive pulses minus negative pulses.
 
         After `hold`, the step output suppresses all pulses until `let_go`.
         """
@@ -464,9 +460,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis moves between two given positions, e.g. from 4 to 5 or from 5 to 4.
+        """Call `callback()` each time the axis crosses a position in `edges`, in either direction.
 
-        `edges`: numbers of the edges between these positions.  Edge n lies between the positions n-1 and n.
+        Edge n lies between the positions n-1 and n.
 
         The call is at the exact pulse.
 
