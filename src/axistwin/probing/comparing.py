@@ -304,7 +304,7 @@ def _fits(
                 if left > best:
                     break
         except AxistwinError:
-            # A virtual controller failed with this value of a controller option, so try the next value.
+            # This option value causes an error in the virtual controller, so try the next value.
             continue
         if left > best:
             continue

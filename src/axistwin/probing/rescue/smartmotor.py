@@ -81,7 +81,7 @@ def _first(exchange: Exchange) -> None:
     answer = exchange.ask(FIRST, complete=partial(reported, FIRST))
     exchange.echo = answer.startswith(FIRST)
     answer += exchange.ask(REPORT, complete=lambda answer: False, patience_s=SHORT_S)
-    # Two requests were sent, so a single motor sends at most two answers.
+    # More than two answers to two requests mean that several motors are connected.
     if answer.removeprefix(FIRST).count(b"\r") > 2:
         raise LinkError("several motors answer: connect one motor at a time")
 
