@@ -128,7 +128,7 @@ class Copy:
         if path.suffix.lower() == TALK:
             moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
             if moved != text and self.files.texts.get(name) == text:
-                # Delete the old text, because the method `add` does not overwrite a stored text.
+                # Delete the original program, so that `add` stores the changed program under the same file name.
                 del self.files.texts[name]
             text = moved
         return self.files.add(name, text)

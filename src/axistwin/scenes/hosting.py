@@ -169,7 +169,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    # Do not prepare `mend` (the end of a fault) in advance, because the fault may not exist yet.
+                    # A fault can name an earlier fault as its trigger, so check each fault only at its injection.
                     if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
