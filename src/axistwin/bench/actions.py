@@ -394,7 +394,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    # A number in a conversation file can have 100 digits, but Decimal has only 28 digits by default.
+    # Increase the precision of Decimal from 28 to 300 digits, because the expected number can have 100 digits.
     with localcontext(prec=3 * MOST_CHARACTERS):
         return round(Decimal(value), _decimals(number)) == number
 
