@@ -83,7 +83,7 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return an empty text, because a message on a serial line is readable without an explanation."""
+        """Return an empty explanation, because the messages on a serial line are readable text."""
         return ""
 
 
