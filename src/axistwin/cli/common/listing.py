@@ -12,9 +12,9 @@ NARROWEST = 100
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print rows as a table on a terminal, or with tabs between the fields into a pipe or a file.
+    """Print rows of text as a table.
 
-    On a narrow terminal, each row is a paragraph.
+    On a narrow terminal, each row is a paragraph.  In a pipe or a file, tabs separate the fields of a row.
     """
     if not sys.stdout.isatty():
         for row in (headings, *rows):
