@@ -243,10 +243,10 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace file and the recording file when the panel starts a new simulation.
+        """Return a function that closes the trace file and the recording file, unless its argument is `bench`.
 
-        The panel starts a new simulation, e.g. when the user goes back in time.  The session then calls the function
-        with the new simulation, which is not `bench`.
+        The session calls the function with `bench`, and with each later simulation.  The panel starts a new simulation,
+        e.g. when the user goes back in time.
         """
 
         def end(another: Bench) -> None:
@@ -318,7 +318,7 @@ async def _serve(
     files: _Files,
 ) -> int:
     ended = ending()
-    server.pacer.on_defect = partial(fail, ended)  # A programming error in axistwin ends `axistwin serve`.
+    server.pacer.on_defect = partial(fail, ended)
     try:
         for name, url in wanted:
             await server.open(name, url)
