@@ -185,7 +185,7 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the command attributes that the board requires in its present state, e.g. `Accept.STREAMING`.
+    """Return the attributes that a command must have to be accepted, e.g. `Accept.STREAMING` in a streaming mode.
 
     The board ignores a command of the host that does not have these attributes.
     """

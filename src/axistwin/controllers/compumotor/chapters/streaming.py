@@ -38,7 +38,8 @@ class StreamOutput:
     def perform(self) -> Procedure:
         """Move the motor at the velocities in the streaming buffer, until the buffer is empty.
 
-        The output also ends when the motion is blocked, e.g. by a limit input.
+        The output also ends when the motion is blocked, e.g. by a limit input.  If markers (numbers that start a
+        command) follow each other directly, the board performs only the command of the last marker.
         """
         board, stream = self._board, self._stream
         yield board.occupy(board.start_ns)
@@ -46,7 +47,6 @@ class StreamOutput:
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                # If markers (numbers that start a command) follow each other, the board performs only the last command.
                 marker = met
                 continue
             self._execute(marker)
@@ -150,10 +150,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command that the host has assigned to a number in the velocity stream, e.g. to 7FF0h.
+        """Start the command of a marker, e.g. of the number 7FF0h in the velocity stream.
 
-        Such a number is a marker (command EEh).  The stream continues while the command is executed.  During this time,
-        other markers are ignored.
+        The host assigns a command to a marker by command EEh.  The stream continues while the command is executed.
+        During this time, other markers are ignored.
         """
         if marker is None:
             return
@@ -239,9 +239,10 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: assign a command to a marker, i.e. to a special number among the streamed velocities or distances.
+    """Command EEh: assign a command to a number, e.g. 7FF0h.  The board executes the command when the number occurs in
+    the velocity stream.
 
-    The board executes the command when the number occurs in the stream.  `word`: the number.  `opcode`: the command.
+    Such a number is a marker among the streamed velocities or distances.  `word`: the number.  `opcode`: the command.
     Opcode 00 deletes the marker.  EEh is ignored if the command of the marker is not valid while streaming, or has more
     than two parameters.  EEh is also ignored while ten markers are in use, and in distance-time mode for the values
     8000h and 8001h.

@@ -104,11 +104,11 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return how many of the next position checks the simulation can skip, to run faster.
+    """Return the number of upcoming stall checks that can be skipped, because the motor cannot stall so soon.
 
-    The position tracking reads the encoder and checks the position every 2 ms.  A check can be skipped if no stall is
-    possible until this check.  The last check before any other event is never skipped, because this check reads the
-    encoder.  Backlash makes the encoder count depend on earlier readings.
+    The position tracking reads the encoder and checks for a stall every 2 ms.  The simulation runs faster without
+    unnecessary checks.  The last check before any other event is never skipped, because this check reads the encoder.
+    Backlash makes the encoder count depend on earlier readings.
     """
     loop = board.loop
     skipped = (board.clock.free_ns - 1) // UPDATE_NS - 1

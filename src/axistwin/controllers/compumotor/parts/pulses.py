@@ -290,7 +290,8 @@ class PulseGenerator:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # The callback `on_phase` has ended or replaced this velocity profile.
+            # Return if the callback `on_phase` has stopped the pulses or started another velocity profile.
+            if plan != self._plan:
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

@@ -151,10 +151,10 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return up to `most` entries from the beginning of the streaming buffer.
+        """Return the entries that can be removed from the streaming buffer without the alarm "buffer empty".
 
-        The list ends before the entry whose removal would cause the alarm "buffer empty".  The board sends this alarm
-        when the buffer is almost empty.  Each entry is one word.
+        The list contains the first entries of the buffer, at most `most` entries.  The entries stay in the buffer.  The
+        board sends the alarm when the buffer is almost empty.  Each entry is one word.
         """
         assert self.setting is not None
         if self._alarm_on:
@@ -198,7 +198,6 @@ class Stream:
         """End the stream; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            # Kill the streaming process, unless this process itself is calling `end`.
             if process is not self._clock.active_process:
                 kill(process)
             self._refresh()
