@@ -54,7 +54,6 @@ class Interface(State):
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        # True after axistwin has warned the user that an initialised interface does not answer `(`.
         self._told = False
         # For each character of the incoming message: True if the highest of the character's eight bits is 1.
         self._eighth: list[bool] = []

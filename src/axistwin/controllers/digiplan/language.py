@@ -33,7 +33,7 @@ class Accept(Flag):
     DIRECT = auto()  # The command is allowed in a direct message, which is executed immediately.
     STEP = auto()  # The command is allowed in a step of a sequence.
     ALONE = auto()  # Flag of a command that must be the only command in its message, e.g. `#` (cancel).
-    LOCKED = auto()  # Flag of a command that a locked interface accepts, e.g. `]` (communication unlock).
+    LOCKED = auto()  # The command is allowed even while the interface is locked, e.g. `]`, which ends the lock.
     REQUEST = auto()  # The command is a status request, e.g. `E` (busy status).
     SETUP = auto()  # The command is allowed only during initialisation.
     WRITTEN = auto()  # The character is a sign or punctuation, not a command, e.g. the minus sign in `X-100`.

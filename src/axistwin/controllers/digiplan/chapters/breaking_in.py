@@ -43,11 +43,11 @@ class BreakIn:
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Decode a received character in the interface's default data format, and check for `(`.
+        """Check if a received character is `(`, which starts a new initialisation.
 
-        Return the default format if the character is `(`.  Return None for any other character, or if the default
-        format equals the present format.  `low_ns`: duration of the low level at the beginning of the character.  This
-        duration gives the baud rate.
+        The character is decoded in the interface's default data format.  Return the default format if the character is
+        `(`.  Return None for any other character, or if the default format equals the present format.  `low_ns`:
+        duration of the low level at the beginning of the character.  This duration gives the baud rate.
         """
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
