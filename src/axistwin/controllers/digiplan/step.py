@@ -92,7 +92,7 @@ class Parameters:
     speed: int = 400  # Speed in steps/s.
     start_stop: int = 4  # Start/stop speed in units of 100 steps/s.
     acceleration: int = 10  # Acceleration in units of 1000 steps/s².
-    distance: int = 0  # Distance of the next move in steps; minor axes use `minor_distance` instead.
+    distance: int = 0  # Distance of the next move in steps.
     minor_distance: int = 0  # Distance of each minor axis in an interpolated move, in steps.
     backlash: int = 0  # Backlash distance in steps; its sign is the final direction of a move with backlash correction.
     pulse_length: int = 10  # Length of an output pulse in units of 10 ms.
