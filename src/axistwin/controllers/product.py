@@ -80,9 +80,10 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """The control lines (DTR, RTS, DSR, CTS) at a device's serial connector and inside the device.
+    """The serial control lines of a device: DTR, RTS, DSR and CTS.
 
-    The control lines inside the device differ if the wiring connects an input, e.g. DSR, to an output of the device.
+    The lines at the connector differ from the lines inside the device if the wiring connects an input of the device,
+    e.g. DSR, to an output of the device.
     """
 
     plug: ControlLines
