@@ -102,7 +102,7 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    # If neither F=16 nor F=128 is set, the cam returns to its first position in the last interval of the cam table.
+    # Without the cam options F=16 and F=128, the cam table describes a closed curve.
     following = n + 1 if i[s.CAM_F] or n + 1 < size else 0
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 

@@ -160,7 +160,7 @@ class Core:
         due = (times_ns.start - self.zero_ns) // SAMPLE_NS
         following = max(due, min(due + len(times_ns), block.end))
         if due == first < following:
-            # The time `times_ns[0]` belongs to the present servo sample, so the shaft position at this time is `here`.
+            # Until the time `times_ns[0]`, the shaft does not move.
             return [here, here, *self._engine.shaft[: following - first - 1]]
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
@@ -451,7 +451,7 @@ class Core:
             return
         in_last = samples % LONGEST
         # After a command from the host, the servo samples that were computed in advance are discarded.
-        # If the host often sends commands, short blocks of precomputed samples save computing time.
+        # Compute fewer servo samples in advance if commands from the host are frequent.
         self._most = min(max(in_last + in_last // 4, SHORTEST), LONGEST)
         if samples > 0:
             self._commit(self._compute(samples))

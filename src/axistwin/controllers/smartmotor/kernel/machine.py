@@ -34,8 +34,8 @@ OUTSIDE = next(_slots)  # Acceleration of the shaft by external torque and gravi
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)
 JAM = next(_slots)  # Additional friction of the shaft: infinite while the shaft is jammed, otherwise 0.
 VISCOUS = next(_slots)  # Deceleration by viscous friction, in counts/sample², for a shaft speed of 1 count/sample.
-# With open motor windings, viscous friction multiplies the shaft speed by OPEN_GAIN in each servo sample.
-# With closed motor windings, friction and back-EMF multiply the shaft speed by CLOSED_GAIN in each servo sample.
+# Windings open: in each servo sample, viscous friction reduces the shaft speed to OPEN_GAIN * speed.
+# Windings shorted or driven: in each sample, viscous friction and back-EMF reduce the speed to CLOSED_GAIN * speed.
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)
 PER_AMP = next(_slots)  # Acceleration of the shaft by a motor current of 1 A, in counts/sample².
 # AMPS_PER_PWM is the motor current at standstill for a PWM value of 1, in A.

@@ -84,7 +84,7 @@ PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
     STEP_UP,  # 1 if the latest pulse of an external step source was a step in the positive direction.
     RESOLUTION,  # Counts of the counter CTR per encoder period (four edges): 1 in mode MF1, 2 in MF2, otherwise 4.
     STEPS,  # 1 if pins A and B are step and direction inputs; 0 if the pins are encoder inputs.
-    FOLLOW_REM,  # Remainder of the division FACTOR * counts / TARGET in mode MFR or MSR, for the next servo sample.
+    FOLLOW_REM,  # Fraction of a count that mode MFR or MSR carries over to the next servo sample.
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # Parameters of the active cam.
@@ -163,12 +163,10 @@ INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)
 SLIPPED = next(_slots)  # Real shaft position minus the position that the encoder reports, in counts.
 # A defective encoder reports COUNTS_OF counts for every COUNTS_OUT_OF counts of the shaft, e.g. 9 for every 10.
-# COUNTS_OF = COUNTS_OUT_OF = 0 means that the encoder has no defect.
 COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)
-# Fraction of a count that a defective encoder has not reported yet, multiplied by COUNTS_OUT_OF.
-UNCOUNTED = next(_slots)
+UNCOUNTED = next(_slots)  # Fraction of a count that a defective encoder carries over to the next servo sample.
 ENERGY = next(_slots)  # Electrical energy taken by the windings since the start of the simulation, in nJ.
-HOT = next(_slots)  # Flag: 1 from an overload, e.g. by too much current, until the motor has cooled down.
+HOT = next(_slots)  # Flag: 1 while the motor cools down after an overload.
 
 # Number of received bytes that the program has not read yet: LEN for serial channel 0, LEN1 for channel 1.
 LENGTHS, *_ = islice(_slots, 2)
@@ -207,7 +205,7 @@ USER_PINS = "ABCDEFG"
 LETTERS = 0  # Index of the variable a in the memory of the program's variables; the variables b to z follow.
 DOUBLES = 26  # Index of the variable aa in the memory of the program's variables; the variables bb to zz follow.
 TRIPLES = 52  # Index of the variable aaa in the memory of the program's variables; the variables bbb to zzz follow.
-ALONE = 78  # Index of the array element al[0] if the option `array_overlay` is off (the array has its own memory).
+ALONE = 78  # First free index after the variable zzz in the memory of the program's variables.
 HIDDEN = ALONE + 51
 HIDDEN_MOST = 16
 VARIABLES = HIDDEN + HIDDEN_MOST
