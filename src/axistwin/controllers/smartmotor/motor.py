@@ -180,7 +180,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            # Set all latched fault flags to 1, so that no fault is reported while the power is off.
+            # While the power is off, no fault is reported.
             i[slot] = slot in LATCHED
 
     def leave(self) -> None:
@@ -208,7 +208,7 @@ class Motor(Processor):
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        # Restore the shaft speed and the temperatures of the motor, except at the first power-up.
+        # After a short power-off, the shaft may still turn, and the motor may still be hot.
         if axis.f:
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
