@@ -26,9 +26,9 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return the operation and the index with which the program interpreter reads each register.
+    """Return the names of all motor registers, each with the location of the register's value.
 
-    The keys are the names of the registers.  The values are pairs, e.g. the operation SLOT and an index.
+    A location is a pair: an operation of the program interpreter, e.g. SLOT, and an index.
 
     A read of the register RI does not clear Bi.
     """
@@ -115,9 +115,10 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return the names of all observed motor registers, and one callback function for all subscribers.
+        """Combine all subscriptions to motor registers into one.
 
-        The function passes each change of a register to all subscribers of this register.
+        Returns the names of all observed registers, and a callback function.  The function passes each change of a
+        register to all subscribers of this register.
         """
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower

@@ -68,9 +68,9 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """End the deceleration that a fault has caused (manual, table 4.2).
+    """Hold the shaft position after a fault has stopped the motor (manual, table 4.2).
 
-    The motor then holds its position.  If MTB has enabled mode torque brake, the motor enters this mode instead.
+    If MTB has enabled mode torque brake, the motor enters this mode instead.
     """
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0

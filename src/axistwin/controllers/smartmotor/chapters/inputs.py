@@ -120,7 +120,7 @@ class Inputs:
         i[s.MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
     def _follows(self) -> bool:
-        """True if another axis turns the external encoder, and this axis may be moving now."""
+        """True if another axis may be turning the external encoder now."""
         followed = self.axis.master.followed
         return followed is not None and not followed.resting
 
