@@ -215,9 +215,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the number of bytes in a reply from the emulated controller.
+        """Return the length in bytes of a reply that differs from the recorded reply.
 
-        The reply differs from the recorded reply.
+        The reply comes from the emulated controller.
 
         If the received bytes contain the expected text, the reply ends after this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the
