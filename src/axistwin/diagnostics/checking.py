@@ -252,10 +252,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Split the data from a host program at each power-off of the controller.
+    """Yield all sessions of a host program in one list.  A session is the data that is sent from power-on to power-off.
 
-    Yields one list of sessions, because the program uses only one controller.  A session is the data that the host
-    sends between power-on and power-off of the controller.
+    The program uses only one controller.
 
     `sent` returns the characters of one program line.
     """

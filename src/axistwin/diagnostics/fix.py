@@ -16,7 +16,7 @@ MOST_ROUNDS = 10
 def fix_text(
     text: str, find: Callable[[str], Sequence[Diagnostic]]
 ) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
-    """Correct a program text: apply each fix that is the only possible correction of an error.
+    """Correct the errors in a program text, except errors with several possible corrections.
 
     Returns the new text, the fixed diagnostics and the remaining diagnostics.
 
