@@ -34,7 +34,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class Clock:
-    """A request for the present time in seconds.
+    """A request to read the clock.  The result is the present time in seconds.
 
     The time is 0 at an arbitrary moment.
     """
