@@ -289,7 +289,7 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            # The planned start of a fault is a background event: the simulation can end without this event.
+            # The simulation may end before the planned start of a fault.
             clock.background += 1
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
