@@ -6,7 +6,7 @@ from typing import Any
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:
-    """Return a `__getattr__` function that imports a module when one of the module's names is first used.
+    """Return a `__getattr__` function that imports the modules of a package on demand.
 
     `reading="Trace read"` exports the names `Trace` and `read` of the module `reading`.
     """
