@@ -107,7 +107,7 @@ class PtyPort:
             self._hold()
             self.plug.disconnect(self)
             return
-        # While no client is connected, ignore packets that only report flushed terminal buffers.
+        # Clearing the terminal's buffers does not connect a client.
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
             return
         if self._connect():

@@ -59,7 +59,7 @@ class Advancer(ABC):
         """
         limit = Slice()
         found: list[T] = []
-        # If an error has interrupted the function `advance`, call this function again.
+        # Call `advance` until it returns without an error.
         while not found:
             self.run(lambda: found.append(advance(limit.over)))
         self.flush()
