@@ -216,9 +216,10 @@ class Scene:
         return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Return the text of the scene file, extended by recorded hosts and script entries.
+        """Copy the scene, add the actions of a recorded session, and return the text of the new scene file.
 
-        `copy` contains the recorded hosts and script entries.  The files that the text needs are added to `copy`.
+        `copy` contains the recorded actions as simulated hosts and script entries.  The files that the text needs are
+        added to `copy`.
         """
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)

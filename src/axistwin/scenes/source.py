@@ -21,7 +21,7 @@ from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
 
 _MESSAGES = {
-    # The library pydantic reports a list with one number instead of two as the error "missing".
+    # The library pydantic reports the error "missing" for `limits = [0]`, because the second number is missing.
     "missing": "expected two numbers",
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
@@ -85,7 +85,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # Pass the data as JSON, because the library pydantic accepts a list for a tuple only in JSON data.
+        # Use JSON: the library pydantic converts a JSON array to a tuple, but does not convert a Python list.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
