@@ -124,7 +124,6 @@ class Journal:
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
         del self._data[cursor.offset :]
-        # Delete the actions that the shortened recording no longer contains.
         for act in self._acts[cursor.known :]:
             del self._numbers[act]
             self._texts -= _size(act)

@@ -217,9 +217,9 @@ class RecordedBus:
         self.interrupt_line.attach(bus.interrupt_line)
 
     def mute(self, on: bool) -> None:
-        """Stop or resume the reports of the board's interrupts to the host.
+        """Begin or end the muting of the bus.  A muted bus passes no interrupts to the host.
 
-        `on`: True stops the reports, False resumes the reports.
+        `on`: True begins the muting, False ends the muting.
         """
         self.interrupt_line.mute(on)
 

@@ -1,7 +1,8 @@
 """Save a session as a scene: actions of users become a script, actions of hosts become conversations.
 
 All acts of one nanosecond are written to one file, to keep their order.  Acts of users on one controller are written to
-the script, all other acts to the conversation of an endpoint that a host has used.
+the script, all other acts to the conversation of an endpoint that a host has used.  No script is added to a scene with
+conversations of an earlier session, because the script could act before these conversations at the same virtual time.
 """
 
 import re
@@ -38,12 +39,12 @@ def files(
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # At equal times, a conversation file with a higher rank runs later; new files get the highest rank.
+    # A host of the original scene must act before the recorded host if both act at the same virtual time.
     before = max(map(rank_of, headers), default=0)
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # Add no [[script]] to a scene with recorded actions, because the order of simultaneous actions could change.
+        # If the scene already contains a recorded session, save all new actions as conversations, not as a script.
         if not before and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
