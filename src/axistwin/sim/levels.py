@@ -111,7 +111,7 @@ class Levels:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if all stored low pulses of the wire have ended by the time `now_ns`."""
+        """True if the wire is high from the time `now_ns` until the method `put` adds a signal."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
@@ -126,7 +126,6 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Remove and return the stored low pulses that have not ended when the new low pulse `first` begins."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())

@@ -352,9 +352,9 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the output stage, the external wiring or the pull-up resistor applies to the terminal.
+        """Level that the terminal would have without a test lead or a defect.
 
-        A test lead or a defect can force another level.
+        The output stage sets this level if it is on, otherwise the external wiring, otherwise the pull-up resistor.
         """
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
