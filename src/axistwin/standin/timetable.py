@@ -2,7 +2,8 @@
 
 The board handles one event after the other, and a step that is due at the same time is late.  So no two periodic events
 are due at the same time: within a period each stop input has a slot of its own.  The other inputs and the reports share
-the last slot, in different periods.
+the last slot: these inputs are read in odd periods, and the reports are sent in even periods.  Their intervals are
+therefore rounded to an even number of periods.
 
     period   | stop 0 | stop 1 |   -    | report 0 | stop 0 | stop 1 |   -    | input 0 | stop 0 | ...
 
@@ -66,10 +67,6 @@ class Timetable:
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
-        """Convert a duration from seconds to clock ticks, rounded to 2, 4, 6, ... times the property `period`.
-
-        The property `period` is the interval at which the board reads each stop input.
-        """
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
