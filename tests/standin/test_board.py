@@ -309,7 +309,7 @@ def test_a_queue_that_is_too_small():
         (
             (X,),
             (InputPin("other.limit", BoardPin("P9"), stops=0),),
-            "other.limit cannot stop the axes of this board: expected an input of one of these controllers: table",
+            "the stop input other.limit is wired to the wrong board: expected a stop input of the controller table",
         ),
     ],
 )

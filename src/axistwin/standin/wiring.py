@@ -137,15 +137,15 @@ def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
 
 
 def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Check that each stop input belongs to a controller whose axes the board drives.
+    """Raise UsageError if an input that stops motion is wired to the wrong board.
 
-    `names`: the names of these controllers.  Raises UsageError.
+    The right board drives the axes of the input's controller.  `names`: the controllers whose axes this board drives.
     """
     for given in inputs:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
-                f"{given.to} cannot stop the axes of this board: "
-                f"expected an input of one of these controllers: {', '.join(names)}"
+                f"the stop input {given.to} is wired to the wrong board: "
+                f"expected a stop input of the controller {' or '.join(names)}"
             )
 
 
