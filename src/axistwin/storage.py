@@ -38,9 +38,9 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Keep the contents of a controller's emulated memory until the program ends.
+        """Store the contents of a controller's emulated memory in the computer's RAM.
 
-        No file is written.
+        No file is written.  The contents are lost when axistwin ends.
         """
         self._contents = contents
 
