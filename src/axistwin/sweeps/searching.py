@@ -1,5 +1,8 @@
 """Search for the worst run with the evolution strategy CMA-ES.
 
+The search minimises the smallest margin (robustness) of all claims of a run.  A failed claim has a negative margin,
+e.g. -2 if a value exceeds its limit by 2.  Margins are limited to ±`FAR`; a run without margins counts as `FAR`.
+
 The search varies one fraction, 0 to 1, for each path; the fraction selects a value from the path's range.  The result
 depends on the seed, not on the number of workers.  The search restarts at a random point if it has converged, or if all
 runs of a generation have the same robustness.
@@ -54,13 +57,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
     return {row["run"]: row for part in parts for row in part}
 
 
-def badness(row: Row, claims: Sequence[str]) -> float:
-    """Return the smallest margin with which a run meets its claims (required conditions).
-
-    A margin (robustness) is negative if the claim fails, e.g. -2 if a value exceeds its limit by 2.  The search
-    minimises the result to find the worst run.  The result is limited to ±`FAR`.  If no claim has a margin, the result
-    is `FAR`.
-    """
+def _smallest_margin(row: Row, claims: Sequence[str]) -> float:
     found = [row[f"{name}.robustness"] for name in claims]
     finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]
     return min(finite, default=FAR)
@@ -84,10 +81,10 @@ def search(
         size = min(strategy.population_size, count - asked)
         units = [strategy.ask() for _ in range(size)]
         values = at_fractions(varied, [[min(x, 1 - 2**-53) for x in unit[: len(varied)]] for unit in units])
-        scores = {run: badness(before[run], claims) for run in range(asked, asked + size) if run in before}
+        scores = {run: _smallest_margin(before[run], claims) for run in range(asked, asked + size) if run in before}
         tasks = [(asked + n, point) for n, point in enumerate(values) if asked + n not in before]
         for row in engine.map(tasks):
-            scores[row["run"]] = badness(row, claims)
+            scores[row["run"]] = _smallest_margin(row, claims)
             yield row
         told = [scores[asked + n] for n in range(size)]
         asked += size
