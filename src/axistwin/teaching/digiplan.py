@@ -188,9 +188,9 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield three possible meanings of a number in an answer of the interface.
+        """Yield the meaning of a number as an answer to each of the requests K, F and I.
 
-        The meaning depends on the request: K, F or I.
+        Yield nothing if the number is not in the range 0 to 255.
         """
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
@@ -217,9 +217,9 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield a text about the command `piece`: the meaning of its answer, or the meaning of its parameters.
+        """Yield details of a command, e.g. the meaning of the answer to `K` or of the digits in `U61`.
 
-        For example, the answer to the command `K`, or the parameters of the command `U61`.
+        `piece`: the command with its parameters.
         """
         match piece[0]:
             case "K" | "Q":

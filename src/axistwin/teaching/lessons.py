@@ -60,9 +60,9 @@ def answered(pattern: str, to: str = "") -> Check:
 
 
 def is_clear(mask: int) -> Check:
-    """Return a condition that is true if the controller has reported the status bits `mask` as 0.
+    """Return a function that checks whether certain bits of the controller's status word are 0.
 
-    The controller reports its status words after the request RW.
+    `mask` selects these bits.  The controller reports its status words after the request RW.
     """
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
