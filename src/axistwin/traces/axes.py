@@ -198,9 +198,9 @@ class ServoTrace:
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes of the position and of the commanded position before the time `before_ns`.
+        """Return the collected signal changes that happened before the time `before_ns`.
 
-        The samples before this time are then deleted.
+        The signals are the position and the commanded position.  The samples before this time are then deleted.
         """
         times, positions, commanded = self.rows.take(before_ns)
         if not len(times):

@@ -145,7 +145,7 @@ def _unmatched(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    # Append one element, because an index in `spans` can equal the array length, which `reduceat` rejects.
+    # Extend `others` by one value, because the largest index in `spans` may be `len(others)`.
     ended = np.append(others, others[-1])
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)

@@ -222,5 +222,5 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
     return words.take(pa.array(values, mask=~wanted))
 
 
-# Keep the text of each converted message in a cache, because hosts often repeat messages.
+# Cache the conversion of messages from bytes to text, because hosts often repeat a message.
 _shown = lru_cache(1 << 14)(CHARACTERS.show)

@@ -347,10 +347,6 @@ class Tracer:
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """Continue the trace with the signal changes before the time `before_ns`.
-
-        A time span with many pulses is written in several parts.
-        """
         since_ns = self.written_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)
