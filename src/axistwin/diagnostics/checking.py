@@ -252,9 +252,9 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Yield all sessions of a host program in one list.  A session is the data that is sent from power-on to power-off.
+    """Group the commands of a host program into sessions.  Each power-off of the controller ends a session.
 
-    The program uses only one controller.
+    The program uses only one controller.  The only item that is yielded is the list of its sessions.
 
     `sent` returns the characters of one program line.
     """
