@@ -288,7 +288,7 @@ class Board(Core):
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())
             is_empty = free == size  # The board's velocity buffer has run empty.
-            is_stuck = not count and free == before  # The board's velocity buffer stays full.
+            is_stuck = not count and free == before
             if begun and (is_empty or is_stuck):
                 for kill in (0x7B, 0x78):
                     yield from self.command(kill)
