@@ -107,7 +107,7 @@ class PtyPort:
             self._hold()
             self.plug.disconnect(self)
             return
-        # Clearing the terminal's buffers does not connect a client.
+        # If no client is connected to this port, ignore a report that the terminal's buffers were cleared.
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
             return
         if self._connect():
