@@ -85,8 +85,8 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    # Add the area under the signal's curve in each interval.  A single change has no duration and no area.
-    if rows.begin is not rows.end:
+    rows_have_duration = rows.begin is not rows.end
+    if rows_have_duration:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
