@@ -136,9 +136,9 @@ class Master:
 
     @property
     def moving(self) -> bool:
-        """True while the encoder turns.  Always True for an encoder that is mounted on an axis.
+        """True while the encoder turns.
 
-        The axis can turn the encoder at any time.
+        Also True while the encoder is mounted on an axis that stands still: the axis can turn the encoder at any time.
         """
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
