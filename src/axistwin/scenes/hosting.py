@@ -169,7 +169,7 @@ class _ConversationHost:
                     return self._runner.prepare(Say(data, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
                     do = Do(target, value, controller=self._endpoint(act))
-                    # A fault can name an earlier fault as its trigger, so check each fault only at its injection.
+                    # Do not check a fault before its injection: it may refer to another fault that does not exist yet.
                     if target in FAULT_ACTS:
                         return lambda: self._runner.prepare(do)()
                     return self._runner.prepare(do)
