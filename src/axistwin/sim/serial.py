@@ -256,7 +256,7 @@ class Line:
         self._idle = whole.end_ns * per - S, per
         self.receiver.take(whole.byte, SOUND)
         self._whole = None
-        # Find the next start bit after the call of `take`, because `take` may change the receiver's baud rate.
+        # A received command may have changed the baud rate for the next character.
         if self._levels:
             self._find_start_bit()
 
@@ -334,7 +334,7 @@ class Line:
         self._idle = reading.idle - again * reading.step, reading.per
         self.receiver.take(byte, errors)
         self._reading = None
-        # Find the next start bit after the call of `take`, because `take` may change the receiver's baud rate.
+        # A received command may have changed the baud rate for the next character.
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
