@@ -188,7 +188,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning of a number as an answer to each of the requests K, F and I.
+        """Yield three texts: the meaning of a number in a reply to request K, to request F and to request I.
 
         Yield nothing if the number is not in the range 0 to 255.
         """
