@@ -243,10 +243,10 @@ class _Files:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a function that closes the trace file and the recording file, unless its argument is `bench`.
+        """Return a callback that closes the trace file and the recording file when a new simulation begins.
 
-        The session calls the function with `bench`, and with each later simulation.  The panel starts a new simulation,
-        e.g. when the user goes back in time.
+        The session calls the callback with `bench`, which has no effect, and with each later simulation.  The panel
+        starts a new simulation, e.g. when the user goes back in time.
         """
 
         def end(another: Bench) -> None:
