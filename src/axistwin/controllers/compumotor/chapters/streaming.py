@@ -150,10 +150,10 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command of a marker, e.g. of the number 7FF0h in the velocity stream.
+        """Start the command that the host has assigned to a marker (a special number in the velocity stream).
 
-        The host assigns a command to a marker by command EEh.  The stream continues while the command is executed.
-        During this time, other markers are ignored.
+        The host assigns a command to a marker, e.g. to 7FF0h, by command EEh.  The stream continues while the
+        command is executed.  During this time, other markers are ignored.
         """
         if marker is None:
             return
