@@ -109,10 +109,10 @@ class Program:
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the size of the compiled operation that reports the beginning of a program statement.
+        """Return the size of the extra code that the compiler has inserted before a statement, e.g. for a breakpoint.
 
-        The size is a number of integers in `code`, or 0 for a statement without this operation.  `head`: index in
-        `code` at which the code of the statement begins.
+        The extra code is an operation that reports the beginning of the statement.  The size is a number of integers in
+        `code`, or 0 without extra code.  `head`: index in `code` at which the code of the statement begins.
         """
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
