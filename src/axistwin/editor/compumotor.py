@@ -121,11 +121,6 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """Return the modal commands in the given lines.
-
-        A modal command decides which commands are valid next.  The result is a session, i.e. data that a host sends
-        between power-on and power-off.
-        """
         codec = codec_of(self.made)
         lines = [line if self.is_modal(line) else "" for line in lines]
         acts, _ = read_acts(lines, self.suffix, codec)
