@@ -92,7 +92,7 @@ class Fault:
         """
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # The call that starts the fault has not returned yet: end the fault later.
+            if self._mend is None:  # End the fault only after the start of the fault is complete.
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):

@@ -103,7 +103,10 @@ def _value(name: str, text: str) -> Any:
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
-    """Assign values without a name, e.g. `3`, to those parameters of a fault that have no value yet."""
+    """Find the parameter for each value without a name, e.g. `count` for the value 3 in `lose 3`.
+
+    These values belong, in order, to the parameters that are not given by name.
+    """
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         extra = bare[len(free)]

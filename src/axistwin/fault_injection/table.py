@@ -27,7 +27,7 @@ class On(Enum):
 
 
 class Sort(Enum):
-    """The type of a parameter's value."""
+    """Data type of a parameter of a fault, e.g. a whole number."""
 
     WHOLE = "a whole number"
     NUMBER = "a number"
