@@ -119,9 +119,10 @@ async def of_scene(
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
-    """Create the object that encodes a driver's requests, and decodes the answers of a controller model.
+    """Create a `Core`: an object that implements the communication protocol of a controller.
 
-    The object has no port.  Raises UsageError for an unknown model or option.
+    The object encodes requests and decodes answers, but has no port.  Raises UsageError for an unknown model or
+    option.
     """
     try:
         return make(model, dict(options))

@@ -133,7 +133,8 @@ class PvAccess:
             await motor.post("", None)
         here = all(address == LOOPBACK for address in self._addresses)
         given = {"EPICS_PVAS_INTF_ADDR_LIST": " ".join(self._addresses)}
-        if here:  # The server accepts only clients on this computer, so other computers need no EPICS beacons.
+        if here:
+            # Send EPICS beacons (announcements of the server) only to this computer.
             given |= {"EPICS_PVAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_PVAS_BEACON_ADDR_LIST": LOOPBACK}
         if self._port is not None:
             given |= {"EPICS_PVAS_SERVER_PORT": str(self._port), "EPICS_PVAS_BROADCAST_PORT": str(self._port + 1)}
