@@ -142,7 +142,10 @@ class ThreadStream:
         self._thread.start()
 
     def write(self, data: bytes) -> None:
-        """Queue characters for the device, and discard the newest characters if the queue is full."""
+        """Queue characters for transmission to the serial device.
+
+        Characters of `data` that do not fit into the queue are discarded.
+        """
         room = STALLED - self._queued
         self._dropped += len(data[room:])
         if kept := data[:room]:

@@ -130,10 +130,9 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host program.
+        """Register a host program with this clock.  Virtual time then passes only while the program waits.
 
-        From now on, virtual time passes only while the program waits.  The program waits for an answer, or in
-        `time.sleep`, which then takes virtual time.
+        The program waits for an answer, or in `time.sleep`, which then takes virtual time.
         """
         host.sleep_by(lambda: self.now)
         self._hosts.append(host)

@@ -62,7 +62,7 @@ class Gate:
             self.changes.emit()
 
     def open(self) -> None:
-        """Continue reading from clients, and admit new clients."""
+        """Allow clients to connect and to send data."""
         self.close("")
 
 

@@ -45,7 +45,7 @@ class Connector(Protocol):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no data from the client, e.g. because too much data is queued."""
+        """True while the server accepts no data from the client, e.g. because the queue of received data is full."""
 
     @property
     def chunk(self) -> int:

@@ -7,7 +7,7 @@ SLICE_S = 0.002
 
 
 class Slice:
-    """A timer that limits one run of the simulation to 2 ms of real time.
+    """A timer that expires after 2 ms of real time.  The simulation pauses when the timer expires.
 
     The 2 ms (`SLICE_S`) begin when the timer is created.
     """
