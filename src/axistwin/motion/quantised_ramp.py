@@ -42,9 +42,9 @@ def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the step rates of a ramp, each with its duration as a number of equal time intervals.
+    """Yield pairs (rate, n): the pulse generator outputs pulses at this rate for n update periods.
 
-    For a slow ramp, which keeps each step rate for one or more intervals.
+    For a slow ramp, which keeps each step rate for one or more periods.
     """
     if steps < 1:
         return
