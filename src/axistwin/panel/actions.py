@@ -67,9 +67,9 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Step to the next event, or jump to a recorded time, as soon as earlier actions have ended.
+        """Add a user's action to the queue of actions, e.g. a step to the next event.
 
-        The call waits in a queue while another `step` or `go_to` is in progress.
+        The action begins after all earlier actions have ended.
 
         `begin`: function that starts the `step` to the next event, or the `go_to` to a recorded time.
         Returns the result of `begin()`; None if `stop` has removed the call from the queue.

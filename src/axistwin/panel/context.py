@@ -134,11 +134,11 @@ class Context:
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
-        """Begin a change of virtual time, e.g. an advance to the next event.
+        """Move the simulation to another time, e.g. to the time of the next event.
 
         Do nothing if the user of this page may not control the session.
 
-        `begin`: function that starts the change.  `done` is called with the result.  Errors are shown on the page.
+        `begin`: function that starts this action.  `done` is called with the result.  Errors are shown on the page.
         """
         return self._move(self.actions.move(begin), done) if self._may() else None
 

@@ -60,9 +60,9 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Resume the function `compute` in its thread, and return True if the function has ended.
+        """Continue a long computation for a short time.  Return True if the computation has ended, otherwise False.
 
-        The call returns when `compute` ends, or when `compute` pauses itself with `breathe`.
+        The call returns when the function `compute` ends, or when `compute` pauses itself with `breathe`.
         """
         self._go.release()
         self._stop.acquire()

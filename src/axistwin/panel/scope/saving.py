@@ -174,9 +174,9 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
 
 
 def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int, about: dict[str, str]) -> Trace:
-    """Convert recorded signals to a trace, as if a trace file had been read.
+    """Convert recorded signals to a `Trace` object, from which a chart can be drawn.
 
-    `path`: the path of the trace file.
+    `path`: the path of the picture file.
     """
     tracks = {}
     for piece in pieces:

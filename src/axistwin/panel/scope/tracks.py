@@ -59,7 +59,7 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the rows of the table that the slice `part` selects."""
+        """Return some rows of this table of signal values, e.g. the first ten rows if `part` is `slice(10)`."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
@@ -259,7 +259,10 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Start time in ns of the complete history of a text signal.  Older data are partly deleted to save memory."""
+        """Earliest time in ns from which all texts of the signal are stored.
+
+        Older texts may have been deleted, to save memory.
+        """
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:

@@ -179,7 +179,7 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def power(self, *words: str) -> str:
-        """Return a request to the user to switch the controller's power, e.g. `switch the power off (button power)`.
+        """Return an instruction for the user, e.g. `switch the power off (button power)`.
 
         `words`: "off", "on", or both; the user switches the power in this sequence.
         """

@@ -258,11 +258,6 @@ def _planned(context: Context) -> Refresh:
 
 
 def _deleted(context: Context) -> Refresh:
-    """Build the buttons `Live from here` and `Undo`.
-
-    `Live from here` ends the replay, and deletes the part of the recording after the present time.  `Undo` restores the
-    deleted part.
-    """
     forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
     forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)

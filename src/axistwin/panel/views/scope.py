@@ -148,7 +148,7 @@ class _Scope:
                 self._seen = bool(value.get("seen"))
             case "zoom":
                 if not self._runs():
-                    # Only a paused screen can zoom at the mouse pointer; a live screen always shows the newest data.
+                    # Pause the screen, so that the time under the mouse pointer stays in place during the zoom.
                     screen.pause()
                 screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
