@@ -36,7 +36,7 @@ class Samples(NamedTuple):
         return len(self.positions)
 
     def time_ns(self, sample: int) -> int:
-        """Return the time in ns of a position sample; the first sample has the number 0."""
+        """Return the time in ns at which the position `positions[sample]` was sampled."""
         return self.start_ns + sample * self.period_ns
 
 

@@ -84,7 +84,7 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count has changed since the motor passed the position `since`.
+        """True if the encoder count has changed during the motion from the position `since` to the present position.
 
         `since`: a motor position in pulses, which the motor has passed in the present move.
         """
@@ -245,7 +245,7 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if a new velocity profile causes no event and no calculation of lost steps.
+        """True if the velocity profile can be replaced without side effects.
 
         The event `on_motion` then has no subscribers, and the motor cannot lose steps.
         """
@@ -571,15 +571,10 @@ class _EdgeSubscription:
         self._wait()
 
     def end(self) -> None:
-        """End the subscription: the function `callback` is not called any more."""
         self._forget()
         self._unsubscribe()
 
     def update(self) -> None:
-        """Call `callback` now, and schedule the next call.
-
-        The next call occurs when the axis crosses a position edge.
-        """
         self._forget()
         plan = self._plan
         self._callback()
