@@ -107,7 +107,10 @@ class End(ABC):
 
 
 class VirtualEnd(End):
-    """Host side of a connection to a virtual controller, in virtual time."""
+    """Sends data to a virtual controller, and receives the controller's answers.
+
+    All times are in virtual time.
+    """
 
     grain_s = 0.0005
     exact = True
