@@ -116,7 +116,7 @@ def _uninitialised(exchange: Exchange) -> bool:
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
             "the interface has no data format yet: send the data format, e.g. U61, and run axistwin rescue again "
-            "(caution: after U61, a locked IF2 runs its stored sequence, which can move motors)"
+            "(caution: U61 can start a stored sequence, so motors can move)"
         )
     return False
 
