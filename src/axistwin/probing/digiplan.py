@@ -142,7 +142,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             wait_s=0.3,
             timed=False,
         ),
-        # The host stops this move at a varying time, so the final position varies and is not requested.
+        # The final position of this move is not repeatable, so this test case does not check the position.
         Case("a run and its end", commands["G"].chapter, tuple(
             text + end for text in (b"X+G$", b"K", b"#", b"K", b"E", b"F")), moves=True, writes=True, wait_s=0.5),
     ]  # fmt: skip
@@ -228,7 +228,7 @@ def examine(end: End, made: Product) -> Condition:
     if answer == b"U\r" and made.model == "if2":
         raise LinkError(
             "the IF2 has no data format yet: send the data format, e.g. U61, and run axistwin probe again "
-            "(caution: after U61, a locked IF2 runs its stored sequence, which can move motors)"
+            "(caution: U61 can start a stored sequence, so motors can move)"
         )
     if answer == b"U\r":
         return _initialised(end)
