@@ -58,7 +58,7 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
         for message in heard
         for sender in senders
         if sender.program.endpoint in (message.controller, *([""] if len(several) == 1 else []))
-        for error in sender.take(bytes(message.data))
+        for error in sender.errors_in(bytes(message.data))
     ]
     return stored + found
 
@@ -78,11 +78,11 @@ class _Sender:
         self._in_greeting = program.suffix == ".if1"
         """True until the host has sent the data format, which is not part of the program."""
 
-    def take(self, data: bytes) -> list[Diagnostic]:
-        """Return the errors in the next message of the host.
+    def errors_in(self, data: bytes) -> list[Diagnostic]:
+        """Return the errors in a message from the host, e.g. an unknown command.
 
-        An error belongs to the message in which the error begins.  If the message is not part of the program, the
-        list is empty.
+        The messages must be passed in the order in which the host has sent the messages.  An error belongs to the
+        message in which the error begins.  If the message is not part of the program, the list is empty.
         """
         if self._in_greeting:
             self._in_greeting = not data.endswith(b"\r")

@@ -77,10 +77,10 @@ class ServoMoves:
         self._latest: tuple[int, NDArray[np.int64] | None] = (-1, None)
         """A pair: the time in ns at which the next servo sample is due, and the latest shaft positions."""
         self._direction = 0  # Sign of the commanded velocity: +1, -1, or 0 before the motion begins.
-        self._farthest = 0  # Farthest commanded position of the present move.
+        self._farthest = 0  # Commanded position that is farthest from the start of the present move.
 
     def add_samples(self, samples: Samples) -> None:
-        """Search new position samples of a servo axis for moves, e.g. a move from 0 to 4000."""
+        """Detect the moves of a servo axis in new position samples."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
