@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
@@ -53,14 +54,22 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
 
+@contextmanager
+def _pydantic_errors() -> Iterator[None]:
+    """Convert a UsageError to a ValueError, because pydantic cannot handle a UsageError."""
+    try:
+        yield
+    except UsageError as error:
+        value_error = ValueError(error)
+        raise value_error from None
+
+
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
     """Return a pydantic validator that checks a value with `check`, and returns the value unchanged."""
 
     def checked(given: Any) -> Any:
-        try:
+        with _pydantic_errors():
             check(given)
-        except UsageError as invalid_unit:
-            raise ValueError(invalid_unit) from None
         return given
 
     return AfterValidator(checked)
@@ -89,15 +98,13 @@ def _in_counts(given: Any, info: ValidationInfo) -> Any:
     """Convert a position with a unit, e.g. "12.5 mm", to counts."""
     if not isinstance(given, str):
         return given
-    # The error in the key `units` is already reported, so the returned value 0 is not used.
+    # If the unit is invalid, the whole scene file is rejected, so any position can be returned.
     if "units" not in info.data:
         return 0
     table = info.data["units"]
     units = None if table is None else MachineUnits.given(table.model_dump())
-    try:
+    with _pydantic_errors():
         return machine_units.position(given, units)
-    except UsageError as invalid_position:
-        raise ValueError(invalid_position) from None
 
 
 Count = Annotated[int, BeforeValidator(_in_counts)]
