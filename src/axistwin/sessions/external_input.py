@@ -141,7 +141,6 @@ class ExternalInput:
         else:
             self._record(act)
         finally:
-            # Plan the next advance of virtual time, because even a failed action can have scheduled new events.
             self.pacer.work()
 
     def replay(self, act: Act) -> None:

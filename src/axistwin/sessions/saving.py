@@ -39,13 +39,12 @@ def files(
         found.texts.update(scene.programs)
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
-    # A host of the original scene must act before the recorded host if both act at the same virtual time.
-    before = max(map(rank_of, headers), default=0)
-    copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
+    highest_rank = max(map(rank_of, headers), default=0)
+    has_recording = highest_rank > 0
+    copy, conversations = Copy(bench, found), _Conversations(bench, highest_rank + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        # If the scene already contains a recorded session, save all new actions as conversations, not as a script.
-        if not before and all(map(_is_script, moments)):
+        if not has_recording and all(map(_is_script, moments)):
             for moment in moments:
                 acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
                 copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))
