@@ -87,7 +87,7 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` in one step, unless an event is due during this time.
+        """Advance the clock by `duration_ns` if no event is due during this time.  Otherwise, do nothing.
 
         Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
 

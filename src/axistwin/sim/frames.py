@@ -104,9 +104,10 @@ class UartFormat:
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the ranges of low bits in a serial character, e.g. (0, 3) if bits 0 to 2 are low.
+        """Return the start and end time of each low pulse in a serial character, in bit periods.
 
-        Bit 0 is the start bit.  The second number of a range is the number of the first bit after the low pulse.
+        Time 0 is the beginning of the start bit.  For example, (0, 3) is a low pulse from the beginning of the start
+        bit to the end of the second data bit.
         """
         return _spaces(self.bytesize, self.parity, byte, flipped)
 

@@ -43,7 +43,6 @@ class Levels:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """Return the number of low pulses that this object stores for a serial wire."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
@@ -111,7 +110,7 @@ class Levels:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if the wire is high from the time `now_ns` until the method `put` adds a signal."""
+        """True if all low pulses on the serial wire have ended by the time `now_ns`."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:

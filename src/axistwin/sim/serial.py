@@ -46,7 +46,7 @@ class Wire(Protocol):
         """
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or a break signal, and return the transmission time in ns."""
+        """Send a character or a break signal, and return the duration of the transmission in ns."""
 
 
 class _Nowhere:
@@ -55,7 +55,7 @@ class _Nowhere:
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Return the transmission time of a character or a break signal in ns.
+        """Return the duration of a character or a break signal in ns.
 
         The item is not sent, because no receiver is connected.
         """
@@ -149,7 +149,7 @@ class Line:
             self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or a break signal, and return the transmission time in ns."""
+        """Send a character or a break signal, and return the duration of the transmission in ns."""
         if isinstance(item, Break):
             return self._carry_break(item)
         delayed = self._free_ns and self._free_ns > self.clock.now
