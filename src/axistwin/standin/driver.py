@@ -161,9 +161,9 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Release the simulated motor shafts that were blocked when the real motors stopped.
+        """Allow simulated axes to move again after a stop of the real motors.
 
-        A shaft is released when the user has continued, and the interrupted motion has ended.
+        The axes of a controller can move again when the user has continued, and the interrupted motion has ended.
         """
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):

@@ -48,9 +48,9 @@ def _open(path: Path) -> TextIO:
 
 
 def last_positions(path: Path) -> dict[str, int] | None:
-    """Return the final positions in a journal file, or None if the positions are unknown.
+    """Return the axis positions from the last line of a journal file.
 
-    The result is {} if there was no run.
+    The result is None if the positions are unknown after an interrupted run, and {} if there was no run.
     """
     try:
         with path.open("rb") as file:

@@ -71,7 +71,7 @@ class StepStream:
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Forget all step commands in the board's queue.
+        """Record that the board's queue of step commands is empty.
 
         A reset of the board has emptied the queue.
         """

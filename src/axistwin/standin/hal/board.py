@@ -172,7 +172,7 @@ class HalBoard:
         rate = 1 / max(float(np.diff(times_s, prepend=track.last_s).min()), 1e-9)
         refused = driven.refusal(rate, track.position + direction * len(times_s))
         refused = refused or open_input(self.wiring.inputs, self._levels, driven, direction)
-        late_s = track.given_s - float(times_s[0])
+        late_s = track.calculated_s - float(times_s[0])
         if late_s > 0:
             refused = f"late by {late_s * 1e3:.0f} ms"
         if refused:

@@ -127,9 +127,10 @@ class HalSender:
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Call `act`, e.g. to stop the motion, and send the resulting commands to the HAL component.
+        """Call a function that queues commands, e.g. `stop`, and send these commands to the HAL component.
 
-        Events of the board, e.g. a failure, are then passed to `deliver`.
+        `act`: the function; `values`: its arguments.  Events of the board, e.g. a failure, are then passed to
+        `deliver`.
         """
         with self._lock:
             act(*values)

@@ -31,8 +31,8 @@ class Track:
         self._next: int | None = None
 
     @property
-    def given_s(self) -> float:
-        """Time, in seconds, up to which the method `knots` has calculated the positions of the axis."""
+    def calculated_s(self) -> float:
+        """Latest time, in seconds, for which the position of the axis has been calculated."""
         return float("-inf") if self._next is None else (self._next - 1) * STEP_S
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
