@@ -74,10 +74,10 @@ class Sweep:
         self.claims: dict[str, str] = {}
 
     def vary(self, path: str, values: Value) -> Self:
-        """Vary a setting of the scene, e.g. a load torque: `.vary("table.X.load.torque", "0.05..0.4:8")`.
+        """Add a setting that the sweep varies, e.g. a load torque.
 
-        The example gives 8 values from 0.05 to 0.4.  Raises UsageError for invalid values, or if the setting is already
-        varied.
+        For example, `.vary("table.X.load.torque", "0.05..0.4:8")` selects 8 values from 0.05 to 0.4.  Raises UsageError
+        for invalid values, or if the setting is already varied.
         """
         if path in self.varied:
             raise UsageError(f"the setting {path} is given twice: expected only one --vary per setting")
