@@ -72,9 +72,9 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to the present, call `read`, and return the result of `read`.
+        """Read the controller's present state with the function `read`, and return the result.
 
-        `read`: a function that reads the controller's state.
+        All due events of the simulation are executed before the call of `read`.
         """
         return self.session.pacer.inspect(read)
 
