@@ -68,7 +68,7 @@ class ChangeQueue:
         self.count += 1
 
     def parts(self, before_ns: int, texts: list[bytes]) -> list[Part]:
-        """Remove and return all changes before the time `before_ns`.
+        """Return all signal changes before the time `before_ns`, and delete these changes from the queue.
 
         The values of text signals are appended to `texts`.
         """

@@ -113,7 +113,7 @@ class VcdSink(TextSink):
             self._last_ns = int(batch.times[-1])
 
     def _changes(self, batch: Batch) -> list[str]:
-        """Return one VCD line for each change.
+        """Convert each signal change to one line of a VCD file.
 
         Lines for levels are built in advance, because most changes are levels.
         """
