@@ -117,9 +117,10 @@ def summary(comparison: Comparison) -> Iterator[str]:
 
 
 def as_dict(comparison: Comparison) -> dict[str, object]:
-    """Return the comparison as data for `--json`.
+    """Return a dictionary that compares each reply of the virtual controller with the recorded reply.
 
-    `later_ns`: delay of the twin; null if the delay is unknown or the bytes differ.
+    The option `--json` prints the dictionary.  `later_ns`: delay of the twin; null if the delay is unknown or the bytes
+    differ.
     """
     worst = comparison.worst
     return {
