@@ -8,7 +8,6 @@ from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Chapters of the manual
 LANGUAGE, READING, SEQUENCES = "Command Language", "Reading and writing", "Sequence buffers"
 MODES, DEFINE, STREAM = "Modes", "Pre-defined moves", "Velocity-streaming mode"
 DEFAULT = "31 00 00 00 00 61 A8 00 03 D0 90\n"

@@ -95,7 +95,7 @@ class State(ABC):
 
     @abstractmethod
     def refresh(self) -> None:
-        """Update the outputs and the position tracking after the state of the board has changed."""
+        """Update the output signals of the board after the board's state has changed, e.g. at the end of a move."""
 
     @abstractmethod
     def begin_test(self) -> None:

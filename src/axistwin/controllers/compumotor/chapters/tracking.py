@@ -62,7 +62,7 @@ def joystick_moves(board: State, begins: bool) -> None:
 
 
 def refresh(board: State) -> None:
-    """Update position tracking when joystick control begins or ends.
+    """Record in the board's state whether the joystick is enabled.
 
     The position at the end of joystick control becomes the desired position.
     """

@@ -57,7 +57,10 @@ class VelocityRange:
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:
-        """Convert a rate in pulses/s to the nearest velocity number."""
+        """Divide a step rate by the unit of this velocity range, e.g. 0.1 pulses/s, and round to an integer.
+
+        The integer is a velocity number, as in a command.
+        """
         return round(rate / self.unit)
 
 
