@@ -184,10 +184,10 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
     """
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return the pin that the interface reads as its input DSR or CTS.
+        """Connect one input of the interface, e.g. DSR, to its signal source.
 
         `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
-        the pin is off.
+        the pin is off.  Return the pin that the interface reads.
         """
         if source == "host":
             return pin

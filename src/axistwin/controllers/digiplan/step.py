@@ -99,7 +99,10 @@ class Parameters:
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return a copy of the parameters with the new values that a direct message or a sequence step contains."""
+        """Return the settings of the interface after a sequence step has changed some values, e.g. the speed.
+
+        `step`: a sequence step, or a message that is carried out at once.
+        """
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":

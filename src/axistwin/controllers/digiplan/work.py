@@ -69,7 +69,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            # A process cannot interrupt itself: the clock interrupts the process at its next `yield`.
+            # `interrupt` has no effect on a running process.  Call `interrupt` when the process has reached a `yield`.
             if self.process is self.clock.active_process:
                 self.clock.soon(partial(interrupt, self.process))
             else:
