@@ -36,7 +36,7 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a pending change of the cam parameters, which the command CI has requested.
+    """Cancel a command CI that has not yet changed the cam parameters.
 
     Called when a cam parameter changes after CI.  A new MCn must precede the next CI (manual, section 9.5).
     """

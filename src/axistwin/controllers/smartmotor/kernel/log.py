@@ -129,9 +129,9 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the slice that selects the header of a log array, e.g. `slice(0, 12)` for two traced values.
+    """Return the index range of the header in the array `log`, as a slice.
 
-    The header includes the list of traced values.
+    The header contains 4 numbers, and 4 more numbers for each traced value.
     """
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 

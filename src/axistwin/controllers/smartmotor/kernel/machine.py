@@ -44,7 +44,8 @@ AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)
 AMPS_NOW = next(_slots)  # Current through the motor windings at the end of the latest servo sample, in A.
 # Current at the end of a servo sample = AMPS_KEPT * (current at its start) + (1 - AMPS_KEPT) * (steady current).
 AMPS_KEPT = next(_slots)
-# Mean current in a servo sample = MEAN_KEPT * (current at its start) + MEAN_REACHED * (steady current).
+# MEAN_KEPT is the weight of the initial motor current in the mean motor current of a servo sample.
+# MEAN_REACHED = 1 - MEAN_KEPT is the weight of the steady motor current in the mean motor current of a servo sample.
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)
 # Mean shaft speed in a servo sample = LAG * (speed at its start) + (1 - LAG) * (speed at its end).
 LAG = next(_slots)
