@@ -222,8 +222,8 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            # Compile an odd number of minus signs, e.g. `---a`, as one negation, and an even number as two negations.
             # Do not compile `--a` as `a`, because the first negation sets the overflow flag Bd if a is -2147483648.
+            # Compile `---a` as `-a`, because the effect is the same.
             for _ in range(2 - minuses % 2 if minuses else 0):
                 self._negate()
 

@@ -54,9 +54,10 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Return the number of the statement with the next keyword of a block, e.g. the ELSE that follows an IF.
+        """Find the next part of a program block, e.g. the ELSE after an IF.
 
-        The search begins after the statement `number`.
+        The search begins after the statement `number`.  Return the number of the statement that begins the part, or
+        that ends the block.
         """
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
@@ -101,9 +102,10 @@ class Program:
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Return the number of the statement whose code begins at the index `head`.
+        """Convert a position in the compiled program to the number of the statement at this position.
 
-        The first statement has the number 0.  At the end of the code, the result is the number of all statements.
+        `head`: index in `code` at which the code of the statement begins.  The first statement has the number 0.  At
+        the end of the code, the result is the number of all statements.
         """
         number = self.code[head + 1]
         return ~number if number < 0 else number
