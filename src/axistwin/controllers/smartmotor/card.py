@@ -45,7 +45,8 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # The switched-off motor, whose shaft may still turn.
+        # After power-off, the shaft of the motor may still turn.  `_before` simulates this movement of the shaft.
+        self._before: Motor | None = None
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()

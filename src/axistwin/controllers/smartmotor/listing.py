@@ -56,9 +56,9 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the numbers of the program statements whose start must be reported to subscribers.
+        """Select the program statements whose execution the motor must report, e.g. for a breakpoint.
 
-        `rows`: the lines that subscribers observe; None means all lines.
+        Return the numbers of these statements.  `rows`: the lines that subscribers observe; None means all lines.
         """
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]

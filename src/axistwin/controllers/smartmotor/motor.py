@@ -260,9 +260,9 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call the subroutine C1 or C2 if a call is pending at the end of a statement (manual, table 7.1).
+        """Call the subroutine C1 after a fault, or the subroutine C2 after a falling edge of pin G.
 
-        If both calls are pending, only C1 is called.
+        The manual describes both calls in table 7.1.  If both calls are pending, only C1 is called.
         """
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:

@@ -102,7 +102,7 @@ class Processor(Dispatcher, ABC):
     @property
     @abstractmethod
     def program(self) -> StoredProgram:
-        """The program in the memory."""
+        """The motor's stored user program, in compiled form."""
 
     @abstractmethod
     def set_program(self, text: str) -> None:

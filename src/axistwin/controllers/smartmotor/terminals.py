@@ -217,7 +217,7 @@ class IndexLine(Pin):
         self._force(False, rising=False)
 
     def _force(self, on: bool, *, rising: bool) -> None:
-        """Force the level of the index line.
+        """Switch the external signal at the motor's index input on or off.
 
         A rising edge captures the position and sets Bi, as the index mark does.
         """

@@ -199,7 +199,7 @@ class Inputs:
         return self.motor.f[machine.HOUSING_C]
 
     def energy_nj(self) -> int:
-        """Return the energy that the windings have taken, in nJ."""
+        """Return the electrical energy in nJ supplied to the motor's windings since the start of the simulation."""
         self.refresh()
         return self.motor.i[s.ENERGY]
 
