@@ -215,9 +215,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length in bytes of a reply that differs from the recorded reply.
+        """Return the length in bytes of one reply from the emulated controller.
 
-        The reply comes from the emulated controller.
+        The function is called only for a reply that differs from the recorded reply.
 
         If the received bytes contain the expected text, the reply ends after this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the

@@ -69,10 +69,10 @@ class Conversation:
         return found
 
     def seconds_in(self, key: str, default: float) -> float:
-        """Return the number of seconds in a header line of a conversation file.
+        """Read a duration in seconds from a header line, e.g. 60.0 from `; patience: 60`.
 
-        For example, the result is 60.0 for `; patience: 60`, the longest wait for a reply.  If the conversation has no
-        such header, return `default`.  Raises ProgramError with the line.
+        In this example, the duration is the longest wait for a reply.  If the conversation has no such header, return
+        `default`.  Raises ProgramError with the line.
         """
         if key not in self.headers:
             return default
@@ -102,9 +102,10 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Context manager that adds the line number of a header comment, e.g. `; model: if1`, to each error.
+        """Context manager that adds a file name and a line number to errors raised in its `with` block.
 
-        `key`: key of the header, e.g. `model`.  If the conversation does not have this header, errors do not change.
+        The line number is that of the header `key`, e.g. `model` for `; model: if1`.  If the conversation does not have
+        this header, errors do not change.
         """
         if key not in self.headers:
             yield
