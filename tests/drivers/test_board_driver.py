@@ -177,7 +177,7 @@ def test_a_stream_that_the_board_has_used_up_is_stopped(ports, twin):
 
 def test_a_wrong_command_and_a_silent_request(board):
     patience_s, board.core.timeout = board.core.timeout, 0.1
-    with pytest.raises(SilentError, match="under which conditions the board answers this request"):
+    with pytest.raises(SilentError, match="check the conditions for this request in the board's manual"):
         board.request(0x91, 0x80)
     board.core.timeout = patience_s
     with pytest.raises(RefusedError, match="expected more than 0"):

@@ -189,7 +189,7 @@ class Board(Core):
             elif (yield Clock()) > end:
                 raise SilentError(
                     f"no answer to the request {opcode:02X}h within {self.timeout:g} s: "
-                    "read in the board's manual under which conditions the board answers this request"
+                    "check the conditions for this request in the board's manual"
                 )
             else:
                 yield from self._wait_for_message()
