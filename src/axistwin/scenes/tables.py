@@ -60,8 +60,7 @@ def _pydantic_errors() -> Iterator[None]:
     try:
         yield
     except UsageError as error:
-        value_error = ValueError(error)
-        raise value_error from None
+        raise ValueError(error) from None
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
