@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from axistwin.sessions.session import Session
     from axistwin.testing.twin import serve
     from axistwin.traces.trace import tracing
-else:  # Load modules only at their first use, because each start of pytest imports axistwin.
+else:  # Load each module at its first use, so that `import axistwin` is fast.
     __getattr__ = lazy(
         __name__,
         bench="Bench",
