@@ -122,7 +122,7 @@ def test_motors_on_an_rs485_line_hear_the_host_and_are_heard(bench):
     line = bench.rs485(*motors)
     assert tell(bench, line, "\x81Ra ") == "11\r"
     assert tell(bench, line, "\x82Ra ") == "22\r"
-    with pytest.raises(UsageError, match="m1 has no RS-485 port of its own on the shared line 'rs485'"):
+    with pytest.raises(UsageError, match="m1 is connected to the shared RS-485 line 'rs485'"):
         _ = motors[0].rs485
     assert tell(bench, motors[0].serial, "\x81Ra ") == "11\r"
 

@@ -73,8 +73,8 @@ class Controller:
         if "rs485" in self._lines:
             line = self._lines["rs485"]
             raise UsageError(
-                f"{self.name} has no RS-485 port of its own on the shared line {line!r}: "
-                "use the port that `Bench.rs485` returned"
+                f"{self.name} is connected to the shared RS-485 line {line!r}: "
+                f"use Bench.port({line!r}) instead of the attribute `rs485` of the motor"
             )
         if self._second is None:
             raise UsageError(f"{self.name} has no RS-485 channel: expected a SmartMotor")
