@@ -14,7 +14,7 @@ LINE = re.compile(
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
-    """Parse the format of a serial line, e.g. "9600 8N2 instant".
+    """Parse the format of a serial line, e.g. "9600 8N2".
 
     Return the format, and True if the text contains "instant": characters take no time.
     """
