@@ -17,7 +17,7 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         return bench
     if options or state:
         raise UsageError("--option and --state cannot be used with a scene: make these settings in the scene file")
-    from axistwin.scenes.scene import Scene  # Import pydantic only for a scene, because pydantic loads slowly.
+    from axistwin.scenes.scene import Scene  # Lazy import, because axistwin.scenes.scene loads slowly.
 
     made: Bench = Scene.load(Path(target)).build()
     return made
