@@ -23,7 +23,7 @@ TUTORIALS = HOME / "docs" / "tutorials"
 PATIENCE_S = 50
 
 FILE = re.compile(
-    r"^(?:This|The next file) is `(?P<name>[\w./-]+)`(?:, [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$",
+    r"^(?:This is|The file) `(?P<name>[\w./-]+)`(?:,? [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$",
     re.DOTALL | re.MULTILINE,
 )
 CONSOLE = re.compile(r"^```console\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
