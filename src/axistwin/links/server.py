@@ -85,7 +85,9 @@ class Server:
         port: OpenPort
         if self._share:
             if url.scheme != "tcp":
-                raise UsageError(f"{url} cannot be shared: expected a TCP port, e.g. tcp://127.0.0.1:5001")
+                raise UsageError(
+                    f"several clients cannot share the port {url}: expected a raw TCP port, e.g. tcp://127.0.0.1:5001"
+                )
             port = await _open_shared(self._hub(name), url)
         elif url.scheme == "bus":
             port = await _open_slot(self._slot(name), url)
