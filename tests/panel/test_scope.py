@@ -158,7 +158,7 @@ def test_there_is_a_limit_for_all_together(recorder, screen):
     recorder.attach(bench)
     names = [name for name in recorder.signals if ".R" in name]
 
-    with pytest.raises(UsageError, match=f"too many signals: expected at most {MOST_SIGNALS} "):
+    with pytest.raises(UsageError, match=f"too many oscilloscope signals: expected at most {MOST_SIGNALS} "):
         recorder.want("somebody", names[: MOST_SIGNALS + 1])
     with pytest.raises(UsageError, match="20 signals are too many for one screen: choose 16 or fewer"):
         screen.show(names[:20])

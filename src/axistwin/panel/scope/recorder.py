@@ -72,7 +72,8 @@ class Recorder:
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
             raise UsageError(
-                f"too many signals: expected at most {MOST_SIGNALS} different signals on the oscilloscopes of all users"
+                f"too many oscilloscope signals: "
+                f"expected at most {MOST_SIGNALS} different signals for all users together"
             )
         self._wanted[who] = tuple(names)
         self._follow_wishes()
