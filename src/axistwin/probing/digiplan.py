@@ -242,8 +242,8 @@ def _initialised(end: End) -> Condition:
     end.ask(FORMAT, wait_s=1.5)
     if not end.ask(b"E\r", 2).data:
         raise LinkError(
-            "the interface does not answer after the command U61, which selects 8 data bits, no parity "
-            "and 2 stop bits: use the same format in --line, e.g. --line '9600 8N2'"
+            "the interface does not answer after axistwin probe has sent U61 (data format 8N2): "
+            "expected 8N2 in --line, e.g. --line '9600 8N2'"
         )
     condition = _condition(end, "\r")
     condition.facts["initialised"] = "by this program, with U61"
