@@ -119,7 +119,7 @@ def test_an_interface_that_does_not_answer(tmp_path):
 def test_command_lines_are_for_one_interface(tmp_path, bench):
     bench.add("if1")
     bench.add("if2")
-    with pytest.raises(ProgramError, match="the simulation has 2 interfaces, but an"):
+    with pytest.raises(ProgramError, match="the simulation has 2 controllers of the type IF1 or IF2, but an"):
         send_lines(bench, [], S)
 
 

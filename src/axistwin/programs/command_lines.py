@@ -146,8 +146,8 @@ class _LineSender:
         if len(interfaces) != 1:
             number_of_interfaces = len(interfaces)
             raise ProgramError(
-                f"the simulation has {number_of_interfaces} interfaces, but an .if1 file needs exactly one IF1 or IF2: "
-                "use a .talk file",
+                f"the simulation has {number_of_interfaces} controllers of the type IF1 or IF2, "
+                "but an .if1 file contains commands for exactly one: for several controllers, use a .talk file",
                 file=self.file,
             )
         return interfaces[0]
