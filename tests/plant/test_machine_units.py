@@ -227,7 +227,14 @@ def test_the_bounds_of_a_stand_in(tmp_path):
             "-3",
             ".axis.max_rate: expected a step rate or velocity above 0, e.g. 4000 (pulses/s) or '50 mm/s', not -3",
         ),
-        ('"-1 mm"', "1.5", ":14:11: stand-in.axis.travel: expected a position, e.g. 1000 or '12.5 mm', not 1.5"),
+        (
+            '"-1 mm"',
+            "1.5",
+            (
+                ":14:11: stand-in.axis.travel: invalid travel limit: "
+                "expected a whole number of pulses or a text with a unit, e.g. 1000 or '12.5 mm', not 1.5"
+            ),
+        ),
     ):
         (tmp_path / "s.toml").write_text(STAND_IN.replace(old, new))
         with pytest.raises(SceneError) as error:

@@ -317,7 +317,9 @@ Pin = Annotated[str, Field(pattern=r"^[\^~]?!?\w+$")]
 
 def _position(given: Any) -> Any:
     if type(given) is not int and not isinstance(given, str):
-        raise ValueError("expected a position, e.g. 1000 or '12.5 mm'")
+        raise ValueError(
+            "invalid travel limit: expected a whole number of pulses or a text with a unit, e.g. 1000 or '12.5 mm'"
+        )
     return given
 
 
