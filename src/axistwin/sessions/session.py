@@ -58,7 +58,7 @@ class State(Enum):
 
 
 UNDO_S = 10.0
-"""Seconds after a deletion during which a recording can be restored."""
+"""Time in seconds during which the panel offers to undo a deletion of recorded actions."""
 
 
 @dataclass(frozen=True)
@@ -470,9 +470,9 @@ class Session:
 
     @property
     def undo_seconds(self) -> float:
-        """Number of seconds (real time) in which `undo` can still restore the deleted recording.
+        """Number of seconds (real time) during which the panel still shows the button *Undo*.
 
-        0 if no deleted recording can be restored.
+        0 if the panel does not show the button.
         """
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
@@ -484,9 +484,7 @@ class Session:
         self._check_free()
         found, self._forgotten = self._forgotten, None
         if found is None:
-            raise UsageError(
-                f"no deleted recording can be restored: call `undo` within {UNDO_S:g} s after the deletion"
-            )
+            raise UsageError("cannot undo a deletion: no part of the recording has been deleted since the last undo")
         self.pause()
         self.journal.restore(found.tail)
         with self._moving():
