@@ -292,8 +292,8 @@ def test_a_board_with_another_configuration():
 def test_a_queue_that_is_too_small():
     metal = Metal(SmallBoard(moves=20))
     metal.run(1.0)
-    assert (
-        kinds(metal, Failed)[0].reason == "the board can queue only 20 moves, but this scene needs 31: use fewer axes"
+    assert kinds(metal, Failed)[0].reason == (
+        "the board can queue only 20 moves: expected at least 31 (12 for each axis, 1 for each output, 6 in reserve)"
     )
 
 
@@ -309,7 +309,7 @@ def test_a_queue_that_is_too_small():
         (
             (X,),
             (InputPin("other.limit", BoardPin("P9"), stops=0),),
-            "the stop input other.limit is wired to the wrong board: expected a stop input of the controller table",
+            "wired to the wrong board: expected the same board as for the axes of the controller other",
         ),
     ],
 )

@@ -99,7 +99,7 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
         (
             'port = "BOARD"',
             'hal = "x.hal"',
-            "the key `step` is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file",
+            "the key `step` is only for motion boards, but this axis is connected through LinuxCNC HAL: delete the key",
         ),
     ],
 )

@@ -29,6 +29,8 @@ MOST_FITS, FIT_SAMPLES = 4, 100
 """Number of attempts to fit a line to the board's clock at the start, and samples of each: 2 s."""
 SPARE_MOVES = 6
 """Number of entries of the board's queue that are never used."""
+MOVES_PER_AXIS = 12
+"""Number of entries of the board's queue that each axis needs."""
 LIMIT_REASON, HOST_REASON = 1, 2
 """Reasons of a trigger in a board's report: an input has changed, or the host has stopped the axes."""
 
@@ -183,9 +185,12 @@ class Board:
         if not config["is_config"] or config["is_shutdown"]:
             raise LinkError("the board has refused its configuration: press its reset button, then try again")
         moves, outputs = config["move_count"], len(self.wiring.outputs)
-        needed = SPARE_MOVES + outputs + 12 * len(self.wiring.axes)
+        needed = SPARE_MOVES + outputs + MOVES_PER_AXIS * len(self.wiring.axes)
         if moves < needed:
-            raise LinkError(f"the board can queue only {moves} moves, but this scene needs {needed}: use fewer axes")
+            raise LinkError(
+                f"the board can queue only {moves} moves: expected at least {needed} "
+                f"({MOVES_PER_AXIS} for each axis, 1 for each output, {SPARE_MOVES} in reserve)"
+            )
         self._stream.room = moves - SPARE_MOVES - outputs
         if not motors:
             motors.update({axis.axis: Motor(axis, made.steppers[axis.axis]) for axis in self.wiring.axes})

@@ -169,7 +169,8 @@ class _Reader:
         if getattr(table, key) is not None:
             with self._scene.placing_errors("stand-in", kind, number, key):
                 raise UsageError(
-                    f"the key `{key}` is not allowed with LinuxCNC HAL: link the HAL component's pins in the HAL file"
+                    f"the key `{key}` is only for motion boards, but this {kind} is connected through LinuxCNC HAL: "
+                    "delete the key"
                 )
 
     def _bounds(self, table: BoardAxisTable, number: int) -> _Bounds:

@@ -145,7 +145,7 @@ def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
         if given.stops is not None and given.controller not in names:
             raise UsageError(
                 f"the stop input {given.to} is wired to the wrong board: "
-                f"expected a stop input of the controller {' or '.join(names)}"
+                f"expected the same board as for the axes of the controller {given.controller}"
             )
 
 
@@ -199,7 +199,10 @@ class Wiring:
             uses[pin.name] = use
         for axis in self.axes:
             if axis.enable is None:
-                raise UsageError(f"axis {axis.axis} has no enable pin: expected a pin that switches the drive off")
+                raise UsageError(
+                    f"axis {axis.axis} has no enable pin: "
+                    "expected a pin of the board for the enable input of the drive, e.g. PB0"
+                )
         check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
