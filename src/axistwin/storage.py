@@ -154,7 +154,10 @@ class FileStore:
         except OSError as error:
             raise UsageError(f"cannot read {self.path}: {reason(error)}") from None
         if len(contents) > MOST_BYTES:
-            raise UsageError(f"{self.path} is larger than {MOST_BYTES} bytes: delete the file")
+            raise UsageError(
+                f"the controller's memory file {self.path} is invalid (larger than {MOST_BYTES} bytes): "
+                "delete the file to start the controller without stored data"
+            )
         return contents
 
 
