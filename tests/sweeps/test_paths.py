@@ -71,7 +71,10 @@ def test_a_path_that_is_not_in_the_scene_is_refused(tmp_path, path, told):
 
 
 def test_a_number_that_a_program_does_not_assign_is_refused(tmp_path):
-    with pytest.raises(AxistwinError, match=r"expected a command in the program .* that sets KI to a number"):
+    with pytest.raises(
+        AxistwinError,
+        match=r"no command of the program .* sets KI to a whole number: expected a command, e\.g\. KI=100",
+    ):
         Variation(Scene.load(motor(tmp_path)), ["knife.program.KI"])
     with pytest.raises(AxistwinError, match="is not in the scene"):
         Variation(Scene.load(motor(tmp_path)), ["knife.KX"])

@@ -267,6 +267,6 @@ def _assigned(text: str, place: Place, value: Value) -> str:
             return "\n".join(lines)
     program = Path(place.file).name
     raise UsageError(
-        f"cannot vary {place.path}: expected a command in the program {program} that sets {place.variable} "
-        f"to a number, e.g. {place.variable}=100"
+        f"cannot vary {place.path}, because no command of the program {program} sets {place.variable} "
+        f"to a whole number: expected a command, e.g. {place.variable}=100"
     )
