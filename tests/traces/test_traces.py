@@ -164,7 +164,9 @@ def test_a_trace_ends_at_its_limit(tmp_path, traces):
         work(bench)
     assert len(told) == 1
     assert re.fullmatch(
-        r"the trace a\.csv ends at \d\.\d{6} s, because the trace file has reached the size limit of 0\.02 MB", told[0]
+        r"the trace a\.csv ends at \d\.\d{6} s, because the trace file has reached the size limit of 0\.02 MB "
+        r"and receives no more data: set a larger limit, e\.g\. --trace-limit 5GB",
+        told[0],
     )
     assert (tmp_path / "a.csv").stat().st_size <= 20_000
     short = read(tmp_path / "a.csv")

@@ -43,7 +43,10 @@ class Output:
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
             size = f"{self._limit / 1e6:g} MB" if self._limit >= 1000 else f"{self._limit} bytes"
-            raise LimitReachedError(f"the trace file has reached the size limit of {size}")
+            raise LimitReachedError(
+                f"the trace file has reached the size limit of {size} and receives no more data: "
+                "set a larger limit, e.g. --trace-limit 5GB"
+            )
         os.lseek(self._file, start, os.SEEK_SET)
         before = os.read(self._file, of)
         try:
