@@ -135,9 +135,10 @@ class Clock(Environment):
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` before each advance of virtual time, when all events of the present time have happened.
+        """Call `callback` before each advance of virtual time.
 
-        Return an unsubscribe function.  The callback may read the bench but must not change the bench.
+        All events of the present time have then happened.  Return an unsubscribe function.  The callback may read the
+        bench but must not change the bench.
         """
         self._unobserved = False
         unsubscribe = self._ends.subscribe(callback)

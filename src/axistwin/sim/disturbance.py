@@ -34,7 +34,7 @@ def always() -> bool:
 
 @dataclass(eq=False)
 class Disturbance:
-    """A disturbance of the characters on a serial line.
+    """Simulated transmission errors on a serial line, e.g. lost or repeated characters.
 
     Applies `effect` to each character for which `strikes()` returns True.
 

@@ -25,7 +25,6 @@ def _postpone_init() -> None:
     execute, package = spec.loader.exec_module, module_from_spec(spec)
 
     def attribute(name: str) -> Any:
-        """Execute the file `__init__.py` of the package SimPy, and return the package's attribute `name`."""
         package.__dict__.pop("__getattr__", None)
         execute(package)
         return getattr(package, name)

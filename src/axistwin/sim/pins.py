@@ -94,9 +94,9 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level that the terminal would have without a test lead or a defect.
+        """Level that an output stage, a switch or a wire applies to the terminal.
 
-        An output stage, a switch or a wire sets this level.
+        A test lead or a defect can override this level.
         """
         return self._source
 
@@ -275,9 +275,9 @@ class SensedPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the input would have without a test lead or a defect.
+        """Level that a sensor, a switch or a wire applies to the input.
 
-        A sensor, a switch or a wire sets this level.
+        A test lead or a defect can override this level.
         """
         return self._source if self._read is None else self._read()
 
@@ -342,7 +342,7 @@ class UserPin(Pin):
 
     @property
     def driven(self) -> bool:
-        """True while a test lead forces the voltage."""
+        """True while a test lead is connected to the terminal."""
         return self._lead is not None
 
     @property
@@ -352,9 +352,10 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the terminal would have without a test lead or a defect.
+        """Level that the output stage, an external wire or the pull-up resistor applies to the terminal.
 
         The output stage sets this level if it is on, otherwise the external wiring, otherwise the pull-up resistor.
+        A test lead or a defect can override this level.
         """
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
@@ -403,7 +404,10 @@ class UserPin(Pin):
         self._set_source("_wired", None if level is None else _volts(level))
 
     def output(self, level: bool) -> None:
-        """Make the pin an output with 5 V (high) or 0 V (low): switch its output stage on."""
+        """Make the pin an output, and set the pin to `level`.
+
+        `level`: True means 5 V, and False means 0 V.
+        """
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:

@@ -188,7 +188,7 @@ class SerialPort:
 
     @property
     def control_lines(self) -> dict[str, Pin]:
-        """The control lines of the device: outputs `dtr` and `rts`, inputs `dsr` and `cts`.
+        """The controller's serial control lines: outputs `dtr` and `rts`, inputs `dsr` and `cts`.
 
         The level of an input is that of the host's output that is wired to the input.
         """
