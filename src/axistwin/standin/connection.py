@@ -158,9 +158,9 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the earliest time for a new command, in ticks of the board's clock.
+        """Return the present time plus `SOON_S` seconds, in ticks of the board's clock.
 
-        The command needs up to `SOON_S` seconds to reach the board.
+        A command that is sent now reaches a working board before this time.
         """
         return self.clock.ticks(self.now_s + SOON_S)
 

@@ -242,7 +242,7 @@ class Driver:
             board.stop(reason)
 
     def go_on(self, now_s: float) -> None:
-        """Continue after a stop, and reconnect the failed boards.
+        """Allow stopped motors to move again, and reconnect motion boards that have failed.
 
         Called at the user's command.
         """

@@ -47,7 +47,10 @@ class Motor(Protocol):
         """
 
     def hold(self, made: int) -> None:
-        """Hold the axis at the position where the real motor has stopped, until `let_go` is called."""
+        """Hold the emulated axis at the position where its real motor has stopped.
+
+        `made`: this position in pulses.  The method `let_go` releases the axis.
+        """
 
     def let_go(self) -> None:
         """Release the axis after the function `hold` has stopped the axis."""

@@ -81,7 +81,7 @@ class _Reader:
         self._scene, self._bench, self._table, self._boards = scene, bench, table, boards
 
     def wiring(self, name: str) -> Wiring | HalWiring:
-        """Return the wiring of the board with this name."""
+        """Return the axes, inputs and outputs that are wired to the motion board `name`."""
         scene, board = self._scene, self._boards[name]
         with scene.placing_errors("stand-in", "board", list(self._boards).index(name)):
             if (board.port is None) is (board.hal is None):

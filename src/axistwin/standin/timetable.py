@@ -83,9 +83,9 @@ class Timetable:
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the clock tick at which the board next reports the state of a trigger.
+        """Return the time of the board's next status report, in ticks of the board's clock.
 
-        The tick is at `soon` or later.
+        The report contains the state of one trigger.  The tick is at `soon` or later.
 
         `trigger` is the number of the trigger on the board.
         """

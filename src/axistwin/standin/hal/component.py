@@ -184,9 +184,10 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report the end of a stop when all motors of the group are at rest.
+        """Report the positions at which a controller's motors have stopped.
 
-        The report is sent at the latest `MOST_STILL_S` seconds after the stop.
+        `group`: the axes of the controller.  The report is sent when all motors of the group are at rest, at the latest
+        `MOST_STILL_S` seconds after the stop.
         """
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
