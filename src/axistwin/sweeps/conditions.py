@@ -54,11 +54,11 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Build the condition that a logic signal is high, or that the signal is low.
+    """Build a condition on the level of a logic signal, e.g. `table.output1 high`.
 
-    `high`: True selects the condition "high".  The result is a pair of functions of the signal's value.  The first
-    function returns 1 (true) or 0 (false).  The second function returns the margin: infinity if the condition is true,
-    and minus infinity if the condition is false.
+    `high`: True selects the level "high", and False selects the level "low".  The result is a pair of functions of the
+    signal's value.  The first function returns 1 (true) or 0 (false).  The second function returns the margin: infinity
+    if the condition is true, and minus infinity if the condition is false.
     """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 

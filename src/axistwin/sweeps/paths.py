@@ -70,9 +70,9 @@ class Variation:
         return self.base.varied(data, texts)
 
     def check(self, number: int, value: Value) -> None:
-        """Raise UsageError if the scene is invalid with the new value of one setting.
+        """Raise UsageError if `value` is invalid for the setting with the index `number`.
 
-        `number`: index of the setting's path.
+        The scene is built with this value; the other settings keep their values.
         """
         place = self.places[number]
         alone = Variation.__new__(Variation)
@@ -85,9 +85,9 @@ class Variation:
 
 
 def states(scene: Scene) -> list[str]:
-    """Return the names of the controllers with a state directory.
+    """Return the names of the controllers whose non-volatile memory is stored in files.
 
-    A sweep ignores state directories.
+    The key `state` of a controller in the scene is the directory of the file.  A sweep ignores this key.
     """
     return [_called(table) for table in scene.data["controller"] if table.get("state") is not None]
 

@@ -54,7 +54,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Form:
-    """Pattern of a phrase that defines a result of a simulation run, e.g. `count EVENT` for a number of events."""
+    """Syntax of one kind of measurement or requirement, e.g. `count EVENT` (number of events)."""
 
     form: str
     pattern: str
@@ -274,7 +274,7 @@ def _position(text: str) -> float:
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Test if an axis has never passed a position, for the claim "never AXIS passes POSITION".
+    """Evaluate the requirement "never AXIS passes POSITION" for a simulation run.
 
     The robustness is the distance left, or minus the distance moved beyond the position.
     """

@@ -24,7 +24,7 @@ MAGIC = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class Trial:
-    """A test of one combination of setting values by the command `axistwin tune`.
+    """Results of the command `axistwin tune` for one combination of settings.
 
     `values`: the setting values by path.  `results`: one result for each simulation run.  `score`: the worst result.
     `violations`: number for each claim; above 0, the claim fails.
@@ -38,7 +38,7 @@ class Trial:
 
     @property
     def feasible(self) -> bool:
-        """True if all required conditions hold in every simulation run with these setting values."""
+        """True if all simulation runs with the tested settings meet all requirements."""
         return all(violation <= 0 for violation in self.violations.values())
 
 
