@@ -55,7 +55,10 @@ class Batch:
 
 
 class ChangeQueue:
-    """Changes of signals that have not been written to the trace yet, in one list for each signal."""
+    """Queue of signal changes that will be written to a trace file.
+
+    The queue has one list of changes for each signal.
+    """
 
     def __init__(self, signals: Sequence[Signal]) -> None:
         self.count = 0

@@ -46,7 +46,7 @@ class TextSink:
     """Base class of the writers of text files, e.g. CSV files."""
 
     def flush(self) -> None:
-        """Do nothing, because the writers of text files keep no changes in memory."""
+        """Do nothing: the method `write` has already written all signal changes to the file."""
 
 
 class CsvSink(TextSink):

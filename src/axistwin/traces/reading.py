@@ -344,9 +344,9 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
-    """Parse the text with the kind of each signal, e.g. {"if1.X.pulses": "integer"}.
+    """Return the kind of each signal in a Parquet trace file, e.g. {"if1.X.pulses": "integer"}.
 
-    The text is part of the metadata of a Parquet file.
+    `text`: the kinds as JSON, from the metadata of the file.
     """
     try:
         kinds = json.loads(text or "")

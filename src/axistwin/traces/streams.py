@@ -66,7 +66,10 @@ class _Message:
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
     def extend(self, time_ns: int, data: bytes) -> None:
-        """Append characters to the message, or begin a new message after a complete message."""
+        """Append characters to the latest message from the host or from the controller.
+
+        If this message is complete, the characters begin a new message.
+        """
         self._message = data if self.complete and data != b"\n" else self._message + data
         self._show(time_ns, self._message)
 
