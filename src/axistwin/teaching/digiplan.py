@@ -135,7 +135,10 @@ class DigiplanGuide(Guide):
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the reasons why no motion is possible after the command `[` has locked the communication."""
+        """Yield the remedies for an interface that the command `[` has locked.
+
+        A locked interface ignores most commands from the host.
+        """
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:

@@ -87,7 +87,10 @@ def _open(target: str, line: str | None) -> serial.Serial:
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    """Return the URL and the line format that pyserial needs to open the port `target`."""
+    """Convert the name of a port to pyserial's notation, e.g. `tcp://host:4000` to `socket://host:4000`.
+
+    The serial format `fmt` is returned unchanged.
+    """
     if target.startswith(("pty:", "tcp:", "serial:")):
         port = parse(target)
         if port.scheme == "tcp":

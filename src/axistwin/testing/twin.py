@@ -60,7 +60,7 @@ class Url(str):
 
     @property
     def port(self) -> int:
-        """Number of the TCP port in the URL, e.g. 5001."""
+        """Number of the emulated controller's TCP port, e.g. 5001."""
         return int(self.address.rpartition(":")[2])
 
     @property
