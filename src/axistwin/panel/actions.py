@@ -11,7 +11,7 @@ from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
-    """State of a simulation session: executing a user's action (busy), running, or at rest (quiet).
+    """State of a simulation session, e.g. `quiet` while the simulation is paused.
 
     A page stores its state in `document.body.dataset.state`, for tests.
     """

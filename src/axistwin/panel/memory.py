@@ -21,9 +21,9 @@ AT_A_TIME = 50
 
 
 class Memory:
-    """Makes Python's garbage collection faster: existing objects are not examined again.
+    """Excludes the objects of web pages from Python's garbage collection, so that each collection takes less time.
 
-    The pages of a session consist of many objects, whose examination takes a long time.
+    A page is excluded after it is built.
     """
 
     def __init__(self, session: Session) -> None:

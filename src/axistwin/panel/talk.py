@@ -47,10 +47,10 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return a pair: the total number of events at a port or bus, and a list of the events new to the caller.
+        """Return the events at a serial port or bus, e.g. received characters, without the first `count` events.
 
-        An event is e.g. a sent or received character.  `count`: the number of events that the caller already has.  The
-        list contains at most the newest `SHOWN` events.
+        The result is a pair: the number of all events, and the list of events.  The list contains at most the newest
+        `SHOWN` events.  `count`: the number of events that the caller already has.
         """
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)

@@ -82,10 +82,9 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the earliest time in ns from which all changes of the given signals are stored.
+    """Return the start time in ns of the exact data of the given signals.  Older data are stored with less detail.
 
-    Older changes are merged into intervals, to save memory.  An interval contains e.g. the smallest and the largest
-    value.
+    Of the older data, each time interval has e.g. the minimum and the maximum.
     """
     return max((record.tracks[name].exact_ns for name in names), default=0)
 

@@ -187,10 +187,10 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Merge the oldest changes of the signal into intervals of time, to save memory.
+        """Summarise the oldest changes of the signal: store e.g. the minimum and the maximum in each time interval.
 
-        An interval has e.g. the minimum and the maximum of the signal, but no single changes.  The intervals
-        have the first length in `SHIFTS`, or the second length if the changes are rare.
+        The single changes are then deleted, to save memory.  The intervals have the first length in `SHIFTS`, or the
+        second length if the changes are rare.
         """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1

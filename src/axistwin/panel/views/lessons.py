@@ -105,7 +105,7 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Replace commands in the text of a lesson by clicks, e.g. `:drive input1 high` by `click the switch input1`.
+    """Adapt the text of a lesson to the web page: `:drive input1 high` becomes `click the switch input1`.
 
     On the web page, the user clicks a switch instead of typing the command.
     """
