@@ -82,7 +82,9 @@ class Run(NamedTuple):
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:
-        """Return the encoder count at the time `time_ns`, during or after the motion.
+        """Calculate the encoder count at the time `time_ns`, for an encoder that turns at constant speed.
+
+        After the end of the motion, the count stays the same.
 
         The n-th edge occurs `n * duration_ns / |counts|` after the start, rounded up to a whole nanosecond.  The
         count is therefore rounded towards `base`, in either direction.

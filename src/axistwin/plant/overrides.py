@@ -35,9 +35,9 @@ class Override(Generic[T]):
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Set the normal value of a machine setting, e.g. 25 °C for the ambient temperature.
+        """Change a setting of the simulated machine, e.g. the ambient temperature from 25 °C to 30 °C.
 
-        The values of active defects stay the same.
+        Only the normal value changes; the values of active defects stay the same.
         """
         self._before_change()
         self._values[0].value = value

@@ -35,9 +35,10 @@ IDEAL_COUNTS_PER_REV = 2000
 
 
 class Source(Protocol):
-    """Interface of an object that calculates a shaft's motion, e.g. the motor's processor.
+    """Interface of an object that simulates the motion of a motor shaft, and supplies the positions of the shaft.
 
-    All values are those of the latest sample.
+    The object is the emulated processor of the motor or, without power, `AtRest`.  All values are those of the
+    latest sample.
     """
 
     def refresh(self) -> None:
@@ -119,9 +120,9 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return only the present position, because later positions of the shaft cannot be predicted.
+        """Return the present position of the shaft, as a list of one element.
 
-        A person can turn the shaft at any time.
+        Later positions cannot be predicted, because a person can turn the shaft at any time.
         """
         return [self._axis.shaft]
 
@@ -156,7 +157,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Ignore a slip of the encoder on its shaft: a motor without power does not read its encoder."""
+        """Ignore an encoder that slips.  This class simulates a motor without power, which does not use its encoder."""
 
 
 class EncoderView:

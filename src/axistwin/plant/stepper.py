@@ -245,9 +245,9 @@ class StepperAxis:
 
     @property
     def free(self) -> bool:
-        """True if the velocity profile can be replaced without side effects.
+        """True if the motor cannot lose steps, and the event `on_motion` has no subscribers.
 
-        The event `on_motion` then has no subscribers, and the motor cannot lose steps.
+        The controller can then plan several velocities at once, because nothing else depends on the velocity profile.
         """
         return self._loses_no_steps and not self.on_motion
 
@@ -257,9 +257,10 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return only the present position.  For a stepper axis, the method `positions_at` predicts later positions.
+        """Return the present position of the axis, as a list of one element.
 
-        Other kinds of axes also return predicted positions.
+        Other kinds of axes also return predicted positions.  For a stepper axis, the method `positions_at` predicts
+        later positions.
         """
         return [self.position]
 
@@ -297,9 +298,9 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function that computes the lost steps after a given number of pulses.
+        """Return a function f(n): the total number of lost steps after n pulses of the present move.
 
-        The pulses are counted from the beginning of the present move.  Return None if no steps are lost.
+        Return None if the present move loses no steps.
         """
         if not self._slips:
             return None
@@ -537,7 +538,7 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Recalculate the lost steps of the present move.
+        """Predict in which parts of the present move the motor will lose steps.
 
         Called after a change of the velocity profile, the motor torque or the load torque.
         """
