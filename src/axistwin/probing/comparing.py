@@ -318,7 +318,9 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return option values with which the virtual controller may answer like the real one, e.g. `busy="ignore"`.
+    """Return the option values to try in the virtual controller, e.g. `busy="ignore"`.
+
+    With one of these values, the virtual controller may answer like the real controller.
 
     Returns pairs of option name and value.  The suggested values come first, and values other than the defaults follow.
     """

@@ -251,7 +251,7 @@ def _initialised(end: End) -> Condition:
 
 
 def initialise(end: End) -> None:
-    """Send `(` and U61 to set the data format of a twin that has just been switched on."""
+    """Initialise an IF1 or IF2: the character `(` sets the baud rate, and the command U61 sets the data format."""
     end.ask(b"(", 2)
     end.ask(FORMAT, wait_s=1.5)
 

@@ -69,9 +69,9 @@ def _kind(model: str) -> str:
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:
-    """Yield the serial formats and the controller models with which the search tries to get an answer.
+    """Yield each combination of a serial format and a controller model to try, e.g. `9600 8N2` with `if1`.
 
-    Each format comes with one model, and with the test that detects the model.
+    Each combination comes with the test that detects the model.
 
     The most usual line formats come first.  The first test of each kind cannot be taken for the open bracket of an
     interface that has no baud rate yet.
