@@ -34,9 +34,9 @@ def language_of(target: str) -> Language:
 
 
 def command_strings(text: str, language: Language, file: str = "") -> Iterator[Act]:
-    """Return the actions of all lines of a `.181x` file.
+    """Parse the text of a `.181x` file, which contains commands for an 1810 or 1811.
 
-    A line is a command, a pause (`+` line) or an operator's action (`!` line).
+    A line is a command, a pause (`+` line) or an operator's action (`!` line).  Blank lines and comments are left out.
     """
     acts = (command_string(line, number, file, language.read) for number, line in enumerate(text.splitlines(), start=1))
     return (act for act in acts if act is not None)

@@ -77,7 +77,7 @@ def load(path: Path, target: str = "") -> Program:
 
 
 def scene_program() -> Program:
-    """Return an object that simulates the hosts, the stored programs and the script of a scene.
+    """Return a `Program` that runs a scene: its hosts, its stored programs and its script.
 
     Used if the user gives no program file.
     """
