@@ -89,7 +89,7 @@ class Builder:
         self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
-        """Build all controllers and machines of the scene; the controllers are switched on."""
+        """Build all controllers and machines of the scene, and switch the controllers on."""
         self._note_origin()
         self._add_controllers()
         self._connect_masters()

@@ -142,9 +142,9 @@ class Copy:
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Return a program's file name in a copy of its scene, e.g. `a.if1` instead of `../a.if1`.
+        """Adapt the path of a program to the folder of the new scene file: `../a.if1` becomes `a.if1`.
 
-        `file`: the name of the file in an action `load`.  The file is copied if the new name differs.
+        `file`: the path in an action `load`.  The program is copied if the new path differs.
         """
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 

@@ -390,7 +390,7 @@ class BoardInputTable(Table):
 
 
 class BoardOutputTable(Table):
-    """An output of a controller, connected to a pin of a board."""
+    """Connection of a virtual controller's output to the real machine, e.g. through a pin of a motion board."""
 
     source: Annotated[str, Field(alias="from")]
     """Output of a controller, as "controller.pin"."""
