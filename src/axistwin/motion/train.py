@@ -105,7 +105,7 @@ class Train:
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
-        """Return the times of all pulses between two times, in order of time.
+        """Return the time in ns of each step pulse in a given interval.  The earliest pulse comes first.
 
         A pulse at `start_ns` is included, a pulse at `stop_ns` is excluded.
         """

@@ -44,9 +44,11 @@ def encode(shared: Shared) -> str:
 
 
 def decode(fragment: str) -> Shared:
-    """Return the contents of a share link: a scene, and a time in the simulation of the scene.
+    """Return the files of a scene from a share link (a web address that opens the scene).
 
-    `fragment`: the part of the link that follows the `#`.  Raises UsageError for a damaged link.
+    The link also contains a virtual time.  `fragment`: the part of the link that follows the `#`.
+
+    Raises UsageError for a damaged link.
     """
     if len(fragment) > LONGEST_LINK:
         raise UsageError(f"the URL of the shared scene has {len(fragment)} characters: expected at most {LONGEST_LINK}")

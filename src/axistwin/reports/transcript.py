@@ -65,7 +65,10 @@ def summary(run: RunRecord) -> Iterator[str]:
 
 
 def extremes(run: RunRecord) -> Iterator[str]:
-    """Yield lines of text: the position range of each axis, and each opening of a limit or stop contact."""
+    """Yield lines of text: the least and the greatest position of each axis, and each limit switch that has opened.
+
+    The text also has the drive faults and the emergency stops, and the time of each opening.
+    """
     for name, moves in _by_axis(run).items():
         places = [place for move in moves for place in (move.origin, move.target)]
         low, high, unit = min(places), max(places), moves[0].units

@@ -38,7 +38,8 @@ STEPPER: dict[str, tuple[str, ...]] = {"position": ("pulses",), "lost": ()}
 class _LostSteps:
     """Number of lost steps of a stepper axis during one move.
 
-    `since_ns`: begin of the move.  `losing(n)`: number of lost steps after n more pulses; None: the number is constant.
+    `since_ns`: time of the start or the change of the move.  `losing(n)`: total number of lost steps after n pulses of
+    the move; None: the number is constant.
     """
 
     since_ns: int
