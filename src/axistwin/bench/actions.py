@@ -252,8 +252,8 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(
-            f"invalid encoder move {value!r}: expected counts and seconds, e.g. `4000 in 2`, "
-            "or an axis that turns the encoder, e.g. `on table.X`"
+            f"invalid value {value!r} of the action `! master` (external encoder): "
+            "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS`, e.g. `4000 in 2`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
