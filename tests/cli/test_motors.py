@@ -146,7 +146,10 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="the line of the conversation file does not begin with a controller name"):
+    with pytest.raises(
+        ProgramError,
+        match=r"missing controller name before `= A low`: expected one of left, right, e\.g\. `left: = A low`",
+    ):
         play(parse("> RP\\r\n= A low"), bench)
 
 

@@ -119,8 +119,7 @@ def test_several_controllers_are_told_apart_by_name(bench):
     assert said(bench, "+1.5\nleft: > (\nleft: < U\\r\nright: <\nright: ! input1 high\nleft: = input1 low\n") == ""
     with pytest.raises(
         ProgramError,
-        match=r"a\.talk:1: the line of the conversation file does not begin with a controller name: "
-        "expected one of left, right",
+        match=r"a\.talk:1: missing controller name before `> E\\r`: expected one of left, right, e\.g\. `left: > E\\r`",
     ):
         said(bench, "> E\\r\n")
 

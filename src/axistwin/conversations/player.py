@@ -4,7 +4,7 @@ Time passes only in `+`, and in `<` until its last character has been received. 
 checks the exact time of the last character.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from dataclasses import dataclass
 from decimal import Decimal
@@ -15,12 +15,15 @@ from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.actions import FAULT_ACTS, Value, act_at, agrees, question, shown
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_at
-from axistwin.conversations.conversation import Conversation
+from axistwin.conversations.conversation import Conversation, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S, to_seconds
 
 PATIENCE_S = 10.0
 """Default time that a `<` waits for its next character; a header such as `; patience: 60` changes it."""
+
+LONGEST = 40
+"""Longest line of a conversation, in characters, that an error message quotes in full."""
 
 
 @dataclass(frozen=True)
@@ -153,10 +156,7 @@ class Player:
     def _controller(self, act: Act) -> Controller:
         if act.controller or len(self.bench.controllers) == 1:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
-        controllers = ", ".join(self.bench.controllers)
-        raise ProgramError(
-            f"the line of the conversation file does not begin with a controller name: expected one of {controllers}"
-        )
+        raise self._unnamed(act, self.bench.controllers)
 
     def _endpoint(self, act: Act) -> str:
         """Return the name of the port or bus through which the host performs an action, e.g. sends a command."""
@@ -167,9 +167,14 @@ class Player:
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))
-        controllers = ", ".join(self.received)
-        raise ProgramError(
-            f"the line of the conversation file does not begin with a controller name: expected one of {controllers}"
+        raise self._unnamed(act, self.received)
+
+    def _unnamed(self, act: Act, known: Collection[str]) -> ProgramError:
+        text = write([act], self.codec).strip()
+        action = text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+        controllers, name = ", ".join(known), next(iter(known), "if1")
+        return ProgramError(
+            f"missing controller name before `{action}`: expected one of {controllers}, e.g. `{name}: {action}`"
         )
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
