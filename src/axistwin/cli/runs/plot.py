@@ -60,18 +60,21 @@ def plot(
     path = out if out is not None or on_screen else trace.with_suffix(".png")
     if path is not None:
         check_suffix(path)
-    limited = on_screen or signals or since is not None or until is not None
+    given = {"--show": on_screen, "--signals": signals, "--from": since is not None, "--to": until is not None}
+    option = next((name for name, is_given in given.items() if is_given), None)
     if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
-        if limited:
+        if option:
             raise UsageError(
-                f"invalid option for {trace}, a file written by 'axistwin sweep': expected only --out or --title"
+                f"cannot use the option {option} for {trace}: "
+                "expected only --out or --title for results of 'axistwin sweep'"
             )
         assert path is not None, "nothing is shown on the screen"
         return _plot_sweep(trace, path, title)
     if trace.suffix == ".db":
-        if limited:
+        if option:
             raise UsageError(
-                f"invalid option for {trace}, a file written by 'axistwin tune': expected only --out or --title"
+                f"cannot use the option {option} for {trace}: "
+                "expected only --out or --title for results of 'axistwin tune'"
             )
         return _plot_study(trace, path or trace, title)
     with working(f"reading {trace.name}"):
