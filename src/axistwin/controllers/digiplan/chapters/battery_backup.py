@@ -11,6 +11,8 @@ from axistwin.controllers.product import Store
 from axistwin.errors import UsageError
 from axistwin.storage import excerpt
 
+_BAUD_RATE = "a baud rate of an IF2, e.g. 9600"
+
 
 @dataclass(frozen=True)
 class Retained:
@@ -63,25 +65,35 @@ class Retained:
 
     def check(self) -> None:
         """Raise ValueError if the data in the memory contain an invalid value."""
-        for parameter_name, valid in self._checks():
+        for key, expected, valid in self._checks():
             if not valid:
-                raise ValueError(f"invalid value of the key {parameter_name}: expected a value that an IF2 can store")
+                raise ValueError(f"invalid value of the key {key!r}: expected {expected}")
 
-    def _checks(self) -> Iterator[tuple[str, bool]]:
-        """Check the values in the battery-backed memory.  Yield a key and a result for each check.
+    def _checks(self) -> Iterator[tuple[str, str, bool]]:
+        """Check the values in the battery-backed memory.  Yield a key, the expected value and a result for each check.
 
-        The result is True for a valid value, e.g. ("baudrate", True).
+        The result is True for a valid value, e.g. ("locked", "true or false", True).
         """
         for name, (low, high) in RANGES.items():
             value = getattr(self.parameters, name)
-            yield name, type(value) is int and low <= value <= high
-        yield "locked", type(self.locked) is bool
-        yield "baudrate", type(self.baudrate) is int and self.baudrate in BAUD_RATES
+            yield name, f"an integer, {low} to {high}", type(value) is int and low <= value <= high
+        yield "locked", "true or false", type(self.locked) is bool
+        yield "baudrate", _BAUD_RATE, type(self.baudrate) is int and self.baudrate in BAUD_RATES
         frame, lock = self.frame, self.lock
-        yield "frame", FORMAT_MESSAGE.fullmatch(f"{frame.terminator}{frame.x1}{frame.x2}") is not None
-        yield "frame", type(frame.x1) is int and type(frame.x2) is int
+        message = f"{frame.terminator}{frame.x1}{frame.x2}"
+        yield "frame", "a data format, e.g. U61", FORMAT_MESSAGE.fullmatch(message) is not None
+        yield "frame", "integers x1 and x2", type(frame.x1) is int and type(frame.x2) is int
         if lock:
-            yield "lock", type(lock.baudrate) is int and lock.baudrate in BAUD_RATES
-            yield "lock", type(lock.bytesize) is int and lock.bytesize in (7, 8) and lock.parity in ("N", "O", "E")
-            yield "lock", len(lock.eighth) == 2 and all(type(bit) is bool for bit in lock.eighth)
-        yield "sequence", type(self.sequence) is str and not parse(self.sequence, COMMANDS).problems
+            yield "lock", _BAUD_RATE, type(lock.baudrate) is int and lock.baudrate in BAUD_RATES
+            yield "lock", "7 or 8 data bits", type(lock.bytesize) is int and lock.bytesize in (7, 8)
+            yield "lock", "parity N, O or E", lock.parity in ("N", "O", "E")
+            yield (
+                "lock",
+                "two values of eighth, true or false",
+                len(lock.eighth) == 2 and all(type(bit) is bool for bit in lock.eighth),
+            )
+        yield (
+            "sequence",
+            "valid commands of an IF2",
+            type(self.sequence) is str and not parse(self.sequence, COMMANDS).problems,
+        )
