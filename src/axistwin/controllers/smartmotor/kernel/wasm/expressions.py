@@ -98,8 +98,10 @@ class Expressions:
         """
         value = self._global(node)
         if not isinstance(value, int | float):
-            name, function = ast.unparse(node), self._definition.name
-            raise NotImplementedError(f"{name} in {function} is not a constant: expected an int or a float")
+            name, function, type_name = ast.unparse(node), self._definition.name, type(value).__name__
+            raise NotImplementedError(
+                f"the value of {name} in the function {function} has the type {type_name}: expected int or float"
+            )
         return value
 
     def _global(self, node: ast.expr) -> Any:
