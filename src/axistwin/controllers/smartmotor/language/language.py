@@ -384,9 +384,10 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
     """Parse the variable in a report command, e.g. the variable `a` in the command Ra."""
     variable = text[1:]
-    if find(variable) is None:
+    if find(variable) is None:  # Only the name of an AniLink input can be invalid, e.g. AINA5.
         raise Malformed(
-            f"unknown variable {variable[:20]}: expected R and the name of a variable, e.g. Ra or RAINA1",
+            f"unknown AniLink input {variable[:20]} in the report command {text[:21]}: "
+            "expected AINA1…AINH4 (analog) or DINA0…DINH63 (digital), e.g. `RAINA1`",
             1,
             found.chapter,
             rules.ARGUMENTS,
