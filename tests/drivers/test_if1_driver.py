@@ -234,7 +234,7 @@ def test_the_other_families_are_not_an_if1(ports):
     ("answers", "says"),
     [
         ([b"I\r5\r", b"Q\r", b"K"], "check the line for noise"),
-        ([b"5\r", b"x\r"], "expected a number"),
+        ([b"5\r", b"x\r"], "expected a whole number"),
         ([b"", b"", b"hello"], "expected the letter U"),
         ([b"5\r", b"9" * 5000], "check that the controller is connected to this port"),
         ([b"I\r5\r", b"F", b"x"], "after the message F"),

@@ -96,7 +96,7 @@ def test_a_port_that_cannot_be_opened(url, says):
 
 
 def test_a_server_that_disconnects():
-    with answering(lambda _: None) as url, pytest.raises(PortError, match="disconnected"):
+    with answering(lambda _: None) as url, pytest.raises(PortError, match="has closed the connection"):
         asyncio.run(connect_async(url, "if1"))
 
 

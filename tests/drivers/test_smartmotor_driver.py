@@ -173,8 +173,8 @@ def test_bad_values_are_refused(motor):
     ("answers", "error", "says"),
     [
         ([b""] * 3, SilentError, "no answer from shaft to RSP"),
-        ([b"C\r"], WrongAnswerError, "a number from a SmartMotor|a sample period and a version"),
-        ([b"24576/476\r", b"1,x\r5\r"], WrongAnswerError, "expected a number"),
+        ([b"C\r"], WrongAnswerError, "expected a whole number|a sample period and a version"),
+        ([b"24576/476\r", b"1,x\r5\r"], WrongAnswerError, "expected a whole number"),
         ([b"24576/476\r", b"1,1"], SilentError, "incomplete answer '1,1'"),
         ([b"RSP\r24576/476\r", b"RPW"], SilentError, "incomplete answer"),
         ([b"RSP\r24576/476\r", b"XXXXXXX"], WrongAnswerError, "check the line for noise"),

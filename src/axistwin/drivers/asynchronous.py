@@ -87,10 +87,13 @@ class TcpPort(WallClock):
         except OSError as error:
             raise self._lost(why=error) from None
         if not data:
-            raise self._lost("the server has closed the connection")
+            raise PortError(
+                f"the server at {self._url} has closed the connection: "
+                "check that the server is still running, then try again"
+            )
         return data
 
-    def _lost(self, why: object) -> PortError:
+    def _lost(self, why: OSError) -> PortError:
         return PortError(f"{self._url} was disconnected ({why}): the driver opens the port again for the next command")
 
     async def close(self) -> None:

@@ -91,7 +91,9 @@ class Board(Core):
             if not answer.startswith("!"):
                 break
         if answer.startswith("error"):
-            raise WrongAnswerError(f"the bus socket refused the request {request!r}: it answered {answer!r}")
+            raise WrongAnswerError(
+                f"the answer to the bus request {request!r} is {answer!r}: expected 'ok' or hex digits, e.g. 50"
+            )
         return answer
 
     def _read(self, count: int) -> Procedure[bytes]:

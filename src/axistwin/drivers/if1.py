@@ -221,7 +221,9 @@ class IF1(Core):
         if self._linefeed:
             yield from self._until(b"\n", request)
         if not answer.isdigit():
-            raise WrongAnswerError(f"the answer to {request} is {shown(answer)}: expected a number from an IF1")
+            raise WrongAnswerError(
+                f"the IF1 answered {shown(answer)} to the status request {request}: expected a whole number, e.g. 16"
+            )
         return int(answer)
 
     def _motion(self) -> Procedure[int]:

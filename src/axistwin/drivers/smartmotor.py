@@ -201,7 +201,8 @@ class SmartMotors(Core):
             part = yield from self._discard(0.1)
             if not part:
                 raise SilentError(
-                    "the motor did not send its complete program: expected a program that is not locked by LOCKP"
+                    "the motor did not send its complete program: "
+                    "check the cable, and check whether the command LOCKP has locked the program"
                 )
             text += part
             if not text.endswith(b"\xff"):
@@ -428,5 +429,6 @@ def whole(text: str, report: str) -> int:
         return int(text)
     except ValueError:
         raise WrongAnswerError(
-            f"the answer to {report} is {shown(text.encode())}: expected a number from a SmartMotor"
+            f"the SmartMotor answered {shown(text.encode())} to the command {report}: "
+            "expected a whole number, e.g. 4000"
         ) from None
