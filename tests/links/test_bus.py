@@ -181,8 +181,14 @@ def test_a_board_without_power_drives_nothing(served, port):
         ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: cannot write 257 bytes in one request: expected at most 256"),
         ("s 2", "error: unknown request"),
         ("init now", "error: unknown request"),
-        ("x" * (LONGEST_LINE + 1), "error: line too long: expected at most 1024 characters"),
-        ("x" * 10 * LONGEST_LINE, "error: line too long: expected at most 1024 characters"),
+        (
+            "x" * (LONGEST_LINE + 1),
+            "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
+        ),
+        (
+            "x" * 10 * LONGEST_LINE,
+            "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
+        ),
     ],
 )
 def test_what_is_wrong_is_answered_by_one_line(port, request_, answer):
@@ -212,7 +218,7 @@ def test_a_line_that_is_too_long_spoils_no_other_however_it_is_cut_up(served, po
         while (master := served.server._slots["1811"].client) is None or not served.do(lambda: master._too_long):
             pass
         host.send(end)
-        assert host.line() == "error: line too long: expected at most 1024 characters"
+        assert host.line() == "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`"
         assert host.ask("i") == "0"
 
 

@@ -125,7 +125,9 @@ class Master(Connection):
     def _answer(self, request: bytes, too_long: bool) -> str:
         try:
             if too_long:
-                raise UsageError(f"line too long: expected at most {LONGEST_LINE} characters")
+                raise UsageError(
+                    f"the bus request is too long: expected at most {LONGEST_LINE} characters, e.g. `r 0 16`"
+                )
             return self._execute(request.decode("ascii", "replace").split())
         except AxistwinError as error:
             return f"error: {error}"
