@@ -82,6 +82,11 @@ class HostThread:
         self._thread.start()
 
     @property
+    def name(self) -> str:
+        """Name of the host's function."""
+        return str(getattr(self._call.func, "__name__", self._call.func))
+
+    @property
     def done(self) -> bool:
         """True if the host program has ended."""
         return self._thread.ident is not None and not self._thread.is_alive()

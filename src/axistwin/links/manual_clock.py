@@ -97,7 +97,8 @@ class ServedClock:
         host.join(timeout)
         if not host.done:
             raise LinkError(
-                f"the host has not finished within {timeout:g} s: use a longer timeout, e.g. result(timeout=60)"
+                f"the function {host.name} of the host program did not return within {timeout:g} s: "
+                "use a longer timeout, e.g. result(timeout=60)"
             )
         return host.outcome()
 
@@ -141,7 +142,7 @@ class ManualClock(ServedClock):
         """Receive all data that hosts have sent, then advance virtual time by `seconds`."""
         if not 0 <= seconds < math.inf:
             raise UsageError(f"cannot advance virtual time by {seconds!r} s: expected 0 or more seconds, e.g. 0.5")
-        with self._exclusive():
+        with self._exclusive("advance"):
             end_ns = self._pacer.clock.later(to_ns(seconds))
             self._run_hosts()
             while not self._advance(end_ns):
@@ -157,7 +158,7 @@ class ManualClock(ServedClock):
         """
         if not timeout < math.inf:  # nor nan
             raise UsageError(f"invalid timeout {timeout!r}: expected a number of seconds, e.g. 10")
-        with self._exclusive():
+        with self._exclusive("run_until"):
             end_ns = self._pacer.clock.later(to_ns(timeout))
             over = False
             while not over:
@@ -175,7 +176,7 @@ class ManualClock(ServedClock):
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds, not counting
         the host's latest sleep.
         """
-        with self._exclusive():
+        with self._exclusive("result"):
             self._run_hosts()
             seen, silent_since = self._traffic, self.now
             while not host.done:
@@ -190,7 +191,7 @@ class ManualClock(ServedClock):
         return host.outcome()
 
     @contextmanager
-    def _exclusive(self) -> Iterator[None]:
+    def _exclusive(self, function: str) -> Iterator[None]:
         """Prevent other threads from advancing virtual time, within a `with` block.
 
         Raises UsageError in the bench's own thread, and in the thread of a host: a host must block before time passes.
@@ -198,7 +199,8 @@ class ManualClock(ServedClock):
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
             raise UsageError(
-                "a host program must not advance virtual time itself: to wait, call time.sleep, e.g. time.sleep(0.5)"
+                f"cannot call {function} in a host program, because the test controls virtual time: "
+                "expected time.sleep, e.g. time.sleep(0.5)"
             )
         with self._turn:
             yield
