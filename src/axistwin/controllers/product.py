@@ -25,7 +25,7 @@ class Store(Protocol):
     """Non-volatile memory of a controller."""
 
     def load(self) -> bytes | None:
-        """Return the present contents of the memory, or None if the memory is empty."""
+        """Return the contents of the controller's non-volatile memory, or None if the memory is empty."""
 
     def save(self, contents: bytes) -> None:
         """Write new contents to the non-volatile memory of the controller, in place of the old contents.

@@ -169,10 +169,10 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Select the program lines whose execution the motor reports to the simulation, e.g. for a breakpoint.
+    """Replace a motor's compiled program; a running program continues at the same statement.
 
-    `after`: a compiled copy of the program that reports these lines.  A running program
-    continues at the same statement.
+    `after`: another compiled copy of the same program.  The two copies report the execution of different program lines
+    to the simulation, e.g. of lines with breakpoints.
     """
     if after is motor.program:
         return

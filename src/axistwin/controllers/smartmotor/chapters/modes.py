@@ -39,9 +39,12 @@ def position(motor: Processor, value: int) -> None:
 
 
 def distance(motor: Processor, value: int) -> None:
-    """D=exp: set the distance of a relative move (in mode MP) or the dwell of a cam (in cam mode), in counts.
+    """D=exp: set the distance of a relative move, in counts.
 
-    In cam mode, the dwell takes effect after CI (manual, section 9.3).
+    The next G in mode MP is then a relative move.
+
+    In cam mode, D is the dwell: the motor stays at the last cam position while the master moves by D counts.  The dwell
+    takes effect after CI (manual, section 9.3).
     """
     motor.i[s.D] = value
     motor.i[s.RELATIVE] = 1

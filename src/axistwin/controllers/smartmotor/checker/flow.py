@@ -256,7 +256,7 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """Report a program that enables an interrupt but lacks its subroutine, e.g. F=32 without the label C1.
+    """Report each enabled interrupt whose subroutine is missing from the program.
 
     With F=32, faults call C1.  With F=64, pin G calls C2.
 

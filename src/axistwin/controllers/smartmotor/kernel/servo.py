@@ -97,7 +97,7 @@ def clipped_amps(f: Floats, amps: float) -> float:
 
 @sampled
 def energy(f: Floats, amps: float, speed: float) -> int:
-    """Return the energy that the windings take in one sample, in nJ.
+    """Return the electrical energy supplied to the motor windings during one servo sample, in nJ.
 
     The energy is negative if the motor brakes into the supply.
     """
@@ -184,9 +184,9 @@ def warm(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal(i: Ints, f: Floats) -> None:
-    """Move the shaft of an ideal motor for one sample.
+    """Simulate a motor for one servo sample; the shaft follows the commanded position exactly.
 
-    The shaft moves to the commanded position.  In torque mode, the shaft turns by an angle proportional to T.
+    In torque mode, the shaft turns by an angle proportional to T.
     """
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return

@@ -89,7 +89,7 @@ class Statement:
 
     @property
     def computed(self) -> tuple[Computed, ...]:
-        """The operands that contain an expression, e.g. `a+1`."""
+        """Computed operands of a SmartMotor statement, e.g. `a+1` in `b=a+1`."""
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:

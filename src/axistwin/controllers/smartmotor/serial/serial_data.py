@@ -17,7 +17,10 @@ BAUD_RATES = (2400, 4800, 9600, 19200, 38400)
 
 
 def query(motor: Processor) -> None:
-    """Q: report the status of host mode, in binary."""
+    """Q: send a binary status report of six bytes to the host.
+
+    The report contains the motor's status byte, the free buffer space and the clock of host mode.
+    """
     motor.send(host_mode.status(motor))
 
 
@@ -53,7 +56,7 @@ def silent(motor: Processor, channel: int = 0) -> None:
 
 
 def talk(motor: Processor, channel: int = 0) -> None:
-    """TALK (channel 0), TALK1 (channel 1): let the program send serial output again.
+    """TALK (channel 0), TALK1 (channel 1): enable the serial output of the program.
 
     The commands SILENT and SILENT1 suppress this output.
     """

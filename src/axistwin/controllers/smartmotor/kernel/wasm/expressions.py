@@ -228,9 +228,9 @@ class Expressions:
         self._emit(*((w.f64_const(0.0), w.F64_NE) if kind == w.F64 else (w.i64_const(0), w.I64_NE)))
 
     def _condition(self, node: ast.expr) -> None:
-        """Compile an expression as a condition.
+        """Generate WebAssembly code that puts 1 on the stack if an expression is true, otherwise 0.
 
-        The condition pushes 1 (i32) for true or 0 for false.
+        The type of the result is i32.
         """
         match node:
             case ast.Compare():
