@@ -147,7 +147,11 @@ def _drive(steps: Procedure[T], port: SerialPort) -> T:
 
 
 class BlockingAxis(ScaledAxis):
-    """A motion axis for drivers.  Each method, e.g. `move_to`, returns after the controller has answered."""
+    """A motion axis of a controller, for programs without asyncio.
+
+    The method `move_to` returns before the axis has reached the position.  The method `wait` waits for the end of the
+    motion.
+    """
 
     def __init__(self, controller: Controller, core: AxisCore) -> None:
         super().__init__(core)

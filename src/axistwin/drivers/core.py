@@ -15,7 +15,7 @@ MOST_BYTES = 4096
 
 @dataclass(frozen=True)
 class Line:
-    """Factory setting of a controller's serial line."""
+    """Factory settings of a controller's serial line: the baud rate and the number of stop bits."""
 
     baud: int
     stop_bits: int = 1
