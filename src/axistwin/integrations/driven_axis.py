@@ -73,7 +73,10 @@ class DrivenAxis:
         await self.request(Goal(lambda: self.core.move_to(target), target))
 
     async def move_at(self, velocity: float) -> None:
-        """Jog at a signed velocity; return when the jog has been stopped.  Raises RefusedError if the jog fails."""
+        """Jog at a signed velocity; return when the axis is at rest again.
+
+        For example, a call of `stop` ends the jog.  Raises RefusedError if the jog cannot begin.
+        """
         await self.request(Goal(lambda: self.core.move_at(velocity)))
 
     async def home(self, direction: int) -> None:
@@ -178,7 +181,10 @@ class DrivenAxis:
             self.station.wake()
 
     async def _begins(self, goal: Goal) -> bool:
-        """Begin a motion.  Returns False if the motion has to wait for the end of another motion."""
+        """Try to begin a motion; return False while another motion is in progress.
+
+        The function stops an earlier motion of the same axis.  The caller tries again after the next poll.
+        """
         await self._go.wait()
         if self.goal is not goal:
             return True

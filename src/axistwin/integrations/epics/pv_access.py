@@ -22,7 +22,10 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class _Channel:
-    """A channel of PV Access; a channel without `put` refuses writes."""
+    """A channel of the EPICS protocol PV Access.
+
+    If `put` is None, clients can only read the channel.
+    """
 
     def __init__(self, field: Field, value: Any, put: Put | None) -> None:
         self._menu, self._put = field.menu, put
