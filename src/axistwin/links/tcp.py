@@ -35,7 +35,7 @@ IDLE_S = 60
 
 
 class Connector(Protocol):
-    """Interface of an endpoint to which a TCP client connects."""
+    """Software interface through which a TCP client connects to a controller."""
 
     client: Any
 
@@ -59,7 +59,7 @@ class Connector(Protocol):
 
 
 class SerialConnector(Connector, Protocol):
-    """Interface of a serial endpoint to which a TCP client connects."""
+    """Software interface through which a TCP client sends characters to a controller."""
 
     def send(self, data: bytes) -> None:
         """Transmit characters from the client to the controller."""

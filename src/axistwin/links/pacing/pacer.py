@@ -112,7 +112,9 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Advance virtual time to the present, call `read`, and plan the next advance.  Return the result of `read`.
+        """Execute all due events of the simulation.  Then call the function `read` and return its result.
+
+        After the call of `read`, the pacer plans the next advance of virtual time.
 
         The pacer sleeps while no event is due, even while a motor moves.  A SmartMotor computes a block of samples
         ahead.  After a read of its state, the motor plans this block again, and an event may become due earlier.
