@@ -99,9 +99,9 @@ class Profile:
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the commanded position at a given time, as a multiple of a very small fraction of a pulse.
+        """Return the commanded position at a given time, as an exact integer.
 
-        The result is an exact integer in units of 1/(parts * S) pulse.
+        The unit is 1/(parts * S) pulse.
         """
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)

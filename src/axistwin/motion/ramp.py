@@ -16,10 +16,10 @@ from axistwin.motion.profile import Profile, Segment
 
 
 class Ramp:
-    """A ramp whose velocity changes in equal increments, from the rate `start` to the rate `top`.
+    """A stepped acceleration ramp: the pulse rate rises by `increment` every `interval` seconds.
 
-    Rates are in pulses/s, `interval` is in seconds.  A `top` at or below `start` means no ramp: the whole motion runs
-    at `top`.
+    The ramp begins at the rate `start` and ends at the rate `top`.  Rates are in pulses/s.  A `top` at or below `start`
+    means no ramp: the whole motion runs at `top`.
     """
 
     def __init__(self, start: Fraction, top: Fraction, increment: Fraction, interval: Fraction) -> None:
@@ -49,9 +49,9 @@ class Ramp:
         return Profile((*up, Segment(plateau, left_over / plateau), *reversed(up)))
 
     def down_from(self, rate: Fraction) -> tuple[Segment, ...]:
-        """Return the segments of a deceleration from the given rate.
+        """Return the velocity profile of a deceleration from the pulse rate `rate` to rest.
 
-        The segments run at the levels of the ramp below this rate.
+        The profile is a tuple of segments, which run at the levels of the ramp below this rate.
         """
         return tuple(Segment(level, self.interval) for level in reversed(self.levels) if level < rate)
 

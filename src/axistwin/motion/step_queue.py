@@ -35,7 +35,7 @@ class Steps:
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
-        """Return the times of all pulses that this command outputs, in ticks of the motion board's clock.
+        """Return the time of each pulse of a step command, in ticks of the motion board's clock.
 
         `last` is the time of the last pulse before this command.
         """
@@ -65,10 +65,10 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return a step command that outputs as many of the next pulses as possible.
+    """Return a step command that outputs as many pulses as their time limits allow.
 
-    The command outputs each pulse at a permitted time.  `low` and `high` contain the earliest and the latest permitted
-    tick of each pulse.
+    The command outputs the first pulses, each at a permitted time.  `low` and `high` contain the earliest and the
+    latest permitted tick of each pulse.
     """
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
         interval_ticks = int(high[0])
@@ -129,10 +129,10 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Return a smaller search range for the parameter `add` of a step command.
+    """Reduce the search range for the value `add`, the difference between successive pulse intervals.
 
-    A step command outputs a group of step pulses.  `add` is the difference between successive pulse intervals.
-    With `add=2`, each interval between two pulses is 2 ticks longer than the previous interval.
+    A step command outputs a group of step pulses.  With `add=2`, each interval between two pulses is 2 ticks longer
+    than the previous interval.
 
     `add`: a value, in ticks, with which no step command was found.  The smaller range has only values with
     which one step command can output two given pulses at permitted times.  If `add` is such a value, the range stays as
