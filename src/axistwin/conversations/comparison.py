@@ -70,9 +70,9 @@ class Comparison:
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Time differences of actions, e.g. replies, between the emulated and the real controller, in ascending order.
+        """Delays of the emulated controller relative to the real controller, in ascending order.
 
-        Each item is a pair: the delay of the emulated action in ns, and the action.
+        Each item is a pair: the delay of an action in ns, and the action, e.g. a reply.
         """
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
@@ -215,9 +215,9 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length in bytes of one reply from the emulated controller.
+        """Return the length in bytes of a reply that differs from the recorded reply.
 
-        The function is called only for a reply that differs from the recorded reply.
+        The reply comes from the emulated controller.
 
         If the received bytes contain the expected text, the reply ends after this text.  Otherwise the reply ends after
         its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the

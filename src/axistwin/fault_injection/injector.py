@@ -196,7 +196,9 @@ class Faults:
         return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
 
     def plan(self, kind: str, on: str, terms: "Terms", parameters: Mapping[str, Any]) -> Callable[[], Fault]:
-        """Check the kind, the place and the times of a fault; return a function that adds the fault.
+        """Check the parameters of a planned fault, e.g. its kind and its duration.
+
+        The result is a function that adds the fault to a serial line, pin, axis or controller.
 
         The arguments and errors are those of `add`.
         """
@@ -221,9 +223,9 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger for an event such as "X passes 1000"; None if `when` is None.
+        """Convert the text of an event, e.g. "X passes 1000", to a trigger that starts a fault.
 
-        Raises UsageError for an invalid event.
+        `when`: the text; for None, the result is None.  Raises UsageError for an invalid event.
         """
         return None if when is None else triggers.read(when, self.world, here)
 

@@ -71,7 +71,7 @@ class World(Protocol):
 
     @property
     def faults(self) -> Any:
-        """The fault injector of the bench."""
+        """Object that adds faults to simulated controllers, axes, pins and serial lines."""
 
     def port(self, name: str) -> SerialPort:
         """Return the serial port through which a host is connected to a controller or to a shared serial line.

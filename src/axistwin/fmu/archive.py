@@ -76,7 +76,11 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
 
 
 def _model_name(out: Path) -> str:
-    """Return the model name for an FMU file.  Raises UsageError for an unsuitable file name."""
+    """Return the name of an FMU file without its extension, e.g. `machine` for `machine.fmu`.
+
+    The result is the model name.  Raises UsageError if the extension is not `.fmu` or the name is not a valid model
+    name.
+    """
     if out.suffix != SUFFIX:
         raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in {SUFFIX}")
     if not re.fullmatch(r"[A-Za-z_]\w*", out.stem, re.ASCII) or out.stem in NAMES_IN_USE:
