@@ -93,9 +93,9 @@ class Controller:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """The controller's own serial ports, by name.
+        """Serial ports of the controller, by name.
 
-        The second channel is included after its first use.
+        A port on a shared serial line is not included.  The second channel is included after its first use.
         """
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
         if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
