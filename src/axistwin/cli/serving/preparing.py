@@ -64,7 +64,10 @@ class _Preparation:
         self._stopped.set()
 
     def run(self) -> None:
-        """Main function of the thread: compile or load the code of each controller model."""
+        """Load the compiled simulation code of each controller model.  Compile the code first if necessary.
+
+        The background thread executes this method.
+        """
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():
