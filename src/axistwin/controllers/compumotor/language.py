@@ -71,9 +71,9 @@ class Ranges(Number):
 
 @dataclass(frozen=True)
 class StreamedVelocity(Number):
-    """Parameter type: two bytes with a direction and a velocity number.
+    """Parameter type: two bytes with a direction and a velocity.
 
-    Bit 15 is the direction (1 = CCW).  Bits 0 to 14 are the velocity number.
+    Bit 15 is the direction (1 = CCW).  Bits 0 to 14 are the velocity in units of effective clock / 65536.
     """
 
     def __str__(self) -> str:
@@ -132,7 +132,7 @@ class Opcode(Command):
 
     @cached_property
     def size(self) -> int:
-        """Number of required parameter bytes."""
+        """Total size of the command's parameters in bytes."""
         return sum(field.size for field in self.fields)
 
     @cached_property

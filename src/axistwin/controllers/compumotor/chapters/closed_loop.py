@@ -158,9 +158,10 @@ def sigma(board: State) -> bytes:
 
 
 def law(board: State) -> bytes:
-    """Command 9Fh: report the correction law that command B3h has defined.
+    """Command 9Fh: report the formula for the velocity at which the motor corrects a position error.
 
-    The reply contains the algorithm, K, ranges and maximum velocity; before B3h it contains zeros.
+    The host selects the formula by command B3h.  The reply contains the algorithm, K, ranges and maximum velocity.
+    Before B3h, the reply consists of zeros.
     """
     found = board.loop.law
     return (

@@ -39,9 +39,9 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the pin `pin` after the motor has moved past HOME.
+        """Return the level of the home signal on the CW or CCW side of the HOME edge.
 
-        HOME is one edge of the signal at this pin.  `direction`: direction of the motion, CW (+1) or CCW (-1).
+        HOME is one edge of the signal at the pin `pin`.  `direction`: the side, CW (+1) or CCW (-1).
         """
         return self.active_level if direction == -self.edge else not self.active_level
 

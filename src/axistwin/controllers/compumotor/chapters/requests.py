@@ -71,9 +71,10 @@ def velocity(board: State) -> bytes:
 
 
 def acceleration(board: State) -> bytes:
-    """Command 86h: report the velocity range, the acceleration range and the acceleration number of the present move.
+    """Command 86h: report the acceleration of the present move.
 
-    If no move is in progress, the reply describes the last move.
+    The reply contains the velocity range, the acceleration range and the acceleration.  The ranges define the unit of
+    the acceleration.  If no move is in progress, the reply describes the last move.
     """
     move = board.motion.move or NO_MOVE
     return bytes([move.xy]) + move.acceleration.to_bytes(4, "big")

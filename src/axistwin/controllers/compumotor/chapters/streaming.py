@@ -214,9 +214,9 @@ def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_m
 
 
 def velocity_distance(board: State, *words: int) -> None:
-    """Command E0h: store three entries for the stream, each with a velocity number and a distance.
+    """Command E0h: add three pairs of velocity and distance to the streaming buffer.
 
-    The distance is in pulses.  An entry with distance 0 is skipped.
+    The distance is in pulses.  A pair with distance 0 is skipped.
     """
     board.stream.store(VELOCITY_DISTANCE, zip(words[::2], words[1::2], strict=True))
 

@@ -45,7 +45,10 @@ class Given:
 
 @dataclass
 class Definitions:
-    """The moves, the sequences, the parameters and the mode that the checked commands have set so far."""
+    """Predicted state of the controller after the last checked command, e.g. the stored moves.
+
+    The state consists of moves, sequences, parameters and the operating mode.
+    """
 
     moves: dict[int, int] = field(default_factory=dict)
     """Opcode of the command that has defined each move, by number of the move."""

@@ -134,9 +134,10 @@ class Motion:
 
 @dataclass(frozen=True)
 class HomeDefinition:
-    """Definition of HOME by command 38h: edge and active level of the home input, and final approach.
+    """Parameters of command 38h, which defines how the motor finds the home position.
 
-    `edge`: side of the active region; `final`: direction of the final approach.
+    `active_high`: active level of the home input; `edge`: side of the active region; `percent`: velocity of the final
+    approach in percent of the default velocity; `final`: direction of the final approach.
     """
 
     active_high: bool

@@ -189,9 +189,10 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start a velocity profile in either direction, even while the motor is moving.
+        """Start a velocity profile.  The profile replaces any motion in progress.
 
-        The velocity changes without a ramp.  If the direction stays the same, the fraction of a pulse is kept.
+        The velocity and the direction change without a ramp.  If the direction stays the same, the fraction of a pulse
+        is kept.  `sign`: direction, +1 or -1.
         `further`: True if the previous excursion continues after a change of direction or zero velocity.
         """
         if sign != self.sign:

@@ -66,7 +66,10 @@ class Setting:
         return Fraction(self.period_ms, 1000)
 
     def rate(self, number: int) -> Fraction:
-        """Convert a velocity number to a step rate in pulses/s."""
+        """Convert a velocity from the controller's units to pulses/s.
+
+        `number`: the velocity in units of `resolution`.
+        """
         return Fraction(self.resolution.numerator * number, self.resolution.denominator)
 
     @property
@@ -151,9 +154,10 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the entries that can be removed from the streaming buffer without the alarm "buffer empty".
+        """Return the first entries of the streaming buffer as a list.  The removal of these entries does not cause
+        the alarm "buffer empty".
 
-        The list contains the first entries of the buffer, at most `most` entries.  The entries stay in the buffer.  The
+        The list contains at most `most` entries.  The entries stay in the buffer until the caller removes them.  The
         board sends the alarm when the buffer is almost empty.  Each entry is one word.
         """
         assert self.setting is not None
