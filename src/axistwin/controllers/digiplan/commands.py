@@ -14,7 +14,7 @@ PART, SETUP, DIRECT, STEP = Accept.WRITTEN, Accept.SETUP, Accept.DIRECT, Accept.
 MOVE, ALONE, UNLOCK = DIRECT | STEP, DIRECT | Accept.ALONE, DIRECT | Accept.ALONE | Accept.LOCKED
 ASK = UNLOCK | Accept.REQUEST
 
-# Chapters of the manual
+# Titles of chapters in the Digiplan manual
 INITIALISATION, DELAY = "Initialisation", "Inter-character delay"
 BASIC, SPEED, START_STOP = "Sending basic move instructions", "Speed", "Start/stop speed"
 ACCELERATION, INDEX, RUN = "Acceleration rate", "Index mode instructions", "Run mode instructions"

@@ -7,7 +7,7 @@ from axistwin.controllers.diagnostics import Rule, Severity
 
 E, W = Severity.ERROR, Severity.WARNING
 
-# Chapters of the manual
+# Titles of chapters in the Digiplan manual
 ALL, COMBINING = "Full command list", "Combining inputs and outputs with move instructions"
 INTERPOLATION, CONSTRAINTS = "Linear interpolation mode", "Constraints in linear interpolation mode"
 SEQUENCE, REPEATS = "Programming a sequence", "Repeating parts of a sequence"

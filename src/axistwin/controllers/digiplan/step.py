@@ -41,9 +41,10 @@ class Problem(NamedTuple):
 
 @dataclass
 class Step:
-    """Commands of one sequence step, or of one message that is carried out at once.
+    """Commands of one step of a sequence.
 
-    The fields are in the order of execution.  Directions are +1 and -1.
+    A message that is not a sequence is also one step.  The fields are in the order of execution.
+    Directions are +1 and -1.
     A field that was not stated is None, False or empty.
     """
 
@@ -99,9 +100,9 @@ class Parameters:
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return the settings of the interface after a sequence step has changed some values, e.g. the speed.
+        """Return a copy of the settings with the new values from a sequence step, e.g. a new speed.
 
-        `step`: a sequence step, or a message that is carried out at once.
+        `step`: a sequence step, or a message that is not a sequence.
         """
         return replace(self, **step.settings) if step.settings else self
 

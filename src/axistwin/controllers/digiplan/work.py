@@ -92,7 +92,7 @@ class Work:
         return self.control
 
     def take_control(self) -> Event | None:
-        """End the host's control, so that the paused sequence can continue.
+        """Transfer control of a paused sequence from the host back to the controller.
 
         Return the event on which the sequence waits: the sequence continues when the caller triggers this event.
         Return None if the host has no control.

@@ -40,7 +40,7 @@ class Retained:
 
     @classmethod
     def recall(cls, memory_file: Store) -> "Retained":
-        """Return the data in the memory, or default values if the memory is empty.
+        """Load the data in the battery-backed memory of an IF2.  Return default values if the memory is empty.
 
         Raises UsageError if the file is damaged.
         """

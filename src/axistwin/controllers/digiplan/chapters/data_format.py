@@ -57,10 +57,10 @@ class Frame:
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Set bit 8 of a byte to 0 if the data format requires it, and return the byte.
+        """Return a byte with its highest bit (80h) cleared or unchanged, as the data format requires.
 
-        Bit 8 is 0 in data formats with seven data bits, and in data formats whose bit 8 is always 0.  In all other data
-        formats, the byte does not change, because the quick status needs all eight bits.
+        The bit is cleared in data formats with seven data bits, and in data formats whose highest bit is always 0.  In
+        all other data formats, the byte does not change, because the quick status needs all eight bits.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 

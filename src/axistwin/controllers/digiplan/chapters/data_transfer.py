@@ -64,7 +64,7 @@ class InputBuffer:
         self.uart.pump_peer()
 
     def close(self) -> None:
-        """Stop receiving, and clear the buffer."""
+        """Stop receiving characters from the host, and clear the input buffer."""
         self.uart.on_receive = lambda byte, errors: None
         self.uart.has_room = lambda: True
         self.characters.clear()

@@ -80,7 +80,10 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def raise_line(self, fault: LineFault) -> None:
-        """Store a communication fault; motion is not inhibited and the lamp does not change."""
+        """Store a communication fault.
+
+        A communication fault does not inhibit motion, and does not switch the fault lamp on.
+        """
         self.line |= fault
         self.on_fault(str(fault.name).lower())
 

@@ -121,7 +121,10 @@ class FormatReader:
         """True if the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
-        """Add a character to the data format message.  Return the data format if the message is complete and valid."""
+        """Process one character of a message that selects the data format, e.g. `U61`.
+
+        Return the selected data format if the character ends a valid message, otherwise None.
+        """
         self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):

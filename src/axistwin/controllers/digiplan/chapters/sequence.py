@@ -69,9 +69,9 @@ def _next(step: Step, number: int, left: dict[int, int]) -> int:
 
 
 def perform(state: State, step: Step) -> Procedure:
-    """Carry out a step of a sequence, or a direct message.
+    """Execute the commands of a sequence step.
 
-    The order is that of the commands in the message format.
+    A message that is not a sequence is executed as one step.  The order is that of the commands in the message format.
     """
     if step.high or step.low:
         state.waiting = step

@@ -22,11 +22,11 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """Parameters and motion of an IF1 or IF2 at the beginning of a sequence step.
+    """State of the controller immediately before a step of the sequence.
 
-    A repeated step can begin with different parameters and motions.
+    The controller is an IF1 or IF2.  A repeated step can begin in different states.
 
-    `running`: number of the step that has begun the present run, or 0 if no axis runs.
+    `number`: number of the step; `running`: number of the step that has begun the present run, or 0 if no axis runs.
     """
 
     number: int
