@@ -96,7 +96,7 @@ class CommandSet:
         return len(self._by_code)
 
     def get(self, code: Code) -> Command | None:
-        """Return the command with this code, or None."""
+        """Look up a command by its keyword or opcode.  Return None if the table does not contain the command."""
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":

@@ -41,9 +41,10 @@ class Lamp(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> bool:
-        """Return True if the lamp is lit when its terminal or register has the given value.
+        """Return True if `value` lights the lamp.
 
-        `value` is None while the power is off; the lamp is dark while the power is off.
+        `value`: level of a terminal or value of a register, which the lamp indicates.  While the power is off, `value`
+        is None and the lamp is dark.
         """
         if value is None:
             return False
@@ -83,7 +84,11 @@ class Reading(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> str:
-        """Return the value of the register as displayed, without its unit.  Without power, the text is empty."""
+        """Convert the value of a register to the number on the front panel.
+
+        The number is returned as text, without its unit.  `value`: value of the register, or None while the power is
+        off.  The text is empty while the power is off.
+        """
         return "" if value is None else f"{value * self.scale:.{self.digits}f}"
 
 
