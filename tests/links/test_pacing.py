@@ -291,6 +291,7 @@ def test_as_fast_as_it_goes_and_back(clock, loop):
     pacer = paced(clock, loop, 1)
     loop.run_to(2.5)
     pacer.speed = None
+    loop.run_to(2.5)  # a busy machine may need several slices
     assert seconds[-1] == 20
     loop.run_to(4)
     pacer.sync()
