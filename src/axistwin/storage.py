@@ -329,6 +329,27 @@ def excerpt(text: object) -> str:
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
 
 
+@contextmanager
+def explaining_memory_errors(memory_file: object, controller: str) -> Iterator[None]:
+    """Convert an error in the contents of a memory file, within a `with` block, to a UsageError with the remedy.
+
+    `controller`: the kind of controller to which the file belongs, e.g. "an IF2".
+    """
+    try:
+        yield
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise UsageError(
+            f"{memory_file} is not a memory file of {controller} ({excerpt(error)}): "
+            "delete the file to start without data"
+        ) from None
+
+
+def check_key(key: str, valid: bool, expected: str) -> None:
+    """Raise ValueError if the value of a key in a memory file is not valid.  `expected`: e.g. "true or false"."""
+    if not valid:
+        raise ValueError(f"invalid value of the key {key!r}: expected {expected}")
+
+
 def encoding_of(data: bytes) -> str:
     """Return the encoding of a text file, e.g. UTF-8.
 

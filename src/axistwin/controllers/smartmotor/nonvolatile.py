@@ -4,8 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from axistwin.controllers.product import Store
-from axistwin.errors import UsageError
-from axistwin.storage import excerpt
+from axistwin.storage import check_key, explaining_memory_errors
 
 VERSION = 1
 MOST_EEPROM = 32768
@@ -49,23 +48,18 @@ class Nonvolatile:
             return cls()
         import json  # lazy import: only memory files need the module `json`
 
-        try:
+        with explaining_memory_errors(store, "a SmartMotor"):
             return cls._from(json.loads(contents))
-        except (ValueError, TypeError, KeyError, RecursionError) as error:
-            memory_file, reason = store, excerpt(error)
-            raise UsageError(
-                f"{memory_file} is not a memory file of a SmartMotor ({reason}): delete the file to start without data"
-            ) from None
 
     @classmethod
     def _from(cls, kept: Any) -> "Nonvolatile":
-        _require(isinstance(kept, dict) and kept.get("version") == VERSION, "version", f"{VERSION}")
-        _require(isinstance(kept["program"], str), "program", "the text of a program")
+        check_key("version", isinstance(kept, dict) and kept.get("version") == VERSION, f"{VERSION}")
+        check_key("program", isinstance(kept["program"], str), "the text of a program")
         kept["program"].encode("latin-1")
-        _require(isinstance(kept["broken"], bool), "broken", "true or false")
-        _require(isinstance(kept["locked"], bool), "locked", "true or false")
+        check_key("broken", isinstance(kept["broken"], bool), "true or false")
+        check_key("locked", isinstance(kept["locked"], bool), "true or false")
         eeprom = bytearray.fromhex(kept["eeprom"])
-        _require(len(eeprom) <= MOST_EEPROM, "eeprom", f"at most {MOST_EEPROM} bytes")
+        check_key("eeprom", len(eeprom) <= MOST_EEPROM, f"at most {MOST_EEPROM} bytes")
         return cls(kept["program"], kept["broken"], kept["locked"], eeprom)
 
     def read(self, place: int, size: int) -> bytes:
@@ -79,8 +73,3 @@ class Nonvolatile:
         self.eeprom.extend((ERASED,) * (place - len(self.eeprom)))
         self.eeprom[place : place + len(data)] = data
         return True
-
-
-def _require(valid: bool, key: str, expected: str) -> None:
-    if not valid:
-        raise ValueError(f"invalid value of the key {key!r}: expected {expected}")
