@@ -17,13 +17,11 @@ from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_at
 from axistwin.conversations.conversation import Conversation, write
 from axistwin.errors import ProgramError, UsageError
+from axistwin.numbers import clipped
 from axistwin.units import S, to_seconds
 
 PATIENCE_S = 10.0
 """Default time that a `<` waits for its next character; a header such as `; patience: 60` changes it."""
-
-LONGEST = 40
-"""Longest line of a conversation, in characters, that an error message quotes in full."""
 
 
 @dataclass(frozen=True)
@@ -170,8 +168,7 @@ class Player:
         raise self._unnamed(act, self.received)
 
     def _unnamed(self, act: Act, known: Collection[str]) -> ProgramError:
-        text = write([act], self.codec).strip()
-        action = text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+        action = clipped(write([act], self.codec).strip())
         controllers, name = ", ".join(known), next(iter(known), "if1")
         return ProgramError(
             f"missing controller name before `{action}`: expected one of {controllers}, e.g. `{name}: {action}`"
