@@ -62,21 +62,16 @@ def plot(
         check_suffix(path)
     given = {"--show": on_screen, "--signals": signals, "--from": since is not None, "--to": until is not None}
     option = next((name for name, is_given in given.items() if is_given), None)
-    if trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace):
+    is_sweep = trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace)
+    if is_sweep or trace.suffix == ".db":
         if option:
+            command = "sweep" if is_sweep else "tune"
             raise UsageError(
                 f"cannot use the option {option} for {trace}: "
-                "expected only --out or --title for results of 'axistwin sweep'"
+                f"expected only --out or --title for results of 'axistwin {command}'"
             )
         assert path is not None, "nothing is shown on the screen"
-        return _plot_sweep(trace, path, title)
-    if trace.suffix == ".db":
-        if option:
-            raise UsageError(
-                f"cannot use the option {option} for {trace}: "
-                "expected only --out or --title for results of 'axistwin tune'"
-            )
-        return _plot_study(trace, path or trace, title)
+        return (_plot_sweep if is_sweep else _plot_study)(trace, path, title)
     with working(f"reading {trace.name}"):
         found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
