@@ -71,11 +71,7 @@ class HostThread:
 
     def sleeps_by_the_wall_clock(self) -> bool:
         """True if the host program is sleeping in real time, as reported by the operating system."""
-        try:
-            place = Path(f"/proc/self/task/{self._thread.native_id}/wchan").read_text(encoding="ascii")
-        except OSError:
-            return False
-        return "nanosleep" in place
+        return "nanosleep" in (self._reported("wchan") or "")
 
     def start(self) -> None:
         """Start the host's thread."""
@@ -116,13 +112,22 @@ class HostThread:
             return True
         if self._thread.native_id is None:  # The host's thread has not started yet.
             return False
-        try:
-            stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except (FileNotFoundError, ProcessLookupError):
-            # If the operating system reports no state of the thread, wait briefly and treat the thread as blocked.
+        stat = self._reported("stat")
+        if stat is None:  # Without a report about the thread, wait briefly and treat the thread as blocked.
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"
+
+    def _reported(self, file: str) -> str | None:
+        """Return the contents of a file of Linux about the host's thread, e.g. the file `stat`.
+
+        None if the thread has ended, or if the operating system has no such file.
+        """
+        path = Path(f"/proc/self/task/{self._thread.native_id}/{file}")
+        try:
+            return path.read_text(encoding="ascii", errors="replace")
+        except OSError:
+            return None
 
     def _run(self) -> None:
         try:
