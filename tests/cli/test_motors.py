@@ -102,7 +102,13 @@ def test_a_conversation():
     [
         ("! A 2,5V", "invalid level '2,5V': expected high, on, low, off, release or a voltage, e.g. 2.5V"),
         ("! A 24V", "voltage 24V would destroy the pin: expected 0 to 5 V"),
-        ("! master 4000", "invalid value '4000' of the action `! master` (external encoder): expected `COUNTS in SECO"),
+        (
+            "! master 4000",
+            (
+                "invalid value '4000' of the action `! master` (external encoder): "
+                "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS times RATIO`, e.g. `4000 in 2`"
+            ),
+        ),
         ("! ambient hot", "'hot' is not a number"),
         ("! dtr low", "unknown name 'dtr': expected one of A, B, C, D, E, F, G, brake, index, power, break, line"),
         ("= dtr low", "unknown name 'dtr'"),

@@ -183,7 +183,7 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         (["-o", "missing/machine.fmu"], "missing/machine.fmu cannot be written: No such file or directory"),
         (
             ["--command", "start"],
-            "invalid --command 'start': expected NAME: COMMAND, e.g. 'start: > X3000@5000S1$\\r'",
+            "invalid --command 'start': expected NAME: > COMMAND or NAME: ! ACTION, e.g. 'start: > X3000@5000S1$\\r'",
         ),
         (["--command", "a b: > X"], "invalid command name 'a b'"),
         (["--command", "time: > X"], "invalid command name 'time'"),

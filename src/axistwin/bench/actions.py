@@ -253,7 +253,7 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     if found is None:
         raise ProgramError(
             f"invalid value {value!r} of the action `! master` (external encoder): "
-            "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS`, e.g. `4000 in 2`"
+            "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS times RATIO`, e.g. `4000 in 2` or `on table.X`"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 

@@ -82,8 +82,7 @@ def _network(scheme: str, rest: str, text: str) -> PortUrl:
         example = EXAMPLES[scheme]
         raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {example}")
     if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
-        example = EXAMPLES[scheme] + ("?cts=dtr" if scheme == "rfc2217" else "")
-        raise UsageError(f"invalid option {query!r} in {text!r}: expected a URL such as {example}")
+        raise UsageError(f"invalid option {query!r} in {text!r}: expected ?cts=dtr for rfc2217, or no option")
     return PortUrl(scheme, host.strip("[]") or LOOPBACK, port, cts="dtr" if query == "cts=dtr" else "rts")
 
 

@@ -45,5 +45,8 @@ def fmu(scene: Path, out: Path | None, commands: tuple[str, ...]) -> None:
 def _named(text: str) -> tuple[str, str]:
     name, colon, line = text.partition(":")
     if not colon or not line.strip():
-        raise UsageError(rf"invalid --command {text!r}: expected NAME: COMMAND, e.g. 'start: > X3000@5000S1$\r'")
+        raise UsageError(
+            rf"invalid --command {text!r}: expected NAME: > COMMAND or NAME: ! ACTION, "
+            r"e.g. 'start: > X3000@5000S1$\r'"
+        )
     return name.strip(), line.strip()
