@@ -64,6 +64,16 @@ def about(seconds: float, got_ns: int, tolerance_ms: float = 4) -> bool:
     return abs(got_ns - seconds * S) <= tolerance_ms * MS
 
 
+def joystick_pulses(bench: Bench, board: Controller, pulses: int, cw: bool = True, period_s: float = 0.001) -> None:
+    """Let the joystick leave zero velocity and make pulses; `at_zero` then ends its motion."""
+    pins = board.pins
+    pins["direction_in"].drive(cw)
+    pins["at_zero"].drive(False)
+    for level in (False, True) * pulses:
+        pins["step_in"].drive(level)
+        bench.run(period_s / 2)
+
+
 # Streaming
 
 

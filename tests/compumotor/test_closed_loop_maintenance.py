@@ -11,7 +11,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS
 
-from .programs import AT_ONCE, number, start, tracked
+from .programs import AT_ONCE, joystick_pulses, number, start, tracked
 from .talking import complete, default, i32, messages, position, send, send_all
 
 USER_BIT = 0x01
@@ -259,12 +259,7 @@ def test_a_search_for_home_is_not_disturbed(bench, board):
 
 def test_the_joystick_takes_the_motor_where_it_wants(bench, board):
     send(bench, board, 0x11, seconds=0.01)
-    step = board.pins["step_in"]
-    board.pins["at_zero"].drive(False)
-    for _ in range(100):
-        for level in (False, True):
-            step.drive(level)
-            bench.run(0.001)
+    joystick_pulses(bench, board, 100, period_s=0.002)
     board.pins["at_zero"].drive(True)
     assert board.axes["motor"].position == 100
     send(bench, board, 0x10, seconds=1)

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import ALL, number, start, tracked
+from .programs import ALL, joystick_pulses, number, start, tracked
 from .talking import complete, i32, in_all_ways, messages, position, send, send_all, until_idle
 
 
@@ -127,15 +127,6 @@ def test_each_move_is_watched_from_its_own_beginning(bench, board):
     assert number(bench, board, 0x9B) == 0
 
 
-def deflect(bench, board, pulses, cw=True, period_s=0.001):
-    """Let the joystick make pulses from zero velocity."""
-    board.pins["direction_in"].drive(cw)
-    board.pins["at_zero"].drive(False)
-    for level in (False, True) * pulses:
-        board.pins["step_in"].drive(level)
-        bench.run(period_s / 2)
-
-
 def release(bench, board):
     """Let the joystick return to zero velocity; return the messages that the board has sent since the last ones."""
     board.pins["at_zero"].drive(True)
@@ -152,7 +143,7 @@ def test_each_motion_by_the_joystick_is_counted_from_its_own_beginning(bench, bo
     assert number(bench, board, 0x98) == 160
     send(bench, board, 0x11)
     for pulses, counts in ((100, 16), (25, 4)):
-        deflect(bench, board, pulses, cw)
+        joystick_pulses(bench, board, pulses, cw)
         release(bench, board)
         assert (position(bench, board, 0x80), number(bench, board, 0x98)) == (sign * pulses, sign * counts)
     board.pins["at_zero"].drive(False)
@@ -175,10 +166,10 @@ def test_a_motion_by_the_joystick_is_watched_from_its_beginning(bench, board, cw
     complete(bench, board, 0x33, *i32(499))
     send(bench, board, 0x11)
     for pulses, told in ((499, []), (500, ["a7 00"]), (2_000, ["a7 00"])):
-        deflect(bench, board, pulses, cw)
+        joystick_pulses(bench, board, pulses, cw)
         assert release(bench, board) == told
     board.axes["motor"].jam(False)
-    deflect(bench, board, 1_000, cw)
+    joystick_pulses(bench, board, 1_000, cw)
     assert release(bench, board) == []
 
 
@@ -186,7 +177,7 @@ def test_a_stall_by_the_joystick_between_two_updates_is_found_at_its_end(bench, 
     """Of 100 encoder pulses to the revolution, a tooth of 50 is two motor pulses."""
     send_all(bench, board, (0xB0, 0, 1, 0, 1), (0xB1, *i32(100)), (0xA7, 1), (0x11,))
     board.axes["motor"].jam()
-    deflect(bench, board, 2, period_s=0.0001)
+    joystick_pulses(bench, board, 2, period_s=0.0001)
     board.pins["at_zero"].drive(True)
     board.axes["motor"].jam(False)
     assert release(bench, board) == ["a7 00"]
@@ -196,7 +187,7 @@ def test_a_stall_under_the_joystick_is_told_and_stops_nothing(bench, board):
     """The joystick's pulses pass through the board, as at a limit: "will not disable the Joystick"."""
     send_all(bench, board, (0x19, 1), (0xA6, 1), (0x11,))
     board.axes["motor"].jam()
-    deflect(bench, board, 1_000)
+    joystick_pulses(bench, board, 1_000)
     assert messages(bench, board) == ["a6 00"]
     assert (position(bench, board), board.pins["remote_acknowledge"].level) == (1_000, True)
 

@@ -9,7 +9,7 @@ from axistwin.bench import action
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
-from .programs import about, cruise, rising, sequence, steps
+from .programs import about, cruise, joystick_pulses, rising, sequence, steps
 from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, ready, send, send_all, status_word
 
 
@@ -121,12 +121,7 @@ def stick(bench, board, pulses, cw):
     bench.run(0.005)
     pins["direction_in"].drive(cw)
     bench.run(0.005)
-    pins["at_zero"].drive(False)
-    for _ in range(pulses):
-        pins["step_in"].drive(True)
-        bench.run(0.0005)
-        pins["step_in"].drive(False)
-        bench.run(0.0005)
+    joystick_pulses(bench, board, pulses, cw)
     assert ask(bench, board, 0x8C)[1] == (0xFF if pins["remote_acknowledge"].level else 0)
     pins["at_zero"].drive(True)
     bench.run(0.005)

@@ -6,7 +6,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
+from .programs import accumulated, distances, enter, free, joystick_pulses, pairs, steps, velocities, words
 from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
 
 PARABOLA = [(2 * 23_447 * (625 - (k - 25) ** 2) + 625) // 1250 for k in range(1, 50)]
@@ -150,13 +150,9 @@ def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
 
 def test_a_stream_of_zeros_within_the_period_of_a_joystick_is_no_motion(bench, board):
     """The stick's pulses are 0.5 s apart; half a period later the motor is at rest, and 8Ch reports 00."""
-    pins = board.pins
     send(bench, board, 0x11)
-    pins["at_zero"].drive(False)
-    for level in (False, True) * 2:
-        pins["step_in"].drive(level)
-        bench.run(0.25)
-    pins["at_zero"].drive(True)
+    joystick_pulses(bench, board, 2, period_s=0.5)
+    board.pins["at_zero"].drive(True)
     send(bench, board, 0x10)
     enter(bench, board, 0x52, 3, 1, rate=2)
     velocities(bench, board, 0)
