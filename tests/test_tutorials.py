@@ -23,8 +23,7 @@ TUTORIALS = HOME / "docs" / "tutorials"
 PATIENCE_S = 50
 
 FILE = re.compile(
-    r"^(?:This is|The file) `(?P<name>[\w./-]+)`(?:,? [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$",
-    re.DOTALL | re.MULTILINE,
+    r"^This is `(?P<name>[\w./-]+)`(?:, [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE
 )
 CONSOLE = re.compile(r"^```console\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
 ACT = re.compile(r"^\$ (?P<command>.*)\n(?P<shown>(?:(?!\$ ).*\n)*)", re.MULTILINE)
