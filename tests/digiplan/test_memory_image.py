@@ -111,7 +111,9 @@ def test_no_value_is_believed_that_cannot_have_been_programmed(file, tmp_path, p
     with pytest.raises(UsageError) as told:
         switched_on(tmp_path)
     assert (
-        "\n" not in str(told.value) and str(told.value).endswith("to start without data") and "if2" in str(told.value)
+        "\n" not in str(told.value)
+        and str(told.value).endswith("delete the file to start without data")
+        and "if2" in str(told.value)
     )
 
 

@@ -90,7 +90,7 @@ def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     code, words = refused("serve", "if1", "--panel-token", "abc")
     assert (code, "--panel-token needs a panel" in words) == (2, True)
     code, words = refused("serve", "if1", "--to", "4.2")
-    assert (code, "needs the panel: add --panel" in words) == (2, True)
+    assert (code, "--to (run to a given time, then pause) needs the panel: add --panel" in words) == (2, True)
     code, words = refused("serve", "if1", "--panel", 0, "--panel-token", "a&b")
     assert (code, "letters and digits only" in words) == (2, True)
 

@@ -225,7 +225,10 @@ def test_the_bounds_of_a_stand_in(tmp_path):
         (
             '"50 mm/s"',
             "-3",
-            ".axis.max_rate: expected a step rate or velocity above 0, e.g. 4000 (pulses/s) or '50 mm/s', not -3",
+            (
+                ":15:1: stand-in.axis.max_rate: "
+                "expected a step rate or velocity above 0, e.g. 4000 (pulses/s) or '50 mm/s', not -3"
+            ),
         ),
         (
             '"-1 mm"',

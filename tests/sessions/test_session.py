@@ -178,7 +178,9 @@ def test_a_restart_begins_again_and_can_be_undone():
         assert (to_ns(session.recorded_seconds), list(session.journal)) == (end_ns, journal)
         await session.go_to(session.recorded_seconds)
         assert (position(session), session.undo_seconds) == (100, 0)
-        with pytest.raises(UsageError, match="no part of the recording has been deleted since the last undo"):
+        with pytest.raises(
+            UsageError, match="cannot undo a deletion: no part of the recording has been deleted since the last undo"
+        ):
             await session.undo()
 
     drive(main())
