@@ -4,6 +4,7 @@ import os
 import queue
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from itertools import pairwise
@@ -273,3 +274,15 @@ def test_a_wrong_hal_file_is_an_error(hal, text, reason):
     failed = events.get(timeout=20)
     assert isinstance(failed, Failed)
     assert failed.reason.startswith(reason)
+
+
+def test_the_component_imports_no_module_of_the_working_directory(tmp_path, monkeypatch):
+    """`import hal` in the folder of a scene is not LinuxCNC's module."""
+    (tmp_path / "hal.py").write_text(f"import pathlib\npathlib.Path({str(tmp_path / 'was-here')!r}).touch()")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("axistwin.standin.hal.sender.PYTHON", sys.executable)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    started = HalSender(HalBoard(HalWiring("hal", (), (), (), None)), lambda *_: None)._start_component()
+    with started, started.stdout, started.stdin:
+        assert "has no module hal" in started.stdout.readline().decode()
+    assert not (tmp_path / "was-here").exists()

@@ -98,7 +98,7 @@ def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkey
     (row,) = Sweep(scene, host="sweephost:host").vary("seed", "2").run(workers=0).to_pylist()
     assert (row["ended"], row["notes"]) == ("error", "ValueError: broken")
     with pytest.raises(AxistwinError, match="MODULE:FUNCTION"):
-        Sweep(scene, host="nowhere:at").vary("seed", "1").check()
+        Sweep(scene, host="nowhere:at").vary("seed", "1").run(workers=0)
 
 
 def test_drawn_values_are_checked_as_drawn(tmp_path):

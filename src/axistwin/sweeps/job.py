@@ -1,8 +1,8 @@
 """The job of a sweep (scene, varied paths, measures, claims), and the runner that runs its points."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
@@ -56,7 +56,10 @@ class Job:
 
 
 class Runner:
-    """Performs the runs of a sweep one by one.  Raises UsageError if the sweep cannot run."""
+    """Performs the runs of a sweep one by one.  Raises UsageError if the sweep cannot run.
+
+    The module of the user's host is imported at its first use: a check imports no code of the user.
+    """
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -66,9 +69,13 @@ class Runner:
         sentences = (*self.measures.values(), *self.claims.values())
         self.signals = tuple(dict.fromkeys(name for sentence in sentences for name in sentence.signals))
         self.events = tuple(dict.fromkeys(event for sentence in sentences for event in sentence.events))
-        self._host = _function(job.host) if job.host else None
         self._check()
         self._hash = job.hash()
+
+    @cached_property
+    def host(self) -> Callable[[Bench], object] | None:
+        """The user's host, which is imported now.  Raises UsageError if the function cannot be imported."""
+        return _function(self.job.host) if self.job.host else None
 
     def _check(self) -> None:
         """Raise UsageError if the sweep cannot run, e.g. because a claim uses an unknown signal.
@@ -116,8 +123,8 @@ class Runner:
         program = self._program()
         program.prepare(bench)
         with recording.Recording(bench, self.signals, self.events) as record:
-            if self._host is not None:
-                self._host(bench)
+            if self.host is not None:
+                self.host(bench)
             difference = program.perform(bench, self._until_ns(bench)).difference if self.job.program else None
             ended = self._finish(bench)
         found: Row = {"ended": ended, "seconds": bench.seconds, "difference": difference and str(difference)}
@@ -189,12 +196,15 @@ def _named(measure_or_claim: str, text: str, read: Callable[[str], Sentence]) ->
 
 def _function(name: str) -> Callable[[Bench], object]:
     module, _, function = name.partition(":")
-    found: Any = None
-    with suppress(ImportError, ValueError):
-        found = getattr(import_module(module), function or "-", None)
+    try:
+        found: Any = getattr(import_module(module), function)
+        reason = "not a function"
+    except Exception as error:  # noqa: BLE001  # the module is the user's code
+        found, reason = None, f"{type(error).__name__}: {error}"
     if not callable(found):
         raise UsageError(
-            f"cannot import the Python function {name!r}: expected MODULE:FUNCTION, e.g. myhosts:press_button"
+            f"cannot import the Python function {name!r} ({reason}): "
+            "expected MODULE:FUNCTION of a module that Python finds by PYTHONPATH, e.g. myhosts:press_button"
         )
     call: Callable[[Bench], object] = found
     return call

@@ -29,7 +29,7 @@ from axistwin.sweeps.job import Job, Row, Runner, check_names
 from axistwin.sweeps.journal import Journal
 from axistwin.sweeps.sentences import measure
 from axistwin.sweeps.values import Value, Values, read_values
-from axistwin.sweeps.workers import LIMIT_S, Engine, Task, ThisProcess, Workers, prepare
+from axistwin.sweeps.workers import LIMIT_S, Engine, Task, ThisProcess, Workers, compile_servos
 from axistwin.version import VERSION
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Sweep:
         return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
 
     def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
-        """Check the sweep before the first run.  Raises UsageError for an invalid sweep.
+        """Check the sweep before the first run, without importing its host.  Raises UsageError for an invalid sweep.
 
         Returns the object that performs the runs, and the varied values of each run.
         """
@@ -155,7 +155,7 @@ class Sweep:
                 )  # fmt: skip
         design, out = design or Design(), Path(out)
         runner, found = self.check(design, seconds)
-        check_scheduler(runner, scheduler)
+        prepare(runner, scheduler)
         results = Journal(out, self.plan(design, seconds), self._types(found))
         if not results.complete:
             engine = engine_for(runner, workers, limit, tell, scheduler)
@@ -202,8 +202,9 @@ class Sweep:
         return {**types, "ended": "text", "seconds": "number", "wall_s": "number", **texts}
 
 
-def check_scheduler(runner: Runner, scheduler: str | None) -> None:
-    """Raise UsageError if the cluster at the address `scheduler` cannot be used."""
+def prepare(runner: Runner, scheduler: str | None) -> None:
+    """Import the user's host.  Raises UsageError if the host or the cluster at `scheduler` cannot be used."""
+    runner.host  # noqa: B018  # imported at its first use
     if scheduler:
         with Cluster(runner, scheduler):
             pass
@@ -221,7 +222,7 @@ def engine_for(
         return Cluster(runner, scheduler, limit)
     count = len(os.sched_getaffinity(0)) if workers is None and hasattr(os, "sched_getaffinity") else workers
     count = (os.cpu_count() or 1) if count is None else count
-    prepare(runner)  # The servo code is compiled once, before the worker processes start.
+    compile_servos(runner)  # The servo code is compiled once, before the worker processes start.
     return Workers(runner, count, limit, tell) if count else ThisProcess(runner)
 
 

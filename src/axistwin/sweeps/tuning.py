@@ -24,7 +24,7 @@ from axistwin.sweeps.designs import Points
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.paths import Variation
 from axistwin.sweeps.study import Study, Trial
-from axistwin.sweeps.sweep import Design, Sweep, check_scheduler, engine_for
+from axistwin.sweeps.sweep import Design, Sweep, engine_for, prepare
 from axistwin.sweeps.values import Value, Values
 from axistwin.sweeps.workers import LIMIT_S, Engine
 from axistwin.version import VERSION
@@ -116,7 +116,7 @@ class Tuning:
         `scheduler`: address of a Dask cluster, which performs the runs instead of this computer.  Raises UsageError.
         """
         delivered, runner, scatter = self.check(design or Design(), seconds)
-        check_scheduler(runner, scheduler)
+        prepare(runner, scheduler)
         study = Study(Path(out), self._plan(design or Design(), seed, seconds, delivered), self.changed, seed)
         if study.delivered is None:
             with engine_for(delivered, 0, limit, tell) as engine:

@@ -199,7 +199,7 @@ class _Worker:
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
         self.process = subprocess.Popen(
-            [sys.executable, "-c", "from axistwin.sweeps.workers import work; work()", self.name],
+            [sys.executable, "-P", "-c", "from axistwin.sweeps.workers import work; work()", self.name],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
             start_new_session=True,  # Ctrl-C must interrupt only the parent process, not its workers.
         )  # fmt: skip
@@ -289,7 +289,7 @@ def work() -> None:
     os.dup2(2, 1)  # The output of the user's code goes to stderr, because stdout carries the results.
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
-    prepare(runner)
+    compile_servos(runner)
     # EOFError or BrokenPipeError means that the parent process has ended.
     with suppress(EOFError, BrokenPipeError):
         pickle.dump(True, rows)  # Report to the parent process that the worker process is ready.
@@ -300,7 +300,7 @@ def work() -> None:
             rows.flush()
 
 
-def prepare(runner: Runner) -> None:
+def compile_servos(runner: Runner) -> None:
     """Compile the simulation code of the scene's controllers before the first run, if necessary."""
     controllers = runner.variation.base.build().controllers.values()
     for made in {controller.product.model: controller.product for controller in controllers}.values():

@@ -93,7 +93,7 @@ class _Preparation:
             "compiling for the %s takes some seconds, once for each version; until then it runs in plain Python", model
         )
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-        command = [sys.executable, "-c", CHILD, model]
+        command = [sys.executable, "-P", "-c", CHILD, model]
         with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as child:
             while child.poll() is None:
                 if self._stopped.wait(0.05):

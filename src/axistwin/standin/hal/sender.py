@@ -72,6 +72,7 @@ class HalSender:
             process = subprocess.Popen(
                 [*self._prefix, PYTHON, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL, start_new_session=True,
+                cwd="/",  # The first place of `import hal` is the working directory, e.g. the scene's folder.
             )  # fmt: skip
         except OSError:
             raise LinkError(f"the program {PYTHON} is missing: {INSTALL}") from None
