@@ -59,7 +59,7 @@ SLOW_FILES = {
     " machine master_on_an_axis modes overheat pieces program program_store registers serial_data servo"
     " servo_reference status_word trajectory wasm",
     "standin": "board driver hal protocol",
-    "sweeps": "cluster engine sensitivity sentences sweeps_page tuning values",
+    "sweeps": "cluster code_of_others engine journal sensitivity sentences sweeps_page tuning values",
     "testing": "pytest_plugin twin",
     "traces": "trace traces traces_page",
 }

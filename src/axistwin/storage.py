@@ -3,13 +3,12 @@
 import codecs
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from errno import EINVAL, ENOTSUP
 from glob import escape
 from logging import getLogger
 from pathlib import Path
-from typing import ClassVar
 from weakref import WeakValueDictionary
 
 from axistwin.errors import AxistwinError, UsageError
@@ -58,7 +57,7 @@ class FileStore:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._directory = _Directory.held(path.parent)
+        self._directory = _state_directory(path.parent)
         _sweep(path)
         self.found = self._read()
         """Contents of the file when the store was created; None if there was no file."""
@@ -161,15 +160,14 @@ class FileStore:
         return contents
 
 
-class _Directory:
+class Lock:
     """Lock of a directory, which excludes other processes.
 
-    The lock ends when this object is deleted or this process ends.
+    It ends with `release`, or when this object is deleted or this process ends.  Raises UsageError; `in_use` makes its
+    text from the other process, e.g. "process 4711 (axistwin serve)".
     """
 
-    _held: ClassVar[WeakValueDictionary[tuple[int, Path], "_Directory"]] = WeakValueDictionary()
-
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, in_use: Callable[[str], str]) -> None:
         from filelock import FileLock, Timeout
 
         (path / LOCK).touch()  # Creating the lock file fails in a read-only directory.
@@ -177,10 +175,7 @@ class _Directory:
         try:
             self._lock.acquire()
         except Timeout:
-            other_process = _holder(path)
-            raise UsageError(
-                f"state directory {path} is in use by {other_process}: end that process, or choose another directory"
-            ) from None
+            raise UsageError(in_use(_holder(path))) from None
         try:
             _sweep(path / HOLDER)
             write_whole(path / HOLDER, f"{os.getpid()} {_program()}\n".encode())
@@ -188,19 +183,32 @@ class _Directory:
             self._lock.release()
             raise
 
-    @classmethod
-    def held(cls, path: Path) -> "_Directory":
-        """Create the directory if necessary, and reserve the directory for this process.
+    def release(self) -> None:
+        """Let other processes use the directory."""
+        self._lock.release()
 
-        Raises UsageError if another process holds the directory, or if the directory is not writable.
-        """
-        with _readable_errors(path):
-            path.mkdir(parents=True, exist_ok=True)
-            key = os.getpid(), path.resolve()
-            found = cls._held.get(key)
-            if found is None:
-                found = cls._held[key] = cls(path)
-            return found
+
+_held: WeakValueDictionary[tuple[int, Path], Lock] = WeakValueDictionary()
+"""The state directories of this process."""
+
+
+def _state_directory(path: Path) -> Lock:
+    """Create the directory if necessary, and reserve the directory for this process.
+
+    Raises UsageError if another process holds the directory, or if the directory is not writable.
+    """
+    with _readable_errors(path):
+        path.mkdir(parents=True, exist_ok=True)
+        key = os.getpid(), path.resolve()
+        found = _held.get(key)
+        if found is None:
+            found = _held[key] = Lock(
+                path,
+                lambda other: (
+                    f"state directory {path} is in use by {other}: end that process, or choose another directory"
+                ),
+            )
+        return found
 
 
 @contextmanager
@@ -209,7 +217,7 @@ def _readable_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        write_or_make = "write" if path.is_dir() else "make"
+        write_or_make = "write" if os.path.isdir(path) else "make"  # `is_dir` raises for a long name
         raise UsageError(
             f"cannot {write_or_make} state directory {path} ({reason(error)}): choose another directory"
         ) from None

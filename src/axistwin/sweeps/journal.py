@@ -1,70 +1,89 @@
 """The results of a sweep: numbered part files during the sweep, joined to one Parquet file at the end.
 
-A part file has a temporary name until it is complete.  The plan of the sweep is stored with the parts and in the
-Parquet file.  An interrupted sweep is resumed only if its plan has not changed.
+Each file contains the plan of the sweep and its own check sum.  An interrupted sweep is resumed only if its plan has
+not changed.  One process at a time writes the results; it holds the lock in the directory of the part files.
 """
 
 import json
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from shutil import rmtree
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.errors import TraceError, UsageError
-from axistwin.storage import write_whole
+from axistwin.storage import Lock, reason, write_whole
 from axistwin.sweeps.job import APART, Row
 from axistwin.traces.parquet import require_pyarrow
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-PLAN = b"axistwin.sweep"
-"""Metadata key under which a Parquet file stores the plan of its sweep."""
+PLAN, SUM = b"axistwin.sweep", b"axistwin.sum"
+"""Metadata keys under which a Parquet file stores the plan of its sweep, and its check sum."""
+MARK, DIGITS = b"SHA-256 of this file with zeros here: ", 64
+"""Beginning of the value of `SUM`, and its number of hexadecimal digits."""
 ROWS, FLUSH_S = 1000, 2.0
 """Largest number of rows in a part file, and seconds after which a part file is written."""
 Plan = Mapping[str, Any]
 
 
 class Journal:
-    """Writes the results of a sweep to the file `out`.  Raises UsageError if `out` belongs to another sweep."""
+    """Writes the results of a sweep to the file `out`, within a `with` block.
+
+    Raises UsageError if `out` belongs to another sweep, if another process writes it, or if a file is damaged.
+    """
 
     def __init__(self, out: Path, plan: Plan, types: Mapping[str, str]) -> None:
         require_pyarrow()
         if out.suffix != ".parquet":
             raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in .parquet")
         self.out, self.plan = out, plan
-        self.parts = out.with_name(f"{out.name}.parts")
+        self.parts = _parts(out)
         self._types, self._rows = types, list[Row]()
         self._written_s = monotonic()
-        self.complete = out.exists()
-        try:
-            self._open()
-        except OSError as error:
-            raise UsageError(f"cannot write the results to {out}: {error.strerror}") from None
-        self.done = self._runs()
+        self.complete = False
+        self.done: set[int] = set()
+        self._lock: Lock | None = None
 
-    def _open(self) -> None:
-        if self.complete:
-            check_plan(self.out, plan_of(self.out), self.plan)
-            return
-        told = self.parts / "plan.json"
-        if told.exists():
-            check_plan(self.parts, json.loads(told.read_text(encoding="utf-8")), self.plan)
+    def __enter__(self) -> Self:
+        try:
+            self._reserve()
+            self._open()
+        except BaseException as error:
+            self.__exit__()
+            if isinstance(error, OSError):
+                raise UsageError(f"cannot write the results to {self.out}: {reason(error)}") from None
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._lock is not None:
+            self._lock.release()
+            if self.complete:
+                rmtree(self.parts, ignore_errors=True)
+
+    def _reserve(self) -> None:
+        if self.out.exists():
             return
         self.parts.mkdir(parents=True, exist_ok=True)
-        write_whole(told, json.dumps(self.plan, indent=2, ensure_ascii=False).encode())
+        self._lock = Lock(self.parts, being_written(self.out))
 
-    def _files(self) -> list[Path]:
-        return [self.out] if self.complete else sorted(self.parts.glob("part-*.parquet"))
+    def _open(self) -> None:
+        """Read the runs that are done, after the lock is held: meanwhile another process may have ended the sweep."""
+        ended = self.out.exists()
+        for file, rows in [(self.out, _load(self.out))] if ended else self.tables():
+            check_plan(file, plan_of(rows), self.plan)
+            found = rows["run"].to_pylist()
+            if not self.done.isdisjoint(found):
+                raise UsageError(f"{file} repeats runs of another file: delete {file.name}")
+            self.done.update(found)
+        self.complete = ended
 
-    def _runs(self) -> set[int]:
-        import pyarrow.parquet as pq
-
-        columns = (pq.read_table(file, columns=["run"])["run"].to_pylist() for file in self._files())
-        return {run for column in columns for run in column}
+    def tables(self) -> "Iterator[tuple[Path, pa.Table]]":
+        """Read the part files.  Raises UsageError for a damaged file."""
+        return _tables(self.parts)
 
     def add(self, row: Row) -> None:
         """Store the results of one run, and regularly write all new results to a file."""
@@ -77,22 +96,22 @@ class Journal:
         self._written_s = monotonic()
         if not self._rows:
             return
-        last = max((int(file.stem.partition("-")[2]) for file in self._files()), default=0)
-        _write(table(self._rows, self._types, self.plan), self.parts / f"part-{last + 1:06}.parquet")
+        number = 1
+        while (file := self.parts / f"part-{number:06}.parquet").exists():
+            number += 1
+        _write(table(self._rows, self._types, self.plan), file)
         self.done |= {row["run"] for row in self._rows}
         self._rows = []
 
     def finish(self) -> None:
-        """Join the part files to one Parquet file that is sorted by run number, and remove the part files."""
+        """Join the part files to one Parquet file that is sorted by run number."""
         if self.complete:
             return
         import pyarrow as pa
-        import pyarrow.parquet as pq
 
         self.flush()
-        parts = [pq.read_table(file) for file in self._files()] or [table([], self._types, self.plan)]
+        parts = [part for _, part in self.tables()] or [table([], self._types, self.plan)]
         _write(pa.concat_tables(parts).sort_by("run"), self.out)
-        rmtree(self.parts)
         self.complete = True
 
 
@@ -128,15 +147,69 @@ def kind_of(values: Sequence[Any]) -> str:
 
 
 def _write(found: "pa.Table", path: Path) -> None:
+    """Write a table with its check sum.  Raises UsageError; the file is then unchanged."""
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    unfinished = path.with_name(f"{path.name}.{os.urandom(6).hex()}.new")
+    about = {**(found.schema.metadata or {}), SUM: MARK + b"0" * DIGITS}
+    encoded = pa.BufferOutputStream()
+    pq.write_table(found.replace_schema_metadata(about), encoded, compression="zstd")
+    data = bytearray(encoded.getvalue())
+    at = data.rindex(MARK) + len(MARK)
+    data[at : at + DIGITS] = sha256(data).hexdigest().encode()
     try:
-        pq.write_table(found, unfinished, compression="zstd")
-        os.replace(unfinished, path)
+        write_whole(path, bytes(data))
     except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise UsageError(f"cannot write the results to {path}: {error.strerror or error}") from None
+        raise UsageError(f"cannot write the results to {path}: {reason(error)}") from None
+
+
+def _load(path: Path) -> "pa.Table":
+    """Read a table.  Raises TraceError for a file without results, and UsageError for a damaged one."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        data = path.read_bytes() if path.is_file() else b""
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {reason(error)}") from None
+    at = data.rfind(MARK) + len(MARK)
+    summed = sha256(data[:at] + b"0" * DIGITS + data[at + DIGITS :]).hexdigest().encode()
+    marked = at >= len(MARK)
+    if marked and summed != data[at : at + DIGITS]:
+        raise _damaged(path)
+    try:
+        # A thread of Arrow that still holds `data` at the end of Python aborts the process.
+        found = pq.read_table(pa.BufferReader(data), use_threads=False, pre_buffer=False)
+        about = found.schema.metadata or {}
+        if PLAN not in about:
+            raise TraceError(f"{path} contains no results of a sweep: expected a file written by 'axistwin sweep'")
+        if not marked and (SUM in about or not _consistent(found)):
+            raise _damaged(path)
+    except (pa.ArrowException, OSError, ValueError, TypeError, KeyError):
+        raise _damaged(path) from None
+    return found
+
+
+def _consistent(found: "pa.Table") -> bool:
+    """Check a table without a check sum, of an earlier version."""
+    found.validate(full=True)
+    plan = plan_of(found)
+    return {"run", "ended", *plan["varied"], *plan["measures"], *plan["claims"]} <= set(found.column_names)
+
+
+def _damaged(path: Path) -> UsageError:
+    return UsageError(
+        f"{path} is damaged, or not written by 'axistwin sweep': delete the file, and run the sweep again for its runs"
+    )
+
+
+def _parts(out: Path) -> Path:
+    return out.with_name(f"{out.name}.parts")
+
+
+def _tables(parts: Path) -> "Iterator[tuple[Path, pa.Table]]":
+    for file in sorted(parts.glob("part-*.parquet")):
+        yield file, _load(file)
 
 
 def is_sweep(path: Path) -> bool:
@@ -146,36 +219,30 @@ def is_sweep(path: Path) -> bool:
 
     try:
         return PLAN in (pq.read_schema(path).metadata or {})
-    except (OSError, pa.ArrowInvalid):
+    except (pa.ArrowException, OSError, ValueError):
         return False
-
-
-def plan_of(path: Path) -> Plan:
-    """Return the plan of a sweep from its file of results.  Raises TraceError for a file without results."""
-    import pyarrow.parquet as pq
-
-    if not is_sweep(path):
-        raise TraceError(f"{path} contains no results of a sweep: expected a file written by 'axistwin sweep'")
-    plan: Plan = json.loads(pq.read_schema(path).metadata[PLAN])
-    return plan
 
 
 def read(path: Path) -> "pa.Table":
     """Return the results of a finished or interrupted sweep.
 
-    Raises UsageError if no results exist at `path`, and TraceError if the file contains no results of a sweep.
+    Raises UsageError if no results exist at `path` or if they are damaged, and TraceError if the file contains no
+    results of a sweep.
     """
     require_pyarrow()
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
-    parts = sorted(path.with_name(f"{path.name}.parts").glob("part-*.parquet"))
     if path.exists():
-        plan_of(path)
-        return pq.read_table(path)
-    if parts:
-        return pa.concat_tables([pq.read_table(part) for part in parts]).sort_by("run")
+        return _load(path)
+    if parts := [part for _, part in _tables(_parts(path))]:
+        return pa.concat_tables(parts).sort_by("run")
     raise UsageError(f"{path} does not exist: expected a file written by 'axistwin sweep'")
+
+
+def plan_of(found: "pa.Table") -> Plan:
+    """Return the plan of the sweep to which a table of `read` belongs."""
+    plan: Plan = json.loads(found.schema.metadata[PLAN])
+    return plan
 
 
 def digest(found: "pa.Table") -> str:
@@ -186,6 +253,11 @@ def digest(found: "pa.Table") -> str:
     kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
     rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
     return sha256("\n".join(rows).encode()).hexdigest()[:16]
+
+
+def being_written(out: Path) -> Callable[[str], str]:
+    """Return a function that makes the error message for results that another process writes."""
+    return lambda other: f"{out} is being written by {other}: wait for its end, or choose another file with --out"
 
 
 def check_plan(file: Path, old: Plan, new: Plan) -> None:

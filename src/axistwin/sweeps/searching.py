@@ -50,11 +50,8 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
     The keys are run numbers, and the values contain the robustness of each claim.
     """
-    import pyarrow.parquet as pq
-
     columns = ["run", *(f"{name}.robustness" for name in claims)]
-    parts = (pq.read_table(file, columns=columns).to_pylist() for file in sorted(results.parts.glob("part-*")))
-    return {row["run"]: row for part in parts for row in part}
+    return {row["run"]: row for _, part in results.tables() for row in part.select(columns).to_pylist()}
 
 
 def _smallest_margin(row: Row, claims: Sequence[str]) -> float:

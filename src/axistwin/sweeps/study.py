@@ -6,19 +6,23 @@ study proposes the same trials, and the number of workers has no effect.
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass, field
+from hashlib import sha256
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
-from axistwin.errors import UsageError, require
-from axistwin.sweeps.journal import check_plan
+from axistwin.errors import AxistwinError, UsageError, require
+from axistwin.storage import Lock, reason
+from axistwin.sweeps.journal import being_written, check_plan
 from axistwin.sweeps.values import Value, Values
 
 NAME = "axistwin"
 """Name of the Optuna study in its database file."""
 BATCH = 4
 """Number of trials that Optuna proposes at once."""
-PLAN, DELIVERED, RESULTS, NOTES = "plan", "delivered", "results", "notes"
+PLAN, DELIVERED, RESULTS, NOTES, SUM = "plan", "delivered", "results", "notes", "sum"
 MAGIC = b"SQLite format 3\0"
 
 
@@ -54,12 +58,13 @@ class Study:
             raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in .db")
         self._distributions = {path: _distribution(values) for path, values in changed.items()}
         self._stored = _open(out, create=True)
-        before = self._stored.user_attrs.get(PLAN)
-        if before is None:
-            self._stored.set_user_attr(PLAN, self.plan)
-        else:
-            check_plan(out, before, self.plan)
-        self.trials = [_trial(each) for each in self._stored.get_trials(deepcopy=False)]
+        with _storage(out, "write"):
+            before = self._stored.user_attrs.get(PLAN)
+            if before is None:
+                self._stored.set_user_attr(PLAN, self.plan)
+            else:
+                check_plan(out, before, self.plan)
+        self.trials = _trials(out, self._stored)
 
     @property
     def delivered(self) -> Trial | None:
@@ -67,12 +72,13 @@ class Study:
 
         Used for comparison.  None until these results have been stored.
         """
-        told = self._stored.user_attrs.get(DELIVERED)
-        return None if told is None else Trial(**told)
+        return _delivered(self.out, self._stored)
 
     @delivered.setter
     def delivered(self, trial: Trial | None) -> None:
-        self._stored.set_user_attr(DELIVERED, None if trial is None else asdict(trial))
+        with _storage(self.out, "write"):
+            told = None if trial is None else {**asdict(trial), SUM: _sum(trial)}
+            self._stored.set_user_attr(DELIVERED, told)
 
     @property
     def best(self) -> Trial | None:
@@ -87,7 +93,8 @@ class Study:
 
         A trial is a tested combination of setting values.
         """
-        self._stored.add_trial(self._frozen(trial))
+        with _storage(self.out, "write"):
+            self._stored.add_trial(self._frozen(trial))
         self.trials.append(trial)
 
     def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
@@ -115,7 +122,7 @@ class Study:
     def _frozen(self, trial: Trial) -> Any:
         return _optuna().trial.create_trial(
             params=trial.values, distributions=self._distributions, value=trial.score, constraints=trial.violations,
-            user_attrs={RESULTS: trial.results, NOTES: trial.notes},
+            user_attrs={RESULTS: trial.results, NOTES: trial.notes, SUM: _sum(trial)},
         )  # fmt: skip
 
 
@@ -145,33 +152,96 @@ def load(path: Path) -> tuple[dict[str, Any], Trial, list[Trial]]:
     UsageError.
     """
     stored = _open(path, create=False)
-    told, plan = stored.user_attrs.get(DELIVERED), stored.user_attrs.get(PLAN)
+    with _storage(path, "read"):
+        plan = stored.user_attrs.get(PLAN)
+    told = _delivered(path, stored)
     if told is None or plan is None:
         raise UsageError(f"{path} contains no trials: expected a file written by 'axistwin tune'")
-    return plan, Trial(**told), [_trial(each) for each in stored.get_trials(deepcopy=False)]
+    return plan, told, _trials(path, stored)
+
+
+@contextmanager
+def reserved(out: Path) -> Iterator[None]:
+    """Exclude other processes from the study `out` within a `with` block.  Raises UsageError."""
+    directory = out.with_name(f"{out.name}.lock")
+    try:
+        directory.mkdir(exist_ok=True)
+        lock = Lock(directory, being_written(out))
+    except OSError as error:
+        raise UsageError(f"cannot write the study to {out}: {reason(error)}") from None
+    try:
+        yield
+    finally:
+        lock.release()
+        rmtree(directory, ignore_errors=True)
 
 
 def _open(path: Path, *, create: bool) -> Any:
     optuna = _optuna()
-    if not path.parent.is_dir() or (path.exists() and path.stat().st_size and not is_study(path)):
+    there = path.is_file() and path.stat().st_size > 0
+    if not path.parent.is_dir() or (path.exists() and not path.is_file()) or (there and not is_study(path)):
         raise UsageError(f"cannot write the study to {path}: expected a new file or a file written by 'axistwin tune'")
-    try:
+    with _storage(path, "read"):
+        if there:
+            _check_pages(path)
         storage = optuna.storages.RDBStorage(f"sqlite:///{path}")
         if create:
             return optuna.create_study(storage=storage, study_name=NAME, load_if_exists=True)
         return optuna.load_study(storage=storage, study_name=NAME)
+
+
+def _check_pages(path: Path) -> None:
+    """Raise ValueError for a damaged database, which SQLite might otherwise read in part."""
+    import sqlite3
+
+    with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+        (found,) = database.execute("PRAGMA integrity_check").fetchone()
+    if found != "ok":
+        raise ValueError(found)
+
+
+@contextmanager
+def _storage(path: Path, what: str) -> Iterator[None]:
+    """Convert an exception of Optuna, SQLAlchemy or SQLite to a UsageError."""
+    try:
+        yield
+    except AxistwinError:
+        raise
     except Exception as error:  # noqa: BLE001  # of SQLAlchemy, which need not be there
-        reason = str(error).splitlines()[0]
+        why = (str(error) or type(error).__name__).splitlines()[0]
         raise UsageError(
-            f"cannot read the study in {path} ({reason}): expected a file written by 'axistwin tune'"
+            f"cannot {what} the study in {path} ({why}): expected a whole file of 'axistwin tune', or a new one"
         ) from None
+
+
+def _delivered(path: Path, stored: Any) -> Trial | None:
+    with _storage(path, "read"):
+        told = stored.user_attrs.get(DELIVERED)
+        return None if told is None else _whole(Trial(**{key: told[key] for key in told if key != SUM}), told)
+
+
+def _trials(path: Path, stored: Any) -> list[Trial]:
+    with _storage(path, "read"):
+        return [_trial(each) for each in stored.get_trials(deepcopy=False)]
 
 
 def _trial(stored: Any) -> Trial:
     attributes = stored.user_attrs
-    return Trial(
+    trial = Trial(
         dict(stored.params), stored.value, attributes[RESULTS], dict(stored.constraints), attributes.get(NOTES, "")
     )
+    return _whole(trial, attributes)
+
+
+def _whole(trial: Trial, attributes: Mapping[str, Any]) -> Trial:
+    """Return the trial if its check sum is right.  Trials of earlier versions have none."""
+    if attributes.get(SUM, _sum(trial)) != _sum(trial):
+        raise ValueError("the check sum of a trial is wrong")
+    return trial
+
+
+def _sum(trial: Trial) -> str:
+    return sha256(json.dumps(asdict(trial), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def _distribution(values: Values) -> Any:
@@ -189,5 +259,5 @@ def _optuna() -> Any:
     require("optuna", "tune")
     import optuna
 
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna

@@ -13,7 +13,6 @@ found.to_pandas()
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.errors import UsageError
 from axistwin.scenes.scene import Scene
-from axistwin.storage import write_whole
+from axistwin.storage import reason, write_whole
 from axistwin.sweeps import journal, searching
 from axistwin.sweeps.cluster import Cluster
 from axistwin.sweeps.designs import Points, points
@@ -156,14 +155,21 @@ class Sweep:
         design, out = design or Design(), Path(out)
         runner, found = self.check(design, seconds)
         prepare(runner, scheduler)
-        results = Journal(out, self.plan(design, seconds), self._types(found))
-        if not results.complete:
-            engine = engine_for(runner, workers, limit, tell, scheduler)
-            self._run(runner, results, engine, design, found, progress)
+        with Journal(out, self.plan(design, seconds), self._types(found)) as results:
+            if not results.complete:
+                engine = engine_for(runner, workers, limit, tell, scheduler)
+                self._run(runner, results, engine, design, found, progress, tell)
         return journal.read(out)
 
     def _run(
-        self, runner: Runner, results: Journal, engine: Engine, design: Design, found: Points, progress: Progress | None
+        self,
+        runner: Runner,
+        results: Journal,
+        engine: Engine,
+        design: Design,
+        found: Points,
+        progress: Progress | None,
+        tell: Callable[[str], None],
     ) -> None:
         all_runs = design.search or len(found)
         done, failing = len(results.done), 0
@@ -175,7 +181,7 @@ class Sweep:
                     done += 1
                     if any(row[name] is False for name in self.claims):
                         failing += 1
-                        kept += kept < KEPT and _keep(runner, row, _kept(results.out))
+                        kept += _keep(runner, row, _kept(results.out), tell) if kept < KEPT else 0
                     if progress is not None:
                         progress(done, all_runs, failing)
         finally:
@@ -249,12 +255,17 @@ def _kept(out: Path) -> Path:
     return out.with_name(f"{out.stem}-failing")
 
 
-def _keep(runner: Runner, row: Row, directory: Path) -> bool:
-    """Write a scene with which the user can repeat a failing run; return False if the scene cannot be written."""
-    with suppress(OSError):
+def _keep(runner: Runner, row: Row, directory: Path, tell: Callable[[str], None]) -> int:
+    """Write a scene with which the user can repeat a failing run; return the number of such scenes.
+
+    If it cannot be written, no others are attempted.
+    """
+    try:
         for name, text in runner.files(row).items():
             file = directory / f"run-{row['run']}" / name
             file.parent.mkdir(parents=True, exist_ok=True)
             write_whole(file, text.encode())
-        return True
-    return False
+    except OSError as error:
+        tell(f"no scenes of failing runs: cannot write {directory}: {reason(error)}")
+        return KEPT
+    return 1

@@ -23,7 +23,7 @@ from axistwin.scenes.scene import Scene
 from axistwin.sweeps.designs import Points
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.paths import Variation
-from axistwin.sweeps.study import Study, Trial
+from axistwin.sweeps.study import Study, Trial, reserved
 from axistwin.sweeps.sweep import Design, Sweep, engine_for, prepare
 from axistwin.sweeps.values import Value, Values
 from axistwin.sweeps.workers import LIMIT_S, Engine
@@ -117,16 +117,15 @@ class Tuning:
         """
         delivered, runner, scatter = self.check(design or Design(), seconds)
         prepare(runner, scheduler)
-        study = Study(Path(out), self._plan(design or Design(), seed, seconds, delivered), self.changed, seed)
-        if study.delivered is None:
-            with engine_for(delivered, 0, limit, tell) as engine:
-                study.delivered = self._trial({}, _rows(engine, [(n, point) for n, point in enumerate(scatter)]))
-        missing = trials - len(study.trials)
-        if missing <= 0:
-            return study
-        with engine_for(runner, workers, limit, tell, scheduler) as engine:
-            for batch in study.batches(trials):
-                self._run(study, engine, batch, scatter, trials, progress)
+        with reserved(Path(out)):
+            study = Study(Path(out), self._plan(design or Design(), seed, seconds, delivered), self.changed, seed)
+            if study.delivered is None:
+                with engine_for(delivered, 0, limit, tell) as engine:
+                    study.delivered = self._trial({}, _rows(engine, [(n, point) for n, point in enumerate(scatter)]))
+            if trials > len(study.trials):
+                with engine_for(runner, workers, limit, tell, scheduler) as engine:
+                    for batch in study.batches(trials):
+                        self._run(study, engine, batch, scatter, trials, progress)
         return study
 
     def check(self, design: Design, seconds: float | None) -> tuple[Runner, Runner, Points]:

@@ -104,7 +104,8 @@ def _is_sweep(trace: Path) -> bool:
 def _plot_sweep(results: Path, path: Path, title: str | None) -> int:
     from axistwin.sweeps import journal, pictures
 
-    pictures.save(journal.read(results), journal.plan_of(results), path, results.name if title is None else title)
+    table = journal.read(results)
+    pictures.save(table, journal.plan_of(table), path, results.name if title is None else title)
     click.echo(f"axistwin: {path}", err=True)
     return 0
 

@@ -164,8 +164,7 @@ def _has_parts(out: Path) -> bool:
 def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
     """Print a summary of the sweep's results as text or JSON, and return the exit code."""
     table = journal.read(out)
-    plan = journal.plan_of(out) if out.exists() else json.loads(table.schema.metadata[journal.PLAN])
-    found = summary(table, plan)
+    found = summary(table, journal.plan_of(table))
     if as_json:
         click.echo(json.dumps(found, ensure_ascii=False))
     elif as_text:
