@@ -383,3 +383,35 @@ def test_an_x_off_that_waits_when_the_power_goes_does_not_come_after_it(bench):
     """Control of data transfer: the buffer is empty after power-up, so a waiting X-off is not sent."""
     cycle = "host RTS off; >1; fill 55; power off; power on; 1.2 s; host RTS on; 0.1 s; host 8N2; "
     play(bench, ready(bench, "U67"), cycle + "detect; U61; 1.3 s; K: 0")
+
+
+def test_what_follows_a_held_message_accumulates_in_the_buffer(bench, if1):
+    """Control of data transfer: characters "will accumulate in the input buffer"; DTR is reset at 80 % of 64.
+
+    `Y1$` is held behind a run; twelve messages of four characters follow, and four characters more.
+    """
+    play(bench, if1, "X@100G$; 0.1 s; Y1$; " + "@99; " * 12 + "0.1 s")
+    assert if1.serial.dtr
+    play(bench, if1, "@99; 0.02 s")
+    assert not if1.serial.dtr
+    play(bench, if1, "#; 0.1 s; F: 0; E: C; Y at 0")  # `#` empties the buffer before it
+    assert if1.serial.dtr
+
+
+def test_95_per_cent_behind_a_held_message_is_an_overflow(bench, if1):
+    """Motion status: "data fault or buffer overflow" is bit 8 of F; 61 of 64 places are 95 %."""
+    play(bench, if1, "X@100G$; 0.1 s; Y1$; " + "@99; " * 15 + "0.1 s; sends @; 0.1 s; K: 131; F: 8; #")
+
+
+def test_the_cancel_code_acts_at_once_behind_a_slow_answer(bench, if1):
+    """Run mode: "To stop the motor, send the cancel code"; with D25 an answer of five characters takes 1.25 s.
+
+    From 2000 steps/s the ramp has 1900, 1800 ... 400 steps/s for 10 ms each: 184 steps.  The code and its transfer
+    to the buffer take at most 4 ms, 8 steps.
+    """
+    play(bench, if1, "D25; X@2000G$; 1 s; N; 0.05 s")
+    begun = positions(if1)[0]
+    write(if1, "#")
+    bench.run(2)
+    assert 184 <= positions(if1)[0] - begun <= 192
+    play(bench, if1, "receives 1792<CR>; still")

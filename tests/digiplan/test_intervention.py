@@ -38,6 +38,18 @@ from .talking import arrivals, ask, command, gaps, play, positions, ready, scrip
         ":%:X20@400:$; 0.1 s; receives %<CR>; Y4000$; 1 s; #; 0.1 s; E: C; Y between 1 3999; mark; %; 1 s; moved 0 0 0",
         'Intervention: "execute any move instruction it receives": a sequence within a sequence is a data fault':
         ":%:X10@400:$; 0.1 s; receives %<CR>; :Y5@400:Z5:$; :$; 1 s; at 0 0 0; F: 8; %; 1 s; at 10 0 0",
+        # I is asked while DSR holds the line; its answer and the prompt wait together
+        'Control lines: "will therefore not transmit data until DSR and CTS are both set": each message comes whole':
+        "host DTR off; :P0,5:%:Y1:$; I; 0.5 s; host DTR on; 0.1 s; receives 200<CR>%<CR>; #",
+        # with D5 the prompt begins 50 ms after the step, its CR 50 ms later
+        "Inter-character delay: a prompt that `#` meets between `%` and CR is completed":
+        "D5; :%:Y1:$; 0.09 s; receives %; #; 0.1 s; receives <CR>; E; 0.2 s; receives C<CR>",
+        "Inter-character delay: a prompt that an emergency stop meets between `%` and CR is completed":
+        "D5; :%:Y1:$; 0.09 s; receives %; estop low; 0.1 s; receives <CR>; estop released; E; 0.2 s; receives F<CR>",
+        'Busy status: a run that the host begins in a hand-over is "busy"; `%` and `#` are obeyed meanwhile':
+        ":%:Y10:A:$; 0.1 s; receives %<CR>; X@500G$; 0.5 s; K: 3; E: E; %; 0.1 s; X runs at 500; #; 1 s; E: C; Y at 0",
+        "Acceleration rate: data sent during a run in a hand-over; the ramp is calculated after the run":
+        ":%:Y10:$; 0.1 s; receives %<CR>; X@500G$; 0.5 s; ^20; K: 3; #; 1.2 s; K: 0; E: C",
     }
 )  # fmt: skip
 def test_control_given_to_the_host(bench, if1, script):

@@ -25,6 +25,8 @@ TRAVEL = {"limits": (-100, 2000)}
         "X9000@400$; 8 s; K: 64; K: 0; K: 0; E: C; I: 216; led is high",
         'Inputs: "It will turn off after Motion Status has been read and the input removed": at 2000 the switch closes':
         "X9000@400$; 8 s; led is high; K?; X-1$; idle; at 2000 0 0; led is low",
+        'Limit inputs: "can only be driven in the negative direction": an axis that makes no step goes nowhere':
+        "X9000@400$; 8 s; K: 64; X0$; 0.5 s; K: 0; X-100/Y0$; 3 s; at 1901 0 0; K: 0",
         "Run mode ends at a limit as an index does: a run is stopped by a limit":
         "X@400G$; 10 s; at 2001 0 0; K: 64; K: 0; X-G$; 10 s; at -101 0 0; K: 64",
         # 1500, 500, 2000, 1000, and then the switch before 2500

@@ -44,8 +44,8 @@ def test_the_position_too(bench, if1):
 
 def test_with_echo_a_request_is_echoed_and_answered(bench):
     """Echo back: each character is echoed when it has been processed; the reply follows the echo."""
-    play(bench, ready(bench, "U62"), f"{WAITING}0.05 s; receives X40$<CR>Y20$<CR>@200<CR>; E; 0.02 s; "
-         "receives E<CR>E<CR>; 1 s; receives Z8$<CR>; at 40 20 8")  # fmt: skip
+    play(bench, ready(bench, "U62"), f"{WAITING}0.05 s; receives X40$<CR>Y20$<CR>; E; 0.02 s; "
+         "receives E<CR>E<CR>; 1 s; receives @200<CR>Z8$<CR>; at 40 20 8")  # fmt: skip
 
 
 def test_in_v_format_a_request_ends_in_a_line_feed(bench):

@@ -26,6 +26,7 @@ INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
 )
+REQUESTS = [command.code for command in COMMANDS if Accept.REQUEST in command.accepted]
 LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 
 
@@ -51,10 +52,13 @@ class Interface(State):
         self._kept = Retained.recall(card.store)
         super().__init__(card)
         self._break_in = BreakIn(self)
+        self.stops.on_stop = self._drop_waiting
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
         self._told = False
+        self._cancelled = False
+        """True if `# <CR>` has acted while it waits in the buffer: what is before it begins no motion."""
         # For each character of the incoming message: True if the highest of the character's eight bits is 1.
         self._eighth: list[bool] = []
         self.pins["led"].set(True)
@@ -106,6 +110,8 @@ class Interface(State):
         while True:
             if self.muted:
                 yield from self.until_unmuted()
+            if self.work.held is not None:
+                yield from self._behind_held()
             character = self.buffer.take()
             if character is None:
                 yield self.buffer.arrival()
@@ -203,14 +209,14 @@ class Interface(State):
             self.transmitter.send_flow_control(stop=full)
 
     def _cancel_at_once(self) -> None:
-        """Perform the cancel command `# <CR>` at once.
-
-        Other messages may be waiting, and an answer may be unsent.
-        """
-        if self.work.turn is not None:
+        """Perform the command `# <CR>` when it is received, although other messages or an answer are before it."""
+        if self.work.held is not None:
+            self._text.clear()
+            self._eighth.clear()
             self.buffer.drop_before_cancel()
             self.work.drop_held()
-        elif self.transmitter.waiting and not self.locked:
+        elif self.transmitter.busy and not self.locked:
+            self._cancelled = True
             self.work.cancel()
 
     def _obey(self, text: str) -> Procedure | None:
@@ -222,13 +228,14 @@ class Interface(State):
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
             return self._answer(command) if command is not None and heeded else None
         if command is not None and command.code == "#":
+            self._cancelled = False
             self.work.cancel()
         if message.problems:
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
         if command is not None and Accept.REQUEST in command.accepted:
             return self._answer(command)  # The interface answers status requests immediately, e.g. during a move.
-        return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
+        return self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:
         assert command.handler is not None
@@ -243,28 +250,36 @@ class Interface(State):
         if not message.start:
             if self._in_range(message.steps[0]):
                 self.set_parameters(message.steps[0])  # A message without "$" at its end only sets parameters.
-        elif not (self.work.busy and self.options.busy == "ignore"):
+        elif not (self._cancelled or (self.work.occupied and self.options.busy == "ignore")):
             return self.work.when_free(self._start(message))
         return None
 
-    def _carry_out_later(self, message: Message) -> Procedure:
-        """Execute `message` later, because an earlier message of the host is still waiting for its execution.
+    def _drop_waiting(self) -> None:
+        """Delete the held message and all that waits behind it, because an input has stopped the motion."""
+        if self.work.held is not None:
+            self.buffer.clear()
+        self.work.cancel()
 
-        The earlier message waits for the end of a move, run or sequence.  During this time, answer the status requests
-        that arrive after `message`.  The command `#` drops both messages.
-        """
-        while self.work.held is not None:
-            turn = self.work.turn = self.work.turn or self.clock.event()
+    def _behind_held(self) -> Procedure:
+        """Answer status requests until the held message has begun, or a host that wants echoes begins a request."""
+        while True:
             yield from self._answer_requests()
-            if not turn.triggered:
-                yield turn | self.buffer.arrival()
-            if turn.triggered and turn.value:
+            if self.work.held is None or self._begins_request():
                 return
-        yield from self.until_unmuted()
-        yield from self._carry_out(message) or ()
+            yield self.work.released() | self.buffer.arrival()
+
+    def _begins_request(self) -> bool:
+        """True if a host that waits for each echo may be typing a status request behind a held message."""
+        characters = self.buffer.characters
+        if not (self.frame.echo and characters):
+            return False
+        text = "".join(self._text) + chr(characters[0] & 0x7F)
+        return text.strip(" \r\n") in ("", *REQUESTS)
 
     def _answer_requests(self) -> Procedure:
         """Answer the status requests in the buffer.  Other messages stay in the buffer for later execution."""
+        if self._text:
+            return
         while request := self.buffer.take_message(self.frame.ends_message, is_request):
             for character in request:
                 yield from self._process(character) or ()

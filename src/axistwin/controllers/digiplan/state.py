@@ -125,10 +125,10 @@ class State(ABC):
         before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
-            if not self.work.occupied:
-                self.calculate_ramp()
-            elif self._ramp_before is None:
+            if self._ramp_before is None and (self.work.occupied or self.motion.running):
                 self._ramp_before = before
+            elif not self.work.occupied and not self.motion.running:
+                self.calculate_ramp()
 
     @property
     def in_force(self) -> Parameters:
@@ -150,7 +150,7 @@ class State(ABC):
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
     def _calculate_new_ramp(self) -> None:
-        if self._ramp_before is not None:
+        if self._ramp_before is not None and not self.motion.running:
             self.calculate_ramp()
 
     @property

@@ -20,8 +20,7 @@ class Work:
         self.control: Event | None = None
         """Event that continues the sequence, while the host has control; otherwise None."""
         self.held: Process | None = None
-        self.turn: Event | None = None
-        """Event for a message that waits after the held message; its value is True if both are cancelled."""
+        self._released: Event | None = None
         self._freed: Event | None = None
 
     @property
@@ -34,11 +33,11 @@ class Work:
 
     @property
     def busy(self) -> bool:
-        """True while a move, run or sequence is in progress, or while a message waits to be carried out.
+        """True while an axis moves, a move, run or sequence is in progress, or a message waits to be carried out.
 
         A sequence that has given control to the host does not count as in progress.
         """
-        return self.occupied or self.held is not None
+        return self.occupied or self.held is not None or self.motion.running
 
     def begin(self, procedure: Procedure) -> None:
         """Start a move, run or sequence."""
@@ -116,16 +115,21 @@ class Work:
             self._freed = self.clock.event()
             yield self._freed
         yield from begin
-        self._release(cancelled=False)
+        self._release()
 
     def drop_held(self) -> None:
         """Delete all messages whose execution waits for the end of a move or a sequence."""
         if self.held is not None:
             kill(self.held)
-            self._release(cancelled=True)
+            self._release()
 
-    def _release(self, *, cancelled: bool) -> None:
+    def released(self) -> Event:
+        """Return an event for the time when the held message has begun or is deleted."""
+        self._released = self._released or self.clock.event()
+        return self._released
+
+    def _release(self) -> None:
         self.held = None
-        if self.turn is not None:
-            turn, self.turn = self.turn, None
-            turn.succeed(cancelled)
+        if self._released is not None:
+            released, self._released = self._released, None
+            released.succeed()

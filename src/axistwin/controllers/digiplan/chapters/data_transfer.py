@@ -102,6 +102,11 @@ class InputBuffer:
         self._arrived = self._arrived or self.clock.event()
         return self._arrived
 
+    def clear(self) -> None:
+        """Drop all characters in the buffer."""
+        self.characters.clear()
+        self._has_less()
+
     def drop_before_cancel(self) -> None:
         """Drop the characters that precede the command `#` in the buffer."""
         while self.characters[0] & 0x7F != ord("#"):
@@ -173,15 +178,17 @@ class Transmitter:
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
         self._held_back = 0  # Number of transmissions that wait until the inputs DSR and CTS are active.
+        self._message: Event | None = None
+        self._rest: Process | None = None
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""
         uart.on_idle = lambda: lines.rts.set(False)
 
     @property
-    def waiting(self) -> bool:
-        """True while DSR or CTS prevents the transmission of a character."""
-        return self._held_back > 0
+    def busy(self) -> bool:
+        """True while a message waits for the lines, the delay or the UART."""
+        return self._message is not None
 
     def send(self, data: bytes) -> Procedure | None:
         """Send characters to the host.
@@ -189,7 +196,7 @@ class Transmitter:
         If the characters cannot be sent at once, return a procedure that sends them, otherwise None.  Sending waits for
         the lines, for the inter-character delay, or for the UART.
         """
-        if not self.delay and (self.uart.instant or len(data) == 1):
+        if not self.busy and not self.delay and (self.uart.instant or len(data) == 1):
             self.lines.rts.set(True)
             if self._clear_to_send and not self.uart.queue:
                 self._transmit(data)
@@ -197,7 +204,32 @@ class Transmitter:
         return self._send_one_by_one(data)
 
     def _send_one_by_one(self, data: bytes) -> Procedure:
-        for byte in data:
+        """Send a message after the one in progress; one that is cancelled after its first character is completed."""
+        while self._message is not None:
+            yield self._message
+        self._message, left = self.clock.event(), list(data)
+        try:
+            yield from self._send_all(left)
+        except Interrupt:
+            if 0 < len(left) < len(data):
+                self._rest = self.clock.process(self._complete(left))
+            else:
+                self._end_message()
+            raise
+        self._end_message()
+
+    def _complete(self, left: list[int]) -> Procedure:
+        yield from self._send_all(left)
+        self._rest = None
+        self._end_message()
+
+    def _end_message(self) -> None:
+        if self._message is not None:
+            message, self._message = self._message, None
+            message.succeed()
+
+    def _send_all(self, left: list[int]) -> Procedure:
+        while left:
             if self.delay:
                 if self.uart.sending:
                     yield self.uart.when_idle()
@@ -206,7 +238,7 @@ class Transmitter:
                 yield self.uart.when_empty()
             self.lines.rts.set(True)
             yield from self._until_clear()
-            self._transmit(bytes([byte]))
+            self._transmit(bytes([left.pop(0)]))
 
     def _until_clear(self) -> Procedure:
         """Wait until the inputs DSR and CTS are both active.  Then the next character can be sent."""
@@ -240,8 +272,9 @@ class Transmitter:
 
     def stop(self) -> None:
         """Stop sending, because the power is off."""
-        if self.urgent is not None:
-            kill(self.urgent)
+        for process in (self.urgent, self._rest):
+            if process is not None:
+                kill(process)
         self.uart.queue.clear()
 
     def _line_change(self) -> Event:

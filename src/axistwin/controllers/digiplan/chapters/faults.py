@@ -121,8 +121,9 @@ class StopInputs:
     `limits`: the directions of motion that an opening limit switch stops.
     """
 
-    def __init__(self, faults: Faults, motion: RampGenerator, cancel: Callable[[], None], limits: Limits) -> None:
-        self._pins, self._faults, self._motion, self._cancel, self._limits = faults.pins, faults, motion, cancel, limits
+    def __init__(self, faults: Faults, motion: RampGenerator, on_stop: Callable[[], None], limits: Limits) -> None:
+        self._pins, self._faults, self._motion, self._limits = faults.pins, faults, motion, limits
+        self.on_stop = on_stop
         self._leaving: frozenset[str] = frozenset()
         self._unsubscribe = [self._pins[name].subscribe(self._changed) for name in CLOSED]
 
@@ -147,7 +148,7 @@ class StopInputs:
         if pin.name in DRIVES:
             self._motion.drop(DRIVES[pin.name])  # An axis stops without deceleration when its drive reports a fault.
         if pin.name not in LIMITS or self._limit_stops(pin.name):
-            self._cancel()
+            self.on_stop()
 
     def _limit_stops(self, name: str) -> bool:
         """True if the limit switch `name` stops the present motion.

@@ -6,7 +6,7 @@ from axistwin.controllers.digiplan.chapters import interpolation, outputs, run
 from axistwin.controllers.digiplan.chapters.faults import LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.index import index
 from axistwin.controllers.digiplan.state import State
-from axistwin.controllers.digiplan.step import EndOfWork, Step
+from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
 from axistwin.sim.clock import Interrupt, Procedure
 from axistwin.units import MS
 
@@ -97,7 +97,7 @@ def _move(state: State, step: Step) -> Procedure:
     if interpolation.out_of_range(state.in_force, step):
         state.faults.raise_line(LineFault.RANGE)
         raise EndOfWork
-    if not state.stops.may_move({**step.major, **step.minor}):
+    if not state.stops.may_move(_moving(step, state.in_force)):
         raise EndOfWork
     if step.run:
         run.run(state, step)
@@ -105,6 +105,12 @@ def _move(state: State, step: Step) -> Procedure:
         yield from interpolation.interpolate(state, step)
     else:
         yield from index(state, step)
+
+
+def _moving(step: Step, parameters: Parameters) -> dict[str, int]:
+    """Return the directions of the axes that will make a step."""
+    major = step.major if step.run or parameters.distance else {}
+    return {**major, **(step.minor if parameters.minor_distance else {})}
 
 
 def _intervention(state: State) -> Procedure:
