@@ -9,12 +9,11 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from asyncua import Node, Server, ua
-from asyncua.common.callback import CallbackType, ServerItemCallback
-from asyncua.ua.uaerrors import UaStatusCodeError
 
 from axistwin.drivers.axis import Scale
-from axistwin.drivers.errors import BusyError, DriverError, PositionLostError, RefusedError
+from axistwin.drivers.errors import RefusedError
 from axistwin.integrations.driven_axis import DrivenAxis, Goal
+from axistwin.integrations.opcua.attributes import BAD_VALUE, Attributes, Write, number, stamped, status_code
 from axistwin.integrations.points import Point
 from axistwin.integrations.station import Station
 
@@ -30,15 +29,13 @@ GOOD, NO_ANSWER, LOST, ESTIMATED = (
 )
 DOUBLE, BOOL, TEXT, INT = ua.VariantType.Double, ua.VariantType.Boolean, ua.VariantType.String, ua.VariantType.Int64
 
-Write = Callable[[Any], Awaitable[None]]
-
 
 class AddressSpace:
     """The OPC UA nodes of all controllers."""
 
     def __init__(self, server: Server) -> None:
         self.server = server
-        self._writes: dict[ua.NodeId, Write] = {}
+        self._attributes = server.iserver.attribute_service = Attributes(server.iserver)
 
     async def build(self, stations: list[Station]) -> None:
         """Create the OPC UA nodes of all controllers."""
@@ -49,23 +46,6 @@ class AddressSpace:
         )
         for station in stations:
             await self._add_station(machines, machinery, station)
-        self.server.subscribe_server_callback(CallbackType.PreWrite, self._process_writes)
-
-    async def _process_writes(self, event: ServerItemCallback, _: object) -> None:
-        """Write each value from an OPC UA client to the axis, pin or register that the node represents.
-
-        Raises UaStatusCodeError if the value cannot be written.
-        """
-        if not event.is_external:
-            return
-        for each in event.request_params.NodesToWrite:
-            write = self._writes.get(each.NodeId)
-            if write is not None and each.AttributeId == ua.AttributeIds.Value:
-                try:
-                    await write(each.Value.Value.Value)
-                except (DriverError, TypeError, ValueError) as error:
-                    refusal = UaStatusCodeError(_opc_ua_status_code(error))
-                    raise refusal from None
 
     def _id(self, *names: str) -> tuple[ua.NodeId, ua.QualifiedName]:
         return ua.NodeId(".".join(names), self._index), ua.QualifiedName(names[-1], self._index)
@@ -102,13 +82,13 @@ class AddressSpace:
         found = await parent.add_variable(*self._id(*names), ua.Variant(value, kind, is_array=isinstance(value, list)))
         if write is not None:
             await found.set_writable()
-            self._writes[found.nodeid] = write
+            self._attributes.writes[found.nodeid] = kind, write
         return found
 
     async def publish(self, node: Node, kind: ua.VariantType, value: Any, code: int = GOOD) -> None:
         """Set the value and the status code that clients read from an OPC UA variable."""
         variant = ua.Variant(value, kind, is_array=isinstance(value, list))
-        await self.server.write_attribute_value(node.nodeid, ua.DataValue(variant, ua.StatusCode(code)))
+        await self.server.write_attribute_value(node.nodeid, stamped(variant, code))
 
     async def add_method(
         self, parent: Node, names: tuple[str, ...], act: Callable[..., Awaitable[None]], *arguments: str
@@ -116,10 +96,14 @@ class AddressSpace:
         """Create an OPC UA method, which clients can call with numbers as arguments."""
 
         async def call(_: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
+            if len(given) < len(arguments):
+                return ua.StatusCode(ua.StatusCodes.BadArgumentsMissing)
+            if len(given) > len(arguments):
+                return ua.StatusCode(ua.StatusCodes.BadTooManyArguments)
             try:
-                await act(*(float(each.Value) for each in given))
-            except (DriverError, TypeError, ValueError) as error:
-                return ua.StatusCode(_opc_ua_status_code(error))
+                await act(*map(number, given))
+            except BAD_VALUE as error:
+                return ua.StatusCode(status_code(error))
             return ua.StatusCode()
 
         listed = [ua.Argument(Name=name, DataType=ua.NodeId(ua.ObjectIds.Double), ValueRank=-1) for name in arguments]
@@ -128,7 +112,9 @@ class AddressSpace:
     async def _add_point(self, folder: Node, station: str, point: Point) -> None:
         kind = BOOL if point.bit else INT
 
-        async def write(value: Any) -> None:
+        async def write(value: int) -> None:
+            if not -(2**31) <= value < 2**31:
+                raise ValueError(f"invalid number {value}: expected 32 bits")
             await point.write(int(value))
 
         async def publish(value: int) -> None:
@@ -242,11 +228,14 @@ class AxisNodes:
             await self._publish()
             raise RefusedError(f"the motion failed: {reason}")
 
+    def _counts(self, position: float) -> int:
+        counts, limit = self._scale.counts(position), self._axis.core.max_position
+        if abs(counts) > limit:
+            raise ValueError(f"position {position:g} is out of range: expected at most {self._units(limit):g}")
+        return counts
+
     async def _move_to(self, position: float) -> None:
-        target = self._scale.counts(position)
-        limit = self._axis.core.max_position
-        if abs(target) > limit:
-            raise ValueError(f"target {target} is out of range: expected a position of at most {limit} counts")
+        target = self._counts(position)
         await self._begin(Goal(lambda: self._axis.core.move_to(target), target))
 
     async def _move_by(self, distance: float) -> None:
@@ -254,6 +243,8 @@ class AxisNodes:
 
     async def _move_at(self, velocity: float) -> None:
         counts = velocity * self._scale.counts_per_unit
+        if not abs(counts) <= self._axis.core.max_velocity:
+            raise ValueError(f"velocity {velocity:g} is out of range: expected at most the maximum of the axis")
         await self._begin(Goal(lambda: self._axis.core.move_at(counts)))
 
     async def _home(self, direction: float) -> None:
@@ -263,35 +254,20 @@ class AxisNodes:
         await self._begin(Goal(lambda: self._axis.core.home(sign)))
 
     async def _set_position(self, position: float) -> None:
-        await self._axis.set_position(self._scale.counts(position))
+        await self._axis.set_position(self._counts(position))
 
     async def _set_speed(self, value: float) -> None:
-        rate = self._scale.rate(float(value))
-        if not 0 < rate <= self._axis.core.max_velocity:
-            raise ValueError(f"speed {value} is out of range: expected a value above 0, up to the axis's maximum")
-        self._axis.core.velocity = rate
+        self._axis.core.velocity = self._rate(value, self._axis.core.max_velocity)
 
     async def _set_acceleration(self, value: float) -> None:
-        rate = self._scale.rate(float(value))
-        if not 0 < rate < 2**31:
-            raise ValueError(f"acceleration {value} is out of range: expected a value above 0")
-        self._axis.core.acceleration = rate
+        self._axis.core.acceleration = self._rate(value, 2**31 - 1)
+
+    def _rate(self, value: float, limit: float) -> float:
+        rate = self._scale.rate(value)
+        if not (value > 0 and rate <= limit):
+            raise ValueError(f"{value:g} is out of range: expected more than 0, and at most {limit:g} in counts")
+        return rate
 
 
 def _kind(value: Any) -> ua.VariantType:
     return BOOL if isinstance(value, bool) else DOUBLE if isinstance(value, float) else TEXT
-
-
-def _opc_ua_status_code(error: Exception) -> int:
-    """Return the OPC UA status code for an error."""
-    match error:
-        case PositionLostError():
-            return int(LOST)
-        case BusyError():
-            return int(ua.StatusCodes.BadInvalidState)
-        case RefusedError():
-            return int(ua.StatusCodes.BadInvalidState)
-        case DriverError():
-            return int(NO_ANSWER)
-        case _:
-            return int(ua.StatusCodes.BadOutOfRange)
