@@ -6,10 +6,9 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from asyncua import Server
-
 from axistwin.integrations.machine import Machine
 from axistwin.integrations.opcua.address_space import AddressSpace
+from axistwin.integrations.opcua.channels import GuardedServer
 from axistwin.integrations.opcua.security import APPLICATION, Account, Users, secure
 
 
@@ -28,7 +27,7 @@ async def serving(
     """
     # Suppress the log messages of the library asyncua, e.g. about each refused request of a client.
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)
-    server = Server(user_manager=None if users is None else Users(users))
+    server = GuardedServer(None if users is None else Users(users))
     await server.init()
     url = f"opc.tcp://{address}:{port}/axistwin"
     server.set_endpoint(url)

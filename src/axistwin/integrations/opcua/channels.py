@@ -1,0 +1,110 @@
+"""What a client may do on a secure channel, and before there is one.
+
+The library asyncua leaves several ways around its own security.  Every server accepts requests on a channel without
+security, and even before a channel is opened; no permission rule covers them.  A client may name another certificate
+than that of its channel.  The token of a session is a small number.  Every client may register other servers.
+"""
+
+import secrets
+from typing import Any
+
+from asyncua import Server, ua
+from asyncua.common.utils import ServiceError
+from asyncua.server.binary_server_asyncio import BinaryServer, OPCUAProtocol
+from asyncua.server.internal_server import InternalServer
+from asyncua.server.internal_session import InternalSession, SessionState
+from asyncua.server.uaprocessor import UaProcessor
+from asyncua.ua.ua_binary import struct_from_binary
+
+MOST_CLIENTS = 100
+LONGEST_ABSENCE_MS = 60_000
+"""A session with subscriptions outlives its connection for at most this time, in which the client can come back."""
+CREATE = ua.NodeId(ua.ObjectIds.CreateSessionRequest_Encoding_DefaultBinary)
+ACTIVATE = ua.NodeId(ua.ObjectIds.ActivateSessionRequest_Encoding_DefaultBinary)
+DISCOVERY = (
+    ua.NodeId(ua.ObjectIds.GetEndpointsRequest_Encoding_DefaultBinary),
+    ua.NodeId(ua.ObjectIds.FindServersRequest_Encoding_DefaultBinary),
+)
+REGISTRATION = (
+    ua.NodeId(ua.ObjectIds.RegisterServerRequest_Encoding_DefaultBinary),
+    ua.NodeId(ua.ObjectIds.RegisterServer2Request_Encoding_DefaultBinary),
+)
+
+
+class _Sessions(InternalServer):
+    """The sessions of a server; their tokens cannot be guessed."""
+
+    def __init__(self, user_manager: Any) -> None:
+        super().__init__(user_manager)
+        self.allow_remote_admin = False
+        self.max_connections = MOST_CLIENTS
+        self.max_session_timeout_ms = LONGEST_ABSENCE_MS
+
+    def register_external_session(self, session: InternalSession) -> None:
+        session.auth_token = ua.NodeId(secrets.token_bytes(32), 0)
+        super().register_external_session(session)
+
+
+class _Processor(UaProcessor):
+    """The services that a client requests on its channel."""
+
+    session: InternalSession | None
+
+    async def _process_message(self, typeid: ua.NodeId, requesthdr: Any, seqhdr: Any, body: Any) -> Any:
+        self._check(typeid, body)
+        before = self.session
+        try:
+            return await super()._process_message(typeid, requesthdr, seqhdr, body)
+        except Exception:
+            if typeid == ACTIVATE:
+                self.session = before  # The library gives a client the session before it checks the password.
+            raise
+
+    def _check(self, typeid: ua.NodeId, body: Any) -> None:
+        policy = self._connection.security_policy
+        if typeid in REGISTRATION:
+            raise ServiceError(ua.StatusCodes.BadServiceUnsupported)
+        # A policy without permissions is the one that the library itself adds.
+        if typeid not in DISCOVERY and (policy.permissions is None or not self._connection.is_open()):
+            raise ServiceError(ua.StatusCodes.BadSecurityPolicyRejected)
+        if typeid != CREATE:
+            return
+        if self.session is not None and self.session.state != SessionState.Closed:
+            raise ServiceError(ua.StatusCodes.BadTooManySessions)
+        certificate = struct_from_binary(ua.CreateSessionParameters, body.copy()).ClientCertificate or b""
+        if not certificate.startswith(policy.peer_certificate or b""):
+            raise ServiceError(ua.StatusCodes.BadCertificateInvalid)
+
+
+class _Protocol(OPCUAProtocol):
+    processor: UaProcessor | None
+
+    def connection_made(self, transport: Any) -> None:
+        super().connection_made(transport)
+        if self.processor is not None:
+            self.processor = _Processor(self.iserver, transport, self.limits)
+            self.processor.set_policies(self.policies)
+
+
+class _Listener(BinaryServer):
+    def _make_protocol(self) -> OPCUAProtocol:
+        return _Protocol(self.iserver, self._policies, self.clients, self.closing_tasks, self.limits)
+
+
+class GuardedServer(Server):
+    """An OPC UA server on which the permission rules stand for every request but discovery."""
+
+    def __init__(self, user_manager: Any) -> None:
+        super().__init__(_Sessions(user_manager))
+
+    async def start(self) -> None:
+        """Listen for clients.  Raises OSError if the address is taken."""
+        await self._setup_server_nodes()
+        await self.iserver.start()
+        self.bserver = _Listener(self.iserver, *self._get_bind_socket_info(), self.limits)
+        self.bserver.set_policies(self._policies)
+        try:
+            await self.bserver.start()
+        except OSError:
+            await self.iserver.stop()
+            raise
