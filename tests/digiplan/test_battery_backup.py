@@ -188,11 +188,11 @@ def test_status_requests_only(bench, wiring, power_up):
 def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wiring):
     """Changing: "DSR line must be held active"; "start to execute ... as soon as the "U" or "V" command".
 
-    It is still locked: `]` "at same baud rate and data format as the previous lock command", which was 9600.
+    It is still locked; to the letter, `]` comes "at same baud rate and data format as the previous lock command".
     """
     play(
         bench,
-        ready(bench, model="if2", wiring=wiring),
+        ready(bench, model="if2", wiring=wiring, unlock="lock format"),
         ":X100@400:Y50:$; 3 s; [; 0.1 s; power up with DSR; 5 s; at 100 50 0; E; 0.2 s; "
         "host 1200; ( -> U<CR>; at 100 50 0; sends V62<CR><LF>; 3 s; at 200 100 0; "
         "sends E<LF>; 0.5 s; receives E<LF>[<CR><LF>; sends ]<LF>; 0.5 s; receives ]<LF>; "
@@ -200,11 +200,12 @@ def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wir
     )
 
 
-def test_the_unlock_command_in_the_new_format_where_that_is_asked_for(bench):
+@pytest.mark.parametrize("options", [{}, {"unlock": "any format"}])
+def test_the_unlock_command_in_the_new_format(bench, options):
     """Lockout: "However, it is possible to re-initialise the interface with a different data format"."""
     play(
         bench,
-        stored(bench, unlock="any format"),
+        stored(bench, **options),
         "power up with DSR; host 1200; ( -> U<CR>; sends V61<CR><LF>; 1 s; sends ]<LF>; 0.5 s; "
         "sends E<LF>; 0.5 s; receives E<CR><LF>",  # the stored sequence waits for input 1
     )

@@ -10,7 +10,7 @@ ONE_OF = {
     "wiring": ("5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked"),
     "busy": ("hold", "ignore"),
     "limits": ("any motion", "motion ahead"),
-    "unlock": ("lock format", "any format"),
+    "unlock": ("last format", "lock format", "any format"),
 }
 
 

@@ -11,7 +11,7 @@ Wiring = Literal[
 ]  # fmt: skip
 Busy = Literal["hold", "ignore"]
 Limits = Literal["any motion", "motion ahead"]
-Unlock = Literal["lock format", "any format"]
+Unlock = Literal["last format", "lock format", "any format"]
 CHOICES = {
     "wiring": get_args(Wiring), "busy": get_args(Busy), "limits": get_args(Limits), "unlock": get_args(Unlock),
 }  # fmt: skip
@@ -31,8 +31,8 @@ class Options:
     """A message with `$` during a move or sequence is held until the work has finished, or ignored."""
     limits: Limits = "any motion"
     """Motion that a limit switch stops: any motion except away from the switch, or only motion towards the switch."""
-    unlock: Unlock = "lock format"
-    """Format of `]`: baud rate, number of bits and parity of `[`, or any format that is set at that time."""
+    unlock: Unlock = "last format"
+    """Format of `]`: that of `[` or of a data format set since; only that of `[`; any format."""
     self_test_s: float = 1.0
     """Duration of the self-test: the LED comes on "for approximately 1 second"."""
     recalculation_s: float = 1.0

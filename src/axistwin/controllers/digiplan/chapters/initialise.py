@@ -86,6 +86,8 @@ def set_data_format(state: State) -> Procedure:
         buffer.open()
     if not state.locked:
         state.calculate_ramp()
+    elif state.options.unlock != "lock format":
+        state.lock = None  # the new format is now the lock's
 
 
 def _data_format(state: State) -> Procedure:
