@@ -1,5 +1,6 @@
 """PV Access by p4p: the same records as normative types, NTScalar and NTEnum."""
 
+import os
 import time
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
@@ -130,15 +131,19 @@ class PvAccess:
     async def open(self) -> Server:
         """Start a server that publishes the state of the motors.  Return the server.
 
-        The server serves clients until the caller stops the server.
+        The server serves clients until the caller stops the server.  Raises OSError if it cannot listen.
         """
         for motor in self._motors:
             await motor.post("", None)
         here = all(address == LOOPBACK for address in self._addresses)
-        given = {"EPICS_PVAS_INTF_ADDR_LIST": " ".join(self._addresses)}
+        given = {name: value for name, value in os.environ.items() if name.startswith("EPICS_PVA")}
+        given |= {"EPICS_PVAS_INTF_ADDR_LIST": " ".join(self._addresses)}
         if here:
             # Send EPICS beacons (announcements of the server) only to this computer.
             given |= {"EPICS_PVAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_PVAS_BEACON_ADDR_LIST": LOOPBACK}
         if self._port is not None:
             given |= {"EPICS_PVAS_SERVER_PORT": str(self._port), "EPICS_PVAS_BROADCAST_PORT": str(self._port + 1)}
-        return Server(providers=[self._channels], conf=given, useenv=True)
+        try:
+            return Server(providers=[self._channels], conf=given, useenv=False)  # with useenv the environment would win
+        except RuntimeError as error:
+            raise OSError(str(error)) from None
