@@ -178,8 +178,8 @@ def _load(path: Path) -> "pa.Table":
     if marked and summed != data[at : at + DIGITS]:
         raise _damaged(path)
     try:
-        # A thread of Arrow that still holds `data` at the end of Python aborts the process.
-        found = pq.read_table(pa.BufferReader(data), use_threads=False, pre_buffer=False)
+        # `pq.read_table` has threads, and one that still holds `data` at the end of Python aborts the process.
+        found = pq.ParquetFile(pa.BufferReader(data)).read(use_threads=False)
         about = found.schema.metadata or {}
         if PLAN not in about:
             raise TraceError(f"{path} contains no results of a sweep: expected a file written by 'axistwin sweep'")
