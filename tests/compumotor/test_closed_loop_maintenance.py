@@ -12,7 +12,7 @@ from axistwin.bench import Controller
 from axistwin.units import MS
 
 from .programs import AT_ONCE, joystick_pulses, number, start, tracked
-from .talking import complete, default, i32, messages, position, send, send_all
+from .talking import complete, default, i32, messages, position, ready, send, send_all
 
 USER_BIT = 0x01
 
@@ -297,6 +297,36 @@ def test_the_deadband_is_left_by_a_move_and_reached_by_its_end(bench):
     assert bench.run_until(lambda: not board.bus.read(1) & USER_BIT, 1)
     assert bench.run_until(lambda: board.bus.read(1) & USER_BIT, 1)
     assert bench.now - began == 194 * MS
+
+
+@pytest.mark.parametrize("define", [(0x30,), (0x2F, *i32(7))], ids=["30h", "2Fh"])
+def test_a_position_that_is_defined_anew_is_in_the_deadband(bench, define):
+    """30h, 2Fh make the present position the desired one, so that 99h is 0 and the bit follows at once."""
+    board = tracked(bench)
+    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF))
+    push(board, -10)
+    assert not board.bus.read(1) & USER_BIT
+    send(bench, board, *define)
+    assert (number(bench, board, 0x99), board.bus.read(1) & USER_BIT) == (0, 1)
+
+
+@pytest.mark.parametrize("last", [(0x0F, 0, 0x80, 0xFF), (0xB5, 0, 0, 0, 5)], ids=["0Fh", "B5h"])
+def test_the_deadband_is_followed_from_the_middle_of_a_move_on(bench, last):
+    """0Fh, B5h in motion, without B0h: the bit is right at once, when the deadband is left, and at the end.
+
+    At 100 pulses/s the deadband of 5 encoder pulses, 31.25 pulses here, is left after 0.3125 s.
+    """
+    board = ready(bench, motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25000}})
+    commands = {(0x0F, 0, 0x80, 0xFF), (0xB5, 0, 0, 0, 5)}
+    default(bench, board, 100, 100_000)
+    send(bench, board, *(commands - {last}).pop())
+    start(bench, board, 0x33, *i32(200))
+    send(bench, board, *last, seconds=0.2)
+    assert board.bus.read(1) & USER_BIT
+    bench.run(0.2)
+    assert not board.bus.read(1) & USER_BIT
+    bench.run(2)
+    assert board.bus.read(1) & USER_BIT
 
 
 def test_maintenance_goes_on_to_no_error_at_all_whatever_the_deadband(bench, board):

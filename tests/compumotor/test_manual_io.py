@@ -160,6 +160,30 @@ def test_an_enabled_joystick_is_a_move(bench, board):
     assert (position(bench, board), board.axes["motor"].position) == (71, 71), "CW is still +"
 
 
+def test_a_shutdown_input_that_is_active_before_the_joystick_is_enabled_acts_at_once(bench, board):
+    """SHUTDOWN IN: "can cause the REMOTE SHUTDOWN signal on the MOTOR/DRIVER connector to become active"."""
+    board.pins["shutdown_in"].drive(False)
+    send(bench, board, 0x11, seconds=0.02)
+    assert board.pins["shutdown"].level
+    send(bench, board, 0x10, seconds=0.02)
+    assert not board.pins["shutdown"].level
+
+
+def test_direction_follows_direction_in_before_the_first_step(bench, board):
+    """DIRECTION IN: "preceded and followed by an active AT ZERO": the drive has 4 ms before the first pulse."""
+    pins = board.pins
+    pins["at_zero"].drive(True)
+    pins["direction_in"].drive(True)
+    assert not pins["direction"].level
+    send(bench, board, 0x11, seconds=0.02)
+    assert pins["direction"].level
+    pins["direction_in"].drive(False)
+    assert not pins["direction"].level
+    send(bench, board, 0x10, seconds=0.02)
+    pins["direction_in"].drive(True)
+    assert not pins["direction"].level
+
+
 def test_no_joystick_in_motion_nor_in_shutdown(bench, board):
     """11h: "may not be enabled if the remote power shutdown is active or if motion is occuring"."""
     cruise(bench, board)

@@ -73,7 +73,16 @@ def test_what_is_no_command(text, column, message):
         ("90 50", "mode: indexer mode"),
         ("92 2a 00 02", "list sequence: wait seconds: time 2 s"),
         ("92", "list sequence: end of the list"),
+        (
+            "91 ce 00 00 00 00 00 64 00 00 00 c8",
+            (
+                "move parameters: define continuous move: move 0, ranges 00, velocity 100 units of range, "
+                "acceleration 200 units of range, direction 0"
+            ),
+        ),
         ("94 14", "triggers: 2, 4 high"),
+        ("95 00", "joystick request: yes, the input is low"),
+        ("95 ff", "joystick request: no, the input is high"),
         ("97 04", "outputs: 2 set"),
         ("a4", "interrupt at next end of motion"),
         ("51 01 04 00 00 00 64", "velocity-distance streaming mode: base clock 1, divisor 4, alarm 100 bytes"),

@@ -19,6 +19,7 @@ def define_position(board: State, position: int) -> None:
     """
     if not board.occupied:
         board.loop.define(position)
+        board.refresh()
 
 
 def go(kind: Kind, board: State, target: int) -> Procedure:
@@ -103,7 +104,7 @@ def set_deadband(board: State, deadband: int) -> None:
     State 80h is active while the error is within the deadband.  Valid on an 1811 only.
     """
     board.loop.deadband = deadband
-    board.outputs.refresh()
+    board.refresh()
 
 
 def relative_count(board: State) -> bytes:

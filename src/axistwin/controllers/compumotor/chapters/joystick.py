@@ -19,7 +19,13 @@ def enable_joystick(board: State) -> Procedure:
     if board.shutdown.on or board.moving:
         return
     board.motion.end = None
-    yield from board.joystick.control(board.clock.event())
+    disabled = board.clock.event()
+    board.joystick.enable(disabled)
+    board.refresh()
+    try:
+        yield disabled
+    finally:
+        board.joystick.disable()
     board.refresh()
 
 

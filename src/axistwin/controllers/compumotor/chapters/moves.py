@@ -74,6 +74,7 @@ def define_zero(board: State) -> None:
     define_position(board, 0)
     if not board.occupied:
         board.loop.define(0)
+        board.refresh()
 
 
 def go_relative(board: State, distance: int) -> Procedure:

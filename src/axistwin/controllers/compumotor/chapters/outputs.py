@@ -32,6 +32,7 @@ def show_state(board: State, bit: int, state: int, active_high: bool) -> None:
     Undefined state codes are ignored.
     """
     board.outputs.track(bit, state, active_high)
+    board.refresh()
 
 
 def request_outputs(board: State) -> bytes:

@@ -216,14 +216,21 @@ def _bits(names: Iterable[str], byte: int) -> str:
 
 
 def _of_a_command(data: bytes) -> str:
-    return Words(COMMANDS_1811).explain(data) if data[0] else "end of the list"
+    """Explain a stored command; the default move has the number 0, which no host may send."""
+    command = COMMANDS_1811.get(data[0])
+    if not data[0]:
+        return "end of the list"
+    if not isinstance(command, language.Opcode):
+        return "means nothing"
+    return _sentence(command.name, _values(command.fields, data[1:]))
 
 
 SPECIAL: dict[int, Callable[[bytes], str]] = {
     **dict.fromkeys((0x84, 0x8B), lambda data: "-" if data[0] else "+"),
     0x88: lambda data: _bits(STATUS, data[0]),
     0x89: lambda data: LIMITS.get(data[0], f"{data[0]:02X}"),
-    **dict.fromkeys((0x8A, 0x8C, 0x8D, 0x8E, 0x8F, 0x93, 0x95, 0x96), lambda data: "yes" if data[0] else "no"),
+    **dict.fromkeys((0x8A, 0x8C, 0x8D, 0x8E, 0x8F, 0x93, 0x96), lambda data: "yes" if data[0] else "no"),
+    0x95: lambda data: "no, the input is high" if data[0] else "yes, the input is low",
     **dict.fromkeys((0x90, 0x91, 0x92), _of_a_command),
     0x94: lambda data: f"{_bits(('', '', '2', '3', '4', '5'), data[0])} high",
     0x97: lambda data: f"{_bits(('', '1', '2'), data[0])} set",

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from axistwin.controllers.compumotor.parts.pulses import PulseGenerator
-from axistwin.sim.clock import Event, Procedure
+from axistwin.sim.clock import Event
 from axistwin.sim.pins import Pin
 
 
@@ -22,6 +22,7 @@ class Joystick:
         self._moved = False
         self._unsubscribe = [
             pins["step_in"].subscribe(self._step),
+            pins["direction_in"].subscribe(lambda pin: self._face()),
             pins["at_zero"].subscribe(lambda pin: self._update()),
         ]
 
@@ -36,20 +37,18 @@ class Joystick:
         """True while the joystick is enabled and moves the motor."""
         return self.enabled and not self._pins["at_zero"].level
 
-    def control(self, disabled: Event) -> Procedure:
-        """Let the joystick control the motor until the event `disabled` occurs.
-
-        Joystick control also ends when the command "enable joystick" (11h) is discontinued.
-        """
+    def enable(self, disabled: Event) -> None:
+        """Let the joystick control the motor.  `disabled`: event with which command 10h ends this."""
         self.enabled, self.disabled = True, disabled
         self._pins["remote_acknowledge"].set(True)
+        self._face()
         self._update()
-        try:
-            yield disabled
-        finally:
-            self.enabled = False
-            self._pins["remote_acknowledge"].set(False)
-            self._update()
+
+    def disable(self) -> None:
+        """End the control of the motor by the joystick."""
+        self.enabled = False
+        self._pins["remote_acknowledge"].set(False)
+        self._update()
 
     def _update(self) -> None:
         if self.moving is not self._moved:
@@ -58,10 +57,13 @@ class Joystick:
                 self._pulses.leave_zero()
             self.on_move(self._moved)
 
+    def _face(self) -> None:
+        if self.enabled:
+            self._pulses.face(+1 if self._pins["direction_in"].level is self._pulses.cw_is_plus else -1)
+
     def _step(self, pin: Pin) -> None:
         if self.enabled and pin.level:
-            cw = self._pins["direction_in"].level
-            self._pulses.face(+1 if cw is self._pulses.cw_is_plus else -1)
+            self._face()
             self._pulses.pulse()
 
 
