@@ -153,23 +153,28 @@ class _Circuit(VirtualCircuit):
     async def subscription_queue_loop(self) -> None:
         """Send updates until the client disconnects.  All updates that wait in the queue are sent together."""
         self.events_on.set()
-        queue: asyncio.Queue[Callable[[], EventAddResponse | None]] = self.subscription_queue
-        while True:
-            found = [await queue.get()]
-            while not queue.empty():
-                found.append(queue.get_nowait())
-            wanted = {sub.subscriptionid for subs in self.subscriptions.values() for sub in subs}
-            updates = [update for reference in found if (update := reference()) is not None]
-            try:
-                await self.send(*(update for update in updates if update.subscriptionid in wanted))
-            except DisconnectedCircuit:
-                await self._on_disconnect()
-                self.circuit.disconnect()
-                await self.context.circuit_disconnected(self)
-                return
-            finally:
-                for _ in found:
-                    queue.task_done()
+        try:
+            while True:
+                await self._send_updates([await self.subscription_queue.get()])
+        except (DisconnectedCircuit, asyncio.CancelledError):
+            return  # The caller of `cancel` waits for the end, and would end with a CancelledError.
+
+    async def _send_updates(self, found: list[Callable[[], EventAddResponse | None]]) -> None:
+        while not self.subscription_queue.empty():
+            found.append(self.subscription_queue.get_nowait())
+        wanted = {sub.subscriptionid for subs in self.subscriptions.values() for sub in subs}
+        updates = [update for reference in found if (update := reference()) is not None]
+        try:
+            await self.send(*(update for update in updates if update.subscriptionid in wanted))
+        finally:
+            for _ in found:
+                self.subscription_queue.task_done()
+
+    async def _on_disconnect(self) -> None:
+        await super()._on_disconnect()
+        while not self.subscription_queue.empty():  # else `send` would wait for ever for updates that nobody sends
+            self.subscription_queue.get_nowait()
+            self.subscription_queue.task_done()
 
 
 class _Context(Context):
