@@ -8,6 +8,7 @@ Needs the extra `[ophyd]`.
 """
 
 from collections.abc import AsyncGenerator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from bluesky.protocols import Location, Stoppable, Triggerable
@@ -23,7 +24,7 @@ from ophyd_async.core import (
 
 from axistwin.drivers.asynchronous import AsyncAxis, AsyncController
 from axistwin.drivers.axis import Scale, Status
-from axistwin.drivers.blocking import nothing
+from axistwin.drivers.blocking import arrived, nothing
 from axistwin.drivers.errors import RefusedError
 from axistwin.drivers.models import make
 
@@ -84,6 +85,8 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
 
     def __init__(self, controller: Controller, axis: AsyncAxis, name: str, poll_s: float) -> None:
         self.controller, self.axis, self._poll_s = controller, axis, poll_s
+        self._stopped_well = False
+        """True after a `stop` that counts as the success of the move."""
         unit = axis.scale.unit
         with self.add_children_as_readables(StandardReadableFormat.HINTED_SIGNAL):
             self.readback, self._set_readback = soft_signal_r_and_setter(float, units=unit)
@@ -122,22 +125,30 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
 
     @WatchableAsyncStatus.wrap
     async def set(self, value: float) -> AsyncGenerator[WatcherUpdate[float]]:
-        """Move to a position and wait for the end of the move.  Raises RefusedError if a fault ends the move."""
+        """Move to a position and wait for the arrival.
+
+        Raises StoppedError if a limit, a fault, another host, a stop or another move ends the move.
+        """
         initial = (await self._update()).position
+        self._stopped_well = False
         await self.axis.move_to(value)
+        target = self.axis.core.target
         while True:
             status = await self._update()
             yield WatcherUpdate(status.position, initial, value, self.name, self.axis.scale.unit)
             if not status.moving:
                 break
             await self.controller.driver.clock.pause(self._poll_s)
-        if status.faults:
-            raise RefusedError(
-                f"{self.name} stopped at {status.position:g} because of faults: {'; '.join(map(str, status.faults))}"
-            )
+        if self.axis.core.target != target and not self._stopped_well:
+            status = replace(status, missed="the target was not reached (a stop or another move ended the move)")
+        arrived(self.name, status)
 
-    async def stop(self, success: bool = False) -> None:  # noqa: ARG002  # the move that is stopped reports its end
-        """Decelerate the axis and wait until the axis is at rest."""
+    async def stop(self, success: bool = False) -> None:
+        """Decelerate the axis and wait until the axis is at rest.
+
+        `success`: True if the move that is stopped counts as successful.
+        """
+        self._stopped_well = success
         await self.axis.stop()
         while (await self._update()).moving:
             await self.controller.driver.clock.pause(self._poll_s)

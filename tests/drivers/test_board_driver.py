@@ -2,7 +2,16 @@
 
 import pytest
 
-from axistwin.drivers import MESSAGE, BusyError, PositionLostError, RefusedError, SilentError, WrongAnswerError, connect
+from axistwin.drivers import (
+    MESSAGE,
+    BusyError,
+    PositionLostError,
+    RefusedError,
+    SilentError,
+    StoppedError,
+    WrongAnswerError,
+    connect,
+)
 
 
 @pytest.fixture(params=[False, True], ids=["polling", "interrupts"])
@@ -211,8 +220,9 @@ def test_a_home_that_is_not_found_is_a_fault(ports):
         motor = board.axes["motor"]
         motor.set_profile(velocity=2000, acceleration=100_000)
         motor.home(1)
-        status = motor.wait(50)
-        assert status.faults[0].name == "home not found" and status.position == true_position(twin)
+        with pytest.raises(StoppedError, match="home not found: check the home switch") as error:
+            motor.wait(50)
+        assert error.value.status.position == true_position(twin)
         motor.clear_faults()
         assert not motor.status().faults
         motor.set_profile(acceleration=0)

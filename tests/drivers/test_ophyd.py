@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 import axistwin
-from axistwin.drivers import RefusedError, SilentError
+from axistwin.drivers import RefusedError, SilentError, StoppedError
 from axistwin.errors import UsageError
 from axistwin.integrations import driver_inside
 
@@ -63,6 +63,32 @@ def test_a_move_that_a_limit_ends_fails(ophyd):
 
     with axistwin.serve("if1", speed=20.0, X={"limits": [-1000, 500]}) as twin:
         asyncio.run(session(twin))
+
+
+@pytest.mark.parametrize(("success", "ends"), [(None, "program stopped it"), (False, "or another move"), (True, "")])
+def test_a_move_that_something_stops_fails(ophyd, success, ends):
+    """None: another host stops the motor; else an own stop, which may count as a success of the move."""
+
+    async def session():
+        bench = axistwin.Bench()
+        bench.add("smartmotor")
+        motor = ophyd.Controller.inside(bench, "smartmotor").motor("shaft", name="m")
+        await motor.connect()
+        move = motor.set(8000)
+        while (await motor.locate())["readback"] < 2000:
+            pass
+        if success is None:
+            await motor.controller.driver.send(b"", "X")
+        else:
+            await motor.stop(success)
+        if success:
+            await move
+        else:
+            with pytest.raises(StoppedError, match=ends):
+                await move
+        assert 2000 < (await motor.locate())["readback"] < 8000
+
+    asyncio.run(session())
 
 
 def scan_inside(ophyd, model, axis, points):

@@ -13,6 +13,7 @@ from axistwin.drivers import (
     PositionLostError,
     RefusedError,
     SilentError,
+    StoppedError,
     WrongAnswerError,
     connect,
     make,
@@ -145,7 +146,9 @@ def test_a_home_that_is_interrupted_keeps_the_position(twin, motor):
     shaft.set_profile(velocity=50)
     shaft.home(1)
     motor.send(b"", "S")  # a stop, as at a limit
-    assert shaft.wait(25).position == true_position(twin)
+    with pytest.raises(StoppedError, match="home was not found"):
+        shaft.wait(25)
+    assert shaft.position() == true_position(twin)
 
 
 def test_a_program_that_is_not_stored_and_one_that_is_not_sent(ports):

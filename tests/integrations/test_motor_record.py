@@ -185,7 +185,9 @@ def test_a_paused_move_continues_and_move_pauses_after_it():
         waiting = asyncio.create_task(motor.put("VAL", 0))
         await lab.until("motor", DMOV=0)
         await motor.put("STOP", 1)
-        await waiting
+        with pytest.raises(RefusedError, match="a client stopped the axis"):
+            await waiting
+        assert (motor.values["MISS"], motor.values["STAT"]) == (1, "STATE")
         assert (motor.values["VAL"], motor.values["RBV"], motor.values["DMOV"]) == (20_000, 20_000, 1)
         jog = asyncio.create_task(motor.put("SPMG", "Go"))
         await jog
@@ -203,7 +205,10 @@ def test_a_new_target_replaces_the_one_before():
         motor = lab.records["motor"]
         first = asyncio.create_task(motor.put("VAL", 1_000_000))
         await lab.until("motor", MOVN=1)
-        await asyncio.gather(first, motor.put("VAL", -100))
+        await motor.put("VAL", -100)
+        with pytest.raises(RefusedError, match="another request replaced the motion"):
+            await first
+        assert motor.values["MISS"] == motor.values["SEVR"] == 0
         assert lab.values("DMOV") == [0, 1]
         assert motor.values["RBV"] == motor.values["VAL"] == lab.bench["1811"].axes["motor"].position == -100
 
@@ -231,7 +236,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
 def test_a_limit_switch_a_fault_and_a_lost_position_are_alarms():
     async def session(lab):
         x, if1, core = lab.records["X"], lab.bench["if1"], lab.machine.stations[0].driver.core
-        with pytest.raises(RefusedError, match=r"X stopped before its target: limit: call clear_faults"):
+        with pytest.raises(RefusedError, match=r"X stopped: the target was not reached \(limit: call clear_faults"):
             await x.put("VAL", 5000)
         await lab.until("X", HLS=1, DMOV=1)
         assert x.values["VAL"] == x.values["RBV"] == if1.axes["X"].position
@@ -263,7 +268,7 @@ def test_home_switches_and_a_search_that_fails():
         search = asyncio.create_task(motor.put("HOMF", 1))
         await lab.until("motor", MOVN=1)
         await motor.put("STOP", 1)
-        with pytest.raises(RefusedError, match="home"):
+        with pytest.raises(RefusedError, match="a client stopped the axis"):
             await search
 
     run(session, motor={"home": [-600, -500]})
@@ -341,3 +346,28 @@ def test_motors_of_a_chain_are_axes_of_one_station():
         assert {"shaft1.A", "shaft2.G", "shaft2.a"} < set(names)
 
     asyncio.run(session())
+
+
+@pytest.mark.parametrize("model", ["1811", "if1", "smartmotor"])
+def test_a_stop_by_another_host_fails_the_move_and_is_an_alarm(model):
+    async def session(lab):
+        (record, *_), driver = lab.records.values(), lab.machine.stations[0].driver
+        axis = lab.bench[model].axes[record.name]
+        stop = {
+            "1811": lambda: driver.core._send_command(0x70),
+            "if1": lambda: driver.core.message("#"),
+            "smartmotor": lambda: driver.core.send(b"", "X"),
+        }[model]
+        move = asyncio.create_task(record.put("VAL", 90_000))
+        await lab.until(record.name, MOVN=1)
+        await driver.run(stop())
+        with pytest.raises(RefusedError, match="another host or program stopped it"):
+            await move
+        assert record.values["VAL"] == record.values["RBV"] == axis.position < 90_000
+        assert (record.values["SEVR"], record.values["MISS"]) == (2, 1) and "another host" in record.values["FAULT"]
+        posted = [field for _, field, value in lab.seen if (field, value) in (("SEVR", 2), ("DMOV", 1))]
+        assert posted[-2:] == ["SEVR", "DMOV"]  # ophyd looks at the alarm when DMOV becomes 1
+        await record.put("VAL", record.values["RBV"] + 100)
+        assert (record.values["SEVR"], record.values["MISS"], record.values["FAULT"]) == (0, 0, "")
+
+    run(session, model=model)

@@ -23,6 +23,7 @@ from axistwin.drivers.errors import (
     PositionLostError,
     RefusedError,
     SilentError,
+    StoppedError,
     WrongAnswerError,
 )
 from axistwin.drivers.estimate import Trapezoid
@@ -32,5 +33,5 @@ from axistwin.drivers.steps import Pause
 __all__ = [
     "MESSAGE", "MODELS", "AsyncAxis", "AsyncController", "Axis", "BlockingAxis", "BusyError", "Controller",
     "DriverError", "Fault", "Pause", "PortError", "PositionLostError", "RefusedError", "Scale", "SerialPort",
-    "SilentError", "Status", "Trapezoid", "WrongAnswerError", "connect", "connect_async", "make",
+    "SilentError", "Status", "StoppedError", "Trapezoid", "WrongAnswerError", "connect", "connect_async", "make",
 ]  # fmt: skip

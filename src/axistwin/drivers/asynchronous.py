@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, Protocol, Self
 
 from axistwin.drivers.axis import Status
-from axistwin.drivers.blocking import POLL_S, SerialPort, nothing, set_profile, still_moving
+from axistwin.drivers.blocking import POLL_S, SerialPort, arrived, nothing, set_profile, still_moving
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError, opening_fault
 from axistwin.drivers.models import make
@@ -271,13 +271,14 @@ class AsyncAxis(ScaledAxis):
         set_profile(self.core, velocity, acceleration)
 
     async def wait(self, timeout: float, poll: float = POLL_S) -> Status:
-        """Wait for the end of a motion, and return the status of the axis.
+        """Wait until the axis has arrived, and return its status.
 
-        Raises SilentError if the axis is still moving after `timeout` seconds.
+        A move arrives at its target, a search for home at home; a run, `stop` and `abort` end at rest.  Raises
+        SilentError if the axis is still moving after `timeout` seconds, and StoppedError if it stops elsewhere.
         """
         end = self.controller.clock.time() + timeout
         while (status := await self.status()).moving:
             if self.controller.clock.time() > end:
                 raise still_moving(name=self.name, timeout=timeout)
             await self.controller.clock.pause(poll)
-        return status
+        return arrived(self.name, status)

@@ -1,6 +1,6 @@
 """The status and the functions that the axes of all controllers have."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from axistwin.drivers.errors import PositionLostError
@@ -44,6 +44,11 @@ class Status:
     """Faults since the last `clear_faults`."""
     lost: str = ""
     """Reason why the position is not known; "" if the position is known."""
+    missed: str = ""
+    """Reason why an axis at rest is not at the target of its last move, or has not found home.
+
+    "" during a motion, at the target, and after a run, `stop`, `abort` or `set_position`.
+    """
 
     def known_position(self) -> float:
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
@@ -72,17 +77,13 @@ class Scale:
         """Convert the positions and the velocity in `raw` from counts to the user's unit, e.g. mm."""
         k = self.counts_per_unit
         reversed_ = k < 0
-        return Status(
-            raw.position / k,
-            raw.setpoint / k,
-            raw.velocity / k,
-            raw.moving,
-            raw.estimated,
-            raw.limit_minus if reversed_ else raw.limit_plus,
-            raw.limit_plus if reversed_ else raw.limit_minus,
-            raw.at_home,
-            raw.faults,
-            raw.lost,
+        return replace(
+            raw,
+            position=raw.position / k,
+            setpoint=raw.setpoint / k,
+            velocity=raw.velocity / k,
+            limit_plus=raw.limit_minus if reversed_ else raw.limit_plus,
+            limit_minus=raw.limit_plus if reversed_ else raw.limit_minus,
         )
 
 
@@ -132,4 +133,7 @@ class Axis(Protocol):
         """Set the velocity and acceleration of the next moves."""
 
     def wait(self, timeout: float) -> Status:
-        """Wait for the end of a motion."""
+        """Wait until the axis has arrived at the target of its move, has found home, or is at rest after a run.
+
+        Raises StoppedError if the axis stops elsewhere, unless `stop` or `abort` was called.
+        """

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError, SilentError, opening_fault
+from axistwin.drivers.errors import PortError, SilentError, StoppedError, opening_fault
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
@@ -202,16 +202,17 @@ class BlockingAxis(ScaledAxis):
         set_profile(self.core, velocity, acceleration)
 
     def wait(self, timeout: float, poll: float = POLL_S) -> Status:
-        """Wait for the end of a motion, and return the status of the axis.
+        """Wait until the axis has arrived, and return its status.
 
-        Raises SilentError if the axis is still moving after `timeout` seconds.
+        A move arrives at its target, a search for home at home; a run, `stop` and `abort` end at rest.  Raises
+        SilentError if the axis is still moving after `timeout` seconds, and StoppedError if it stops elsewhere.
         """
         end = time.monotonic() + timeout
         while (status := self.status()).moving:
             if time.monotonic() > end:
                 raise still_moving(name=self.name, timeout=timeout)
             time.sleep(poll)
-        return status
+        return arrived(self.name, status)
 
 
 def set_profile(core: AxisCore, velocity: float | None, acceleration: float | None) -> None:
@@ -220,6 +221,13 @@ def set_profile(core: AxisCore, velocity: float | None, acceleration: float | No
         core.velocity = core.scale.rate(velocity)
     if acceleration is not None:
         core.acceleration = core.scale.rate(acceleration)
+
+
+def arrived(name: str, status: Status) -> Status:
+    """Return the status of an axis at rest.  Raises StoppedError if the axis has not arrived."""
+    if status.missed:
+        raise StoppedError(name, status)
+    return status
 
 
 def still_moving(name: str, timeout: float) -> SilentError:

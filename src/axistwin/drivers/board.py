@@ -23,6 +23,8 @@ BEGIN_S = 0.1
 """Seconds after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
 SEVEN, STREAM_BYTES = 7, 14
 """Velocities in one command (E1h), and their bytes in the streaming buffer."""
+MOTIONS = range(0x32, 0x80)
+"""Commands that begin or end a motion."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
 NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
 FAIL = Fault("board failure", "call reset; the position is then lost")
@@ -167,6 +169,8 @@ class Board(Core):
     def command(self, opcode: int, *parameters: int) -> Procedure[None]:
         """Send a command, e.g. `command(0x0B, 1)` to set output 1."""
         yield from self._status_until(READY)
+        if opcode in MOTIONS:
+            self.motor._aim(None)
         yield from self._send_command(opcode, *parameters)
 
     def _send_command(self, opcode: int, *parameters: int) -> Procedure[None]:
@@ -318,14 +322,13 @@ class Motor(AxisCore):
         self._board = board
         self._profile: tuple[int, int] | None = None
         self._homing, self._home_failed = False, False
-        self._target: int | None = None
         self._begin_by: float | None = None
         self._has_moved = False
         self._home_from = 0
 
     def forget(self) -> None:
         """Discard the driver's data about the motion, because a reset of the board has ended the motion."""
-        self._profile, self._target, self._homing = None, None, False
+        self._profile, self._begin_by, self._homing = None, None, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
         """Encode the velocity and the acceleration of a move for a command.
@@ -371,7 +374,8 @@ class Motor(AxisCore):
                 sign = "+" if distance > 0 else "-"
                 raise RefusedError(f"the {sign} limit is active: move in the other direction")
             yield from self._board.command(0x33, *four(distance))
-            self._target, self._begin_by = target, (yield Clock()) + BEGIN_S
+            self._begin_by = (yield Clock()) + BEGIN_S
+        self._aim(target, faults=self._own_faults())
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
@@ -389,7 +393,7 @@ class Motor(AxisCore):
         ranges, numbers = self._numbers(abs(velocity))
         yield from self._board.command(0xCE, MOVE_ID, ranges, *numbers, 0 if velocity > 0 else 1)
         yield from self._board.command(0x40, MOVE_ID)
-        self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
+        self._begin_by = (yield Clock()) + BEGIN_S
 
     def stop(self) -> Procedure[None]:
         """Decelerate the motor to a standstill."""
@@ -409,7 +413,8 @@ class Motor(AxisCore):
         yield from self._board.command(0x39, 0 if direction > 0 else 1)
         self._homing, self._home_failed, self._has_moved = True, False, False
         self._home_from = start
-        self._target, self._begin_by = None, (yield Clock()) + BEGIN_S
+        self._aim(None, seeking=True)
+        self._begin_by = (yield Clock()) + BEGIN_S
 
     def status(self) -> Procedure[Status]:
         """Return the state of the motor."""
@@ -424,23 +429,28 @@ class Motor(AxisCore):
             velocity = (yield from self._velocity()) if moving else 0.0
             moving = yield from self._pending(moving, position)
         except FailedError:
-            return Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed")
+            return self._judged(Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed"))
         if not moving and self._homing:
             self._has_moved |= position != self._home_from
             yield from self._homed()
             position = yield from self._position()
-        return Status(
-            position,
-            self.setpoint,
-            0.0 - velocity if bits & 8 else velocity,
-            moving,
-            False,
-            bool(bits & 1),
-            bool(bits & 2),
-            bool(bits & 4),
-            (NOT_FOUND,) if self._home_failed else (),
-            board._lost,
+        return self._judged(
+            Status(
+                position,
+                self.setpoint,
+                0.0 - velocity if bits & 8 else velocity,
+                moving,
+                False,
+                bool(bits & 1),
+                bool(bits & 2),
+                bool(bits & 4),
+                self._own_faults(),
+                board._lost,
+            )
         )
+
+    def _own_faults(self) -> tuple[Fault, ...]:
+        return (NOT_FOUND,) if self._home_failed else ()
 
     def _velocity(self) -> Procedure[float]:
         found = yield from self._board.request(0x85)
@@ -456,7 +466,7 @@ class Motor(AxisCore):
             self._has_moved = True
             # A search for HOME consists of several motions, so the end of a motion may not be the end of the search.
             self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
-        elif self._begin_by is not None and position != self._target and (yield Clock()) < self._begin_by:
+        elif self._begin_by is not None and position != self.target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
             return True
         else:
@@ -468,7 +478,7 @@ class Motor(AxisCore):
         self._homing = False
         if signed((yield from self._board.request(0x82))[:6]) == 0 and self._has_moved:
             yield from self._define(0)
-            self.setpoint = 0
+            self.setpoint, self._seeking = 0, False
         else:
             self._home_failed = True
 
@@ -482,6 +492,7 @@ class Motor(AxisCore):
             raise BusyError("the motor is moving: the position can only be set at rest")
         yield from self._define(position)
         self.setpoint = position
+        self._aim(None)
 
     def clear_faults(self) -> Procedure[None]:
         """Clear the fault `home not found`, which the driver reports after an unsuccessful homing."""

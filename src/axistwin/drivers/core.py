@@ -1,9 +1,10 @@
 """Base classes of the protocol cores."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
-from axistwin.drivers.axis import Scale, Status
+from axistwin.drivers.axis import Fault, Scale, Status
 from axistwin.drivers.errors import DriverError, SilentError, WrongAnswerError
 from axistwin.drivers.steps import Procedure, Read, T
 
@@ -129,8 +130,34 @@ class AxisCore(ABC):
         """Largest distance of a position from 0, in counts."""
         self.scale = Scale()
         self.setpoint = 0
+        self.target: int | None = None
+        """End of the last move; None after a run, a search for home, a stop or a new definition of the position."""
+        self._seeking = False
+        """True from the beginning of a search for home until home is found."""
+        self._old_faults: tuple[Fault, ...] = ()
         self.exact = exact
         """True if the position read in motion is exact."""
+
+    def _aim(self, target: int | None, *, seeking: bool = False, faults: tuple[Fault, ...] = ()) -> None:
+        """Note what a motion is to reach; `faults`: the faults before it."""
+        self.target, self._seeking, self._old_faults = target, seeking, faults
+
+    def _judged(self, status: Status, *, off: float | None = None) -> Status:
+        """Add to the status of an axis at rest the reason why the axis has not arrived.
+
+        `off`: distance from the target in counts; None: that of the position.
+        """
+        if status.moving or (self.target is None and not self._seeking):
+            return status
+        if off is None and self.target is not None:
+            off = status.position - self.target
+        new = [fault for fault in status.faults if fault not in self._old_faults]
+        if not off and not new and not status.lost and not self._seeking:
+            return status
+        aim = (
+            "home was not found" if self._seeking else "the target was not reached" if off else "a fault at the target"
+        )
+        return replace(status, missed=f"{aim} ({_cause(status, new)})")
 
     @abstractmethod
     def move_to(self, target: int) -> Procedure[None]:
@@ -167,6 +194,18 @@ class AxisCore(ABC):
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:
         """Clear the faults whose cause no longer exists."""
+
+
+def _cause(status: Status, new: Sequence[Fault]) -> str:
+    """Return why an axis may have stopped, with a remedy."""
+    if status.lost:
+        return f"{status.lost}: home the axis, or call set_position"
+    if faults := new or status.faults:
+        return "; ".join(map(str, faults))
+    if status.limit_plus or status.limit_minus:
+        sign = "+" if status.limit_plus else "-"
+        return f"the {sign} limit is active: move in the other direction"
+    return "another host or program stopped it: begin the motion again"
 
 
 def shown(data: bytes | bytearray) -> str:

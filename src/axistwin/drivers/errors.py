@@ -1,6 +1,10 @@
 """Errors of a driver: each message is one line with the fault and its remedy."""
 
 import os
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from axistwin.drivers.axis import Status
 
 
 class DriverError(Exception):
@@ -54,6 +58,17 @@ class RefusedError(DriverError):
 
 class BusyError(RefusedError):
     """Raised for a command that is not possible during a motion."""
+
+
+class StoppedError(RefusedError):
+    """Raised if a move or a search for home has ended elsewhere.
+
+    `status`: the status of the axis at rest.
+    """
+
+    def __init__(self, name: str, status: "Status") -> None:
+        super().__init__(f"axis {name} stopped at {status.position:g}: {status.missed}")
+        self.status = status
 
 
 class PositionLostError(DriverError):

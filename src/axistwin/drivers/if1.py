@@ -279,11 +279,15 @@ class IF1(Core):
         else:
             for name, sign in move.signs.items():
                 state.positions[name] += sign * steps
-        if move is not None and move.homing and not move.stopped and not state.latched & ~COMMUNICATION:
+        if move is not None and move.homing and not move.stopped and self._at_home():
             for name in move.signs:
                 state.positions[name] = self.axes[name].setpoint = 0
+                self.axes[name]._aim(None)
                 state.lost.pop(name, None)
         state.counted, self._move = steps, None
+
+    def _at_home(self) -> bool:
+        return self.home_input is not None and not self._state.inputs & I_INPUTS[self.home_input]
 
     @staticmethod
     def _cannot_be_of(move: Move, steps: int, bits: int) -> bool:
@@ -295,6 +299,9 @@ class IF1(Core):
         """Begin a motion.  Raises RefusedError if the controller does not accept the message."""
         yield from self._ready_for(set(signs.values()))
         counted = self._state.counted
+        for name, sign in signs.items():
+            target = None if distance is None else self._state.positions[name] + sign * distance
+            self.axes[name]._aim(target, faults=self._faults())
         yield from self.message(text)
         acceleration = (self._ramp or 1) * 1000.0
         profile = Trapezoid(speed, acceleration, distance)
@@ -302,6 +309,8 @@ class IF1(Core):
         bits = yield from self._motion()
         if self._state.communication and not bits & MOVING:
             self._move = None
+            for name in signs:
+                self.axes[name]._aim(None)
             fault = self._communication_faults()[0]
             self._state.communication, self._state.latched = 0, self._state.latched & ~COMMUNICATION
             raise RefusedError(f"the IF1 refused the message {text} ({fault.name}): {fault.remedy}")
@@ -326,6 +335,8 @@ class IF1(Core):
 
     def stop(self) -> Procedure[None]:
         """Decelerate all axes to a standstill, and end the running sequence, if any."""
+        for axis in self.axes.values():
+            axis._aim(None)
         yield from self.message("#")
         if self._move is not None:
             self._move.stopped = True
@@ -346,19 +357,19 @@ class IF1(Core):
             mine = True
             position += move.signs[axis.name] * move.made
             velocity = move.signs[axis.name] * move.profile.velocity
-        inputs = state.inputs
-        home = self.home_input is not None and not inputs & I_INPUTS[self.home_input]
-        return Status(
-            position,
-            axis.setpoint,
-            velocity,
-            mine,
-            mine,
-            bool(inputs & I_PLUS),
-            bool(inputs & I_MINUS),
-            home,
-            self._faults(),
-            state.lost.get(axis.name, ""),
+        return axis._judged(
+            Status(
+                position,
+                axis.setpoint,
+                velocity,
+                mine,
+                mine,
+                bool(state.inputs & I_PLUS),
+                bool(state.inputs & I_MINUS),
+                self._at_home(),
+                self._faults(),
+                state.lost.get(axis.name, ""),
+            )
         )
 
     def _faults(self) -> tuple[Fault, ...]:
@@ -379,6 +390,7 @@ class IF1(Core):
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: the position can only be set at rest")
         self._state.positions[name] = self.axes[name].setpoint = position
+        self.axes[name]._aim(None)
         self._state.lost.pop(name, None)
 
     def position_of(self, name: str) -> int:
@@ -408,7 +420,7 @@ class IF1(Core):
             words = "".join(f"{name}{'+' if sign > 0 else '-'}" for name, sign in signs.items())
             yield from self.begin(signs, distance, speed, f"{words}{distance}@{speed}$")
         for name, target in targets.items():
-            self.axes[name].setpoint = target
+            self.axes[name].setpoint = self.axes[name].target = target
 
     def speed(self, wanted: float) -> int:
         """Return a speed rounded to whole steps/s.  Raises RefusedError if the speed is outside the speed range."""
@@ -445,7 +457,10 @@ class IF1(Core):
         listed = list(steps)
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
-        self._lose({name for step in listed for name in "XYZ" if name in step}, "a sequence has moved the IF1")
+        moved = {name for step in listed for name in "XYZ" if name in step}
+        self._lose(moved, "a sequence has moved the IF1")
+        for name in moved:
+            self.axes[name]._aim(None)
         yield from self.message(":" + ":".join(listed) + ":$")
         self._move = Move({}, None, Trapezoid(1.0, 1.0), (yield Clock()), self._state.counted)
 
@@ -482,7 +497,7 @@ class IF1Axis(AxisCore):
             sign = 1 if distance > 0 else -1
             text = f"{self.name}{distance:+d}@{speed}$"
             yield from core.begin({self.name: sign}, abs(distance), speed, text)
-        self.setpoint = target
+        self.setpoint = self.target = target
 
     def move_by(self, distance: int) -> Procedure[None]:
         """Begin a relative move: the new target is the present position plus `distance`."""
@@ -523,7 +538,7 @@ class IF1Axis(AxisCore):
         sign = "+" if direction > 0 else "-"
         text = f":{self.name}{sign}@{core.start_stop}G:H{core.home_input}A:$"
         move = yield from core.begin({self.name: direction}, None, core.start_stop, text)
-        move.homing = True
+        move.homing = self._seeking = True
 
     def status(self) -> Procedure[Status]:
         """Return the state of the axis."""

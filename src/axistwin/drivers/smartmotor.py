@@ -20,6 +20,8 @@ FAULTS = {
     CURRENT: Fault("over-current", "check the load, then call clear_faults"),
     PROGRAM: Fault("stored program", "load the program again"),
 }
+MOTIONS = frozenset({"G", "X", "S", "RUN", "RUN?"})
+"""Commands that begin or end a motion."""
 ACKNOWLEDGE, END = b"\x06", b"\xff\xff"
 ALL = 0
 """Address byte that selects all motors of a line."""
@@ -140,6 +142,8 @@ class SmartMotors(Core):
     def command(self, text: str, axis: str | None = None) -> Procedure[None]:
         """Send commands to a motor, e.g. "UA=1 UAO".  Raises RefusedError for an invalid command."""
         shaft = self.shaft(axis)
+        if not MOTIONS.isdisjoint(text.split()):
+            shaft._aim(None)
         yield from self.send(shaft.prefix, text)
         if (yield from self.number("RBs", axis)):
             yield from self.send(shaft.prefix, "Zs")
@@ -215,6 +219,7 @@ class SmartMotors(Core):
         Each point has a clock value and a position (host mode).
         """
         shaft = self.shaft(axis)
+        shaft._aim(None)
         yield from self.send(shaft.prefix, "MD")
         for clock, position in points:
             yield Write(b"\xfa" + position.to_bytes(4, "big", signed=True) + b"\r")
@@ -281,13 +286,15 @@ class Shaft(AxisCore):
 
     def _go(self, text: str, target: int | None) -> Procedure[None]:
         self._homing = 0
-        yield from self._state()
+        _, word = yield from self._state()
         if self._lost and target is not None:
             Status(0, 0, 0, False, lost=self._lost).known_position()
         yield from self._set_profile()
+        self._aim(target, faults=self._faults(word))
         yield from self._line.send(self.prefix, f"{text} G")
         position, word = yield from self._state()
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
+            self._aim(None)
             reasons = "; ".join(map(str, faults))
             raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
 
@@ -350,6 +357,7 @@ class Shaft(AxisCore):
     def _end(self, text: str) -> Procedure[None]:
         """Send a stop command.  Then request a report, to check that the motor has received the stop command."""
         self._homing = 0
+        self._aim(None)
         yield from self._line.send(self.prefix, text)
         yield from self._read()
 
@@ -361,7 +369,7 @@ class Shaft(AxisCore):
         # The command RI reads the captured index position, and then arms the capture of the next index pulse.
         yield from self._line.ask(self.prefix, "RI")
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
-        self._homing = direction
+        self._homing, self._seeking = direction, True
 
     def status(self) -> Procedure[Status]:
         """Return the state of the shaft."""
@@ -372,7 +380,7 @@ class Shaft(AxisCore):
         if word & TRAJECTORY:
             (answer,) = yield from self._line.ask(self.prefix, "RV")
             velocity = whole(answer, "RV") / (SCALE * SAMPLE_S)
-        return Status(
+        status = Status(
             position,
             self.setpoint,
             velocity,
@@ -384,6 +392,15 @@ class Shaft(AxisCore):
             self._faults(word),
             self._lost,
         )
+        return self._judged(status, off=(yield from self._off_target(status)))
+
+    def _off_target(self, status: Status) -> Procedure[float]:
+        """Return how far the trajectory has ended from the target: the shaft itself may rest a little beside it."""
+        off = 0.0 if self.target is None else abs(status.position - self.target)
+        if status.moving or not off:
+            return 0.0
+        (error,) = yield from self._line.ask(self.prefix, "RPE")
+        return max(off - abs(whole(error, "RPE")) - 1, 0.0)  # 1: between both readings the shaft may move by a count
 
     def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
         """Perform the next step of a search for the index pulse of the encoder.
@@ -397,7 +414,7 @@ class Shaft(AxisCore):
         elif word & INDEX:
             (index,) = yield from self._line.ask(self.prefix, "RI")
             yield from self._line.send(self.prefix, f"O=@P-{whole(index, 'RI')}".replace("--", "+"))
-            self._homing, self._lost = 0, ""
+            self._homing, self._lost, self._seeking = 0, "", False
             position, word = yield from self._state()
             self.setpoint = position
         return position, word
@@ -409,6 +426,7 @@ class Shaft(AxisCore):
         """Set the present position to a new value without a move of the motor."""
         yield from self._line.send(self.prefix, f"O={position}")
         self.setpoint, self._lost = position, ""
+        self._aim(None)
 
     def clear_faults(self) -> Procedure[None]:
         """Clear the stored faults of the motor.

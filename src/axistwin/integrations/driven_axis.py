@@ -23,6 +23,7 @@ class Goal:
 
     begin: Callable[[], Procedure[None]]
     target: int | None = None
+    homing: bool = False
     failure: str = ""
     """Why the motion failed; "" if it did not."""
     begun: asyncio.Event = field(default_factory=asyncio.Event)
@@ -45,14 +46,14 @@ class DrivenAxis:
         """Why the last poll failed; "" if it did not."""
         self.goal: Goal | None = None
         self.ended: Goal | None = None
-        """The motion that ended last; None if it was stopped, or begun by another host."""
+        """The motion that ended last; None if another host began it."""
         self.busy = False
         self.paused = False
-        self.stopped = False
-        """True if the last motion was stopped by a request."""
         self.changed: Callable[[], Awaitable[None]] = _nothing
         """Called after each poll and each request."""
         self._starting: Goal | None = None
+        self._stopped: Goal | None = None
+        """The motion that a request has stopped, until the axis is at rest."""
         self._begun = False
         """True from the beginning of a motion, which may have failed without an answer, until the axis is at rest."""
         self._beginning = False
@@ -69,7 +70,10 @@ class DrivenAxis:
     # Requests
 
     async def move_to(self, target: int) -> None:
-        """Move to a position; return when the axis is at rest.  Raises RefusedError if the move fails."""
+        """Move to a position; return when the axis has arrived.
+
+        Raises RefusedError if the axis stops elsewhere, or if a stop or another request ends the move.
+        """
         await self.request(Goal(lambda: self.core.move_to(target), target))
 
     async def move_at(self, velocity: float) -> None:
@@ -82,9 +86,9 @@ class DrivenAxis:
     async def home(self, direction: int) -> None:
         """Search for the home position; return when the axis is at rest.
 
-        Raises RefusedError if the search cannot begin.
+        Raises RefusedError if home is not found, or if a stop or another request ends the search.
         """
-        await self.request(Goal(lambda: self.core.home(direction)))
+        await self.request(Goal(lambda: self.core.home(direction), homing=True))
 
     async def request(self, goal: Goal) -> None:
         """Begin a motion; return when the axis is at rest.  Raises RefusedError if the motion fails."""
@@ -98,8 +102,8 @@ class DrivenAxis:
 
         The motion begins as soon as the axis is at rest.
         """
+        self._give_up("another request replaced the motion")
         self.goal = self._starting = goal
-        self.stopped = False
         self._now_busy()
         await self.changed()
         self._spawn(goal)
@@ -109,10 +113,17 @@ class DrivenAxis:
 
         After an error the next poll sends the stop again.
         """
+        self._give_up("a client stopped the axis")
         self.goal = self._starting = None
-        self.stopped = True
         await self._end_motion(self.core.abort if abort else self.core.stop)
         self.station.wake()
+
+    def _give_up(self, why: str) -> None:
+        """Note the motion in progress as one that a request ends; a run ends in this way without a failure."""
+        if (goal := self.goal) is not None:
+            self._stopped = goal
+            if goal.target is not None or goal.homing:
+                goal.failure = goal.failure or why
 
     async def pause(self) -> None:
         """Stop the axis.
@@ -150,6 +161,7 @@ class DrivenAxis:
         A fault remains as long as its cause is present.
         """
         await self.station.driver.run(self.core.clear_faults())
+        self.ended = None
         self.station.wake()
 
     # Beginning
@@ -251,14 +263,11 @@ class DrivenAxis:
             await self._end_motion(self._stop)
 
     def _end(self, status: Status) -> None:
-        goal, self.goal = self.goal, None
-        self.ended = goal
+        self.ended = goal = self.goal or self._stopped
+        self.goal = self._stopped = None
         self.busy = False
-        if goal is not None and not goal.failure and goal.target not in (None, round(status.position)):
-            limits = ["the limit is active"] if status.limit_plus or status.limit_minus else []
-            reasons = [*map(str, status.faults), *([status.lost] if status.lost else [])] or limits
-            if reasons:
-                goal.failure = f"{self.name} stopped before its target: {'; '.join(reasons)}"
+        if goal is not None and not goal.failure and status.missed:
+            goal.failure = f"{self.name} stopped: {status.missed}"
 
     async def failed(self, error: DriverError) -> None:
         """Record that the controller has not answered a poll.

@@ -203,9 +203,6 @@ class MotorRecord:
         await self._set(**{field: 1})
         try:
             await self.axis.home(direction)
-            if self.axis.status.faults or self.axis.stopped:
-                reason = "; ".join(map(str, self.axis.status.faults)) or "the axis was stopped"
-                raise RefusedError(f"the search for home failed: {reason}")
             self._homed = True
         finally:
             await self._set(**{field: 0})
@@ -357,13 +354,13 @@ class MotorRecord:
         goal = self.axis.ended
         if goal is None or goal.target is None or goal.failure:
             await self._follow_readback()
-        else:
-            await self._set(MISS=int(abs(self.values["RDIF"]) > 1))
+        await self._set(MISS=int(goal is not None and bool(goal.failure)))
         if self.values["SPMG"] == MOVE:
             await self._stop_pause_move_go(PAUSE)
 
     async def _set_alarm(self, status: Status) -> None:
-        alarm, message = alarm_of(status, self.axis.error)
+        ended = None if self.axis.busy else self.axis.ended
+        alarm, message = alarm_of(status, self.axis.error, ended.failure if ended else "")
         if (alarm, message) != (self.alarm, self.values["FAULT"]):
             self.alarm = alarm
             severity = MOTOR["SEVR"].menu.index(alarm.severity)

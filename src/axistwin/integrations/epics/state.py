@@ -18,10 +18,10 @@ class Alarm:
     severity: str = "NO_ALARM"
 
 
-def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
+def alarm_of(status: Status, error: str, failure: str) -> tuple[Alarm, str]:
     """Return the alarm of an axis, and the reason of this alarm.
 
-    `error`: the reason why the controller does not answer.
+    `error`: the reason why the controller does not answer; `failure`: why the last motion has failed.
     """
     if error:
         return Alarm("COMM", "INVALID"), error
@@ -29,7 +29,7 @@ def alarm_of(status: Status, error: str) -> tuple[Alarm, str]:
         return Alarm("UDF", "INVALID"), f"{status.lost}: home the axis, or set the position"
     if status.faults:
         return Alarm("STATE", "MAJOR"), "; ".join(map(str, status.faults))
-    return Alarm(), ""
+    return (Alarm("STATE", "MAJOR"), failure) if failure else (Alarm(), "")
 
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:

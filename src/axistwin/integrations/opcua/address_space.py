@@ -251,7 +251,7 @@ class AxisNodes:
         if direction not in (1, -1):
             raise ValueError(f"invalid direction {direction}: expected 1 or -1")
         sign = int(direction) if self._scale.counts_per_unit > 0 else -int(direction)
-        await self._begin(Goal(lambda: self._axis.core.home(sign)))
+        await self._begin(Goal(lambda: self._axis.core.home(sign), homing=True))
 
     async def _set_position(self, position: float) -> None:
         await self._axis.set_position(self._counts(position))
