@@ -142,7 +142,7 @@ def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledge
     send(bench, motor, word, 0)
     advance(bench, 20)
     assert motor.axes["shaft"].position == at - rest
-    assert send(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
+    assert send(bench, motor, "RMODE RBo RBt") == b"V\r0\r0\r"
 
 
 # Brakes

@@ -150,23 +150,26 @@ def test_from_torque_to_velocity_mode(bench, motor):
     assert send(bench, motor, "RV", 0) == b"131072\r"
 
 
-@pytest.mark.parametrize("mode", ["MV", "MP P=1000"])
+@pytest.mark.parametrize(("mode", "letter"), [("MV", b"V"), ("MP P=1000", b"P")])
 @pytest.mark.parametrize(
     ("word", "after", "report"),
     [
-        ("S ", [255] * 4, b"P\r0\r0\r0\r"),
+        ("S ", [255] * 4, b"\r0\r0\r0\r"),
         ("OFF ", [255] * 4, b"B\r0\r1\r0\r"),
         ("MTB ", [255] * 4, b"B\r0\r1\r0\r"),
         ("Z ", [255] * 4, b"B\r0\r1\r0\r"),
-        ("A=5*65536 X ", [260, 260, 260, 260], b"P\r0\r0\r0\r"),
+        ("A=5*65536 X ", [260, 260, 260, 260], b"\r0\r0\r0\r"),
     ],
 )
-def test_stopping(bench, motor, mode, word, after, report):
-    """4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off."""
+def test_stopping(bench, motor, mode, letter, word, after, report):
+    """4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off.
+
+    RMODE reports the mode that the next G starts; S and X leave it as it is.
+    """
     cruise(bench, motor, mode)
     send(bench, motor, word, 0)
     assert positions(bench, motor, 4) == after
-    assert send(bench, motor, "RMODE RBt RBo RV", 0) == report
+    assert send(bench, motor, "RMODE RBt RBo RV", 0) == (report if report.startswith(b"B") else letter + report)
 
 
 def test_stopping_a_motor_at_rest(bench, motor):
@@ -347,6 +350,28 @@ def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, lett
     zero = motor.axes["shaft"].position
     assert send(bench, motor, f"a=@P {move} RMODE G RMODE", 0) == f"{letter}\r{letter}\r".encode()
     assert [position - zero for position in positions(bench, motor, 9)] == way
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+def test_another_real_host_goes_on_after_a_stop_with_another_velocity(bench, motor, stop):
+    """A host stops with X, changes V, and sends G without MV: as long as no P or D is assigned, the jog goes on.
+
+    With an acceleration of one count per sample in each sample: -1, -2, -2, -2.
+    """
+    cruise(bench, motor, "MV")
+    send(bench, motor, stop, 0)
+    positions(bench, motor, 20)
+    zero = motor.axes["shaft"].position
+    assert send(bench, motor, "V=-2*65536 RMODE G RMODE", 0) == b"V\rV\r"
+    assert [position - zero for position in positions(bench, motor, 4)] == [-1, -3, -5, -7]
+
+
+@pytest.mark.parametrize("between", ["MV", "G"])
+def test_a_mode_or_g_after_a_stop_ends_its_effect_on_p_and_d(bench, motor, between):
+    """After `S G` the jog goes on, and P= is for the next MP."""
+    cruise(bench, motor, "MV")
+    send(bench, motor, f"S {between} P=7", 0)
+    assert send(bench, motor, "G RMODE", 0) == b"V\r"
 
 
 @pytest.mark.parametrize("stop", ["S", "X"])

@@ -38,8 +38,8 @@ class Options:
     boot_window_s: float = 0.2
     """Time after switching on, after which the stored program starts unless a character has been received."""
     stop_buffers: Literal["position", "same"] = "position"
-    """The mode of the next G after S and X: position mode, as hosts expect that send `D=n G` after a jog; or the mode
-    buffered before."""
+    """The mode of the next G after S and X: position mode as soon as P= or D= is assigned, as hosts expect that send
+    `D=n G` after a jog; or always the mode buffered before."""
     debounce_samples: int = 3
     """Samples for which pin G must be low to count as an edge."""
     host_buffer: int = 32

@@ -36,6 +36,7 @@ def position(motor: Processor, value: int) -> None:
     """
     motor.i[s.P] = value
     motor.i[s.RELATIVE] = 0
+    _buffer_position(motor)
 
 
 def distance(motor: Processor, value: int) -> None:
@@ -49,6 +50,7 @@ def distance(motor: Processor, value: int) -> None:
     motor.i[s.D] = value
     motor.i[s.RELATIVE] = 1
     invalidate(motor.i)
+    _buffer_position(motor)
 
 
 def clock(motor: Processor, value: int) -> None:
@@ -107,7 +109,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
             motor.syntax_error()
             return
         i[s.RATIO_MUL], i[s.RATIO_DIV] = i[s.MFMUL], i[s.MFDIV]
-    i[s.BUFFERED_MODE], i[s.BUFFERED_FACTOR], i[s.HOST_ARMED] = mode, factor, 0
+    i[s.BUFFERED_MODE], i[s.BUFFERED_FACTOR], i[s.HOST_ARMED], i[s.AFTER_STOP] = mode, factor, 0, 0
 
 
 def cam(motor: Processor, factor: int) -> None:
@@ -146,7 +148,7 @@ def go(motor: Processor) -> None:
     mode = s.M_HOST if i[s.HOST_ARMED] else i[s.BUFFERED_MODE]
     if not may_move(motor, way(motor, mode)):
         return
-    i[s.HOST_ARMED] = 0
+    i[s.HOST_ARMED] = i[s.AFTER_STOP] = 0
     if mode == s.M_HOST:
         turn_on(motor, s.M_HOST)
     else:
@@ -224,7 +226,7 @@ def may_stop(motor: Processor) -> bool:
 def stop(motor: Processor) -> None:
     """S: stop the trajectory at once and hold the position.
 
-    The next G is a position move (option `stop_buffers`).
+    The next G is a position move if P= or D= is assigned first (option `stop_buffers`).
 
     Without effect while the motor is off.
     """
@@ -232,13 +234,13 @@ def stop(motor: Processor) -> None:
     if may_stop(motor):
         turn_on(motor, s.M_HOLD)
         i[s.VELOCITY] = 0
-        _buffer_position(motor)
+        _stopped(motor)
 
 
 def decelerate(motor: Processor) -> None:
     """X: decelerate to a stop with the acceleration A, then hold the position.
 
-    The next G is a position move (option `stop_buffers`).
+    The next G is a position move if P= or D= is assigned first (option `stop_buffers`).
 
     Without effect while the motor is off.
     """
@@ -246,15 +248,17 @@ def decelerate(motor: Processor) -> None:
     if may_stop(motor):
         turn_on(motor, s.M_STOP if i[s.VELOCITY] else s.M_HOLD)
         i[s.ACCELERATION] = i[s.A]
-        _buffer_position(motor)
+        _stopped(motor)
+
+
+def _stopped(motor: Processor) -> None:
+    motor.i[s.AFTER_STOP] = motor.options.stop_buffers == "position"
+    motor.i[s.HOST_ARMED] = 0
 
 
 def _buffer_position(motor: Processor) -> None:
-    """Select position mode for the next command G.
-
-    This requires the option `stop_buffers` = "position".  The move is to P or by D, whichever was assigned last.
-    """
-    if motor.options.stop_buffers == "position":
+    """Select position mode for the next command G after S or X."""
+    if motor.i[s.AFTER_STOP]:
         buffer(motor, s.M_POSITION)
 
 

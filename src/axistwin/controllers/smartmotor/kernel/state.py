@@ -48,7 +48,8 @@ EPTR, ADDR = next(_slots), next(_slots)
     RELATIVE,  # 1 if the next position move is relative (distance D); 0 if the move is absolute (position P).
     BUFFERED_MODE,  # Motion mode, e.g. velocity mode, that the next command G starts.
     BUFFERED_FACTOR,  # Number n of the mode MFn or MCn that the next command G starts, e.g. 4 for MF4.
-) = islice(_slots, 3)
+    AFTER_STOP,  # 1 after S and X, until G or a mode: P= or D= then selects position mode for the next G.
+) = islice(_slots, 4)
 
 # The command F activates the gains of the servo; the active gains are stored in the order KP KI KD KL KS KV KA KG.
 TUNING, *_ = islice(_slots, 8)
