@@ -215,11 +215,58 @@ def test_a_record_without_its_cr_is_dropped(bench, motor):
     assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
 
 
+FIRST, SECOND = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r", b"\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
+"""Points of host mode: 0 at 0, 1024 at 256."""
+
+
 def test_host_mode_reports_its_status(bench, motor):
-    """11: 0xF9 or Q returns a status byte, the number of free places, and the clock.  128: the motor is off."""
-    assert send(bench, motor, b"MD \xf9") == bytes([128, 32, 0, 0, 0, 0])
-    records = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
-    assert send(bench, motor, records + b"Q ") == bytes([128, 30, 0, 0, 0, 0])
+    """11: F9h or Q returns status, free places (of 32) and clock: 01h G pending; 80h running, with 24 bits of clock."""
+    assert send(bench, motor, b"MD \xf9") == b"\xf9\x01\x20\x00\x00"
+    assert send(bench, motor, FIRST + SECOND + b"Q ") == b"\xf9\x01\x1e\x00\x00"
+    later = b"\xfa\x00\x04\x00\x00\r\xfb\x00\x01\x00\x00\r"  # 262144 at 65536, 16 s later
+    assert send(bench, motor, later + b"G ") == b""
+    bench.run(5)
+    answer = send(bench, motor, b"\xf9")
+    assert answer[:2] == b"\xf9\x9e"  # the first point has been reached, two are left
+    # 20,344 samples in 5 s, and those until the answer is sent; the sent characters take 26 ms
+    assert 20_344 < int.from_bytes(answer[2:], "big") < 20_800
+
+
+def test_host_mode_keeps_its_errors_until_the_next_md(bench, motor):
+    """11: 20h overflow, as a real motor answered `F9 20 00 00 00` to too many points; 04h a clock that goes back."""
+    points = b"".join(b"\xfa\x00\x00\x00%c\r\xfb\x00\x00\x01%c\r" % (n, n) for n in range(33))
+    send(bench, motor, b"MD ")
+    send(bench, motor, points, 1)
+    assert send(bench, motor, b"Q ") == b"\xf9\x21\x00\x00\x00"
+    assert send(bench, motor, b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\rQ ") == b"\xf9\x25\x00\x00\x00"
+    assert send(bench, motor, b"MD Q ") == b"\xf9\x01\x20\x00\x00"
+    send(bench, motor, FIRST + b"G ")
+    assert send(bench, motor, b"Q ")[:2] == b"\xf9\x40"  # 10.2: one point is an underflow
+    assert send(bench, motor, b"MD Q ") == b"\xf9\x01\x20\x00\x00"
+
+
+def test_the_answer_of_host_mode_wakes_no_motor_down_the_chain(bench):
+    """2, 11: 80h and above are addresses, but not those in the answer of a motor further up: 9Eh would be motor 30."""
+    motors = [clear(bench, bench.add("smartmotor", name=f"m{n}")) for n in (1, 2)]
+    chain = bench.chain(*motors)
+    chain.write(b"\x80SADDR1 ECHO ")
+    bench.run(0.2)
+    chain.write(b"\x81SLEEP \x80SADDR30 ECHO \x81WAKE \x81")
+    bench.run(0.2)
+    chain.read()
+    chain.write(b"MD ")
+    chain.write(FIRST + SECOND + b"\xfa\x00\x04\x00\x00\r\xfb\x00\x01\x00\x00\rG ")
+    bench.run(1)
+    chain.read()
+    chain.write(b"\xf9")
+    bench.run(0.1)
+    assert chain.read()[:2] == b"\xf9\x9e"
+    chain.write(b"a=7 ")  # still for motor 1 alone
+    bench.run(0.1)
+    chain.read()
+    chain.write(b"\x9eRa ")
+    bench.run(0.1)
+    assert chain.read() == b"\x9eRa 0\r"
 
 
 # Speed and format

@@ -109,6 +109,11 @@ class Motor(Processor):
         RECORD_HANDLERS[code](self, value)
         self.update_outputs()
 
+    def end_host_mode(self) -> None:
+        """Switch the motor off after an underflow of host mode."""
+        self.i[s.HOST_FLAGS] |= host_mode.UNDERFLOW
+        brakes.switch_off(self, s.M_ERROR)
+
     def report_host_mode(self, channel: Channel) -> None:
         """Answer the byte 0xF9 with the status of host mode."""
         self.catch_up()
@@ -299,7 +304,7 @@ _EVENTS: tuple[tuple[int, Callable[[Motor, int], None]], ...] = (
     (kernel.VALUE_WAITS, lambda motor, _: motor._fetch(motor.i[s.STATEMENT])),
     (kernel.CALL_WAITS, lambda motor, _: motor._call()),
     (kernel.HOST_LAST, lambda motor, _: host_mode.complete(motor)),
-    (kernel.HOST_UNDERFLOW, lambda motor, _: brakes.switch_off(motor, s.M_ERROR)),
+    (kernel.HOST_UNDERFLOW, lambda motor, _: motor.end_host_mode()),
     (kernel.HOST_EXIT, lambda motor, _: modes.start(motor, motor.i[s.BUFFERED_MODE])),
     (kernel.SWITCH, lambda motor, _: motor._inputs.switches()),
     (kernel.PLUS | kernel.MINUS | kernel.ERROR | kernel.HEAT, faults.happen),

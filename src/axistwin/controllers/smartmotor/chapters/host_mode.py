@@ -11,6 +11,9 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor, Reception
 
 CLOCK_TURN = 1 << 32
+QUERY = 0xF9
+RUNNING, UNDERFLOW, OVERFLOW, TIME_DELTA, ENTERED, PENDING = 0x80, 0x40, 0x20, 0x04, 0x02, 0x01
+MOST_PLACES = 127
 
 
 def clear(motor: Processor) -> None:
@@ -38,6 +41,7 @@ def clock(motor: Processor, value: int) -> None:
     waiting = motor.reception
     ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
     if ahead >= CLOCK_TURN // 2:
+        motor.i[s.HOST_FLAGS] |= TIME_DELTA
         motor.syntax_error()
     elif waiting.clock is not None and ahead == 0:
         waiting.position = None
@@ -57,15 +61,19 @@ def complete(motor: Processor) -> None:
 
 
 def status(motor: Processor) -> bytes:
-    """Return the six bytes that report the status of host mode.
+    """Return the answer to the byte F9h and to Q: five bytes, F9h first.
 
-    The bytes are the status byte, the number of free places in the buffer, and the clock of the trajectory in four
-    bytes (big-endian).
-
-    The answer to the byte 0xF9 and to Q; the layout is a guess (section 11 of the base language).
+    While the trajectory runs: 80h + free places, and 24 bits of its clock.  Otherwise flags (40h underflow, 20h
+    overflow, 04h invalid time delta, 02h in host mode, 01h waiting for G), free places, and 16 bits of the clock.  The
+    errors are kept until the next MD.
     """
-    low = sum(motor.i[slot] << bit for bit, slot in enumerate(s.STATUS[:8]))
-    return bytes((low, min(_free(motor), 255))) + (motor.i[s.HOST_CLOCK] & 0xFFFFFFFF).to_bytes(4, "big")
+    i = motor.i
+    places, clock = min(_free(motor), MOST_PLACES), i[s.HOST_CLOCK]
+    entered = i[s.MODE] == s.M_HOST
+    if entered and i[s.HOST_STARTED]:
+        return bytes((QUERY, RUNNING | places)) + (clock & 0xFFFFFF).to_bytes(3, "big")
+    flags = i[s.HOST_FLAGS] | ENTERED * entered | PENDING * i[s.HOST_ARMED]
+    return bytes((QUERY, flags, places)) + (clock & 0xFFFF).to_bytes(2, "big")
 
 
 def _free(motor: Processor) -> int:
@@ -85,6 +93,7 @@ def _point(motor: Processor, clock: int) -> None:
 def _append(motor: Processor, position: int, clock: int) -> None:
     """Append a point to the buffer.  If the buffer is full, drop the point and flag a communication overflow."""
     if not _free(motor):
+        motor.i[s.HOST_FLAGS] |= OVERFLOW
         motor.overflow()
         return
     at = (motor.i[s.HOST_HEAD] + 2 * motor.i[s.HOST_COUNT]) % len(motor.ring)

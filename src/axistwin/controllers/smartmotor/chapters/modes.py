@@ -102,7 +102,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
         if i[s.MODE] != s.M_HOST:
             host_mode.clear(motor)
         # At the end of host mode, the motor enters the mode that is stored in BUFFERED_MODE (manual, section 10.2).
-        i[s.HOST_ARMED] = 1
+        i[s.HOST_ARMED], i[s.HOST_FLAGS] = 1, 0
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:

@@ -106,6 +106,7 @@ HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # Number of integers in the array of trajectory points (host mode): two integers per point.
 # HOST_ARMED is 1 if the next command G starts host mode; otherwise, HOST_ARMED is 0.
 HOST_ARMED = next(_slots)
+HOST_FLAGS = next(_slots)  # Errors of host mode since the last MD, as Q reports them: underflow, overflow, clock.
 
 # Each status flag of the motor, e.g. Bt (trajectory in progress), is stored as the integer 0 or 1.
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)

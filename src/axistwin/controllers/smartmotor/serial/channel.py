@@ -27,10 +27,11 @@ TRANSMITTER = 16
 
 GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
 STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
-RECORDS = {POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
+RECORDS = {STATUS_QUERY: 5, POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
 """Number of bytes of a binary record, by its first byte.
 
-The bytes are the first byte, four bytes of the value, and in host mode CR (manual, section 10.1).
+The bytes are the first byte, four bytes of the value, and in host mode CR (manual, section 10.1).  The answer to F9h
+has the same form; a motor further down a chain passes it over.
 """
 
 
@@ -85,8 +86,7 @@ class Dispatcher(Protocol):
     def report_host_mode(self, channel: "Channel") -> None:
         """Send the status of host mode to the host.
 
-        The answer has six bytes: the motor's status byte, the number of free places in the host-mode buffer, and the
-        host-mode clock in four bytes.
+        The answer has five bytes, F9h first.
         """
 
 
@@ -137,7 +137,8 @@ class Channel:
         self.received = True
         if self.motor.i[s.PAUSED]:
             self._resume_program()
-        if self.echoing:
+        asked = byte == STATUS_QUERY and not errors and self._asked
+        if self.echoing and not asked:  # the answer to F9h begins with F9h
             self.send(bytes((byte,)))
         if errors:
             self._spoil(byte, errors)
@@ -206,10 +207,10 @@ class Channel:
         if byte <= LAST_ADDRESS:
             # An address byte from the host selects the motors that obey the next commands.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
-        elif byte in RECORDS:  # Collect all bytes of a binary command, even if the command is for another motor.
-            self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
+        elif byte in RECORDS:  # Collect all bytes of a binary command, even if the command is for another motor.
+            self._record.append(byte)
 
     def _take_record(self, byte: int) -> None:
         self._record.append(byte)
@@ -220,7 +221,7 @@ class Channel:
         self._spoilt = False
         if len(record) == RECORDS[POSITION] and byte not in TERMINATORS:
             self._reject_record(byte)
-        elif self._active and not spoilt:
+        elif self._active and not spoilt and record[0] != STATUS_QUERY:
             self.motor.execute_record(record[0], int.from_bytes(record[1:5], "big", signed=True))
 
     def _reject_record(self, byte: int) -> None:
@@ -238,6 +239,11 @@ class Channel:
         self.motor.catch_up()
         self.motor.i[s.LENGTHS + self.number] = len(self.fifo)
         self.motor.update_outputs()
+
+    @property
+    def _asked(self) -> bool:
+        """True if the byte F9h is a request to this motor now, not data."""
+        return self._active and not (self.transfer or self._data_mode or self._record)
 
     @property
     def _active(self) -> bool:

@@ -17,10 +17,7 @@ BAUD_RATES = (2400, 4800, 9600, 19200, 38400)
 
 
 def query(motor: Processor) -> None:
-    """Q: send a binary status report of six bytes to the host.
-
-    The report contains the motor's status byte, the free buffer space and the clock of host mode.
-    """
+    """Q: send the state of host mode to the host, in five bytes of which the first is F9h."""
     motor.send(host_mode.status(motor))
 
 
