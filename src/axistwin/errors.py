@@ -18,9 +18,14 @@ def one_line(message: str) -> str:
     """Return a message as one printable line; the middle of a long message is left out."""
     if len(message) <= MOST_WORD and message.isprintable():
         return message
-    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message.strip())
+    shown = printable(message.strip())
     shown = _long_word.sub(lambda word: f"{word[0][:_BEGIN]}…", shown)
     return shown if len(shown) <= MOST_MESSAGE else f"{shown[: MOST_MESSAGE // 2]} … {shown[-MOST_MESSAGE // 2 :]}"
+
+
+def printable(text: str) -> str:
+    """Return a text in which each character that cannot be printed is an escape sequence, e.g. \\n."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def with_article(noun: str) -> str:

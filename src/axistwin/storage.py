@@ -358,6 +358,14 @@ def check_key(key: str, valid: bool, expected: str) -> None:
         raise ValueError(f"invalid value of the key {key!r}: expected {expected}")
 
 
+def split_at_end(data: bytes) -> tuple[bytes, bytes]:
+    """Split a text file at Ctrl-Z, the end-of-file mark of DOS editors, behind which old contents may follow."""
+    if encoding_of(data) == "utf-16":
+        return data, b""
+    text, end, rest = data.partition(b"\x1a")
+    return text, end + rest
+
+
 def encoding_of(data: bytes) -> str:
     """Return the encoding of a text file, e.g. UTF-8.
 

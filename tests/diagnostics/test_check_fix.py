@@ -76,6 +76,7 @@ def test_the_output_lists_applied_fixes_and_remaining_errors(fix):
     result, _ = fix("moves.if1", "x100$\n@30000$\n")
     assert result.stdout.splitlines() == [
         "moves.if1:1:1: fixed DP101: write X",
+        "moves.if1: the old program is in moves.if1.bak",
         "moves.if1:2:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed) [DP301]",
     ]
     assert (result.stderr, result.return_value) == ("axistwin: moves.if1: 1 error\n", 1)
@@ -84,7 +85,9 @@ def test_the_output_lists_applied_fixes_and_remaining_errors(fix):
 def test_json_on_standard_output_is_not_mixed_with_messages(fix):
     result, _ = fix("moves.if1", "x100$\n", "--json")
     assert result.stdout.startswith("{")
-    assert result.stderr == "moves.if1:1:1: fixed DP101: write X\n"
+    assert result.stderr.splitlines() == [
+        "moves.if1:1:1: fixed DP101: write X", "moves.if1: the old program is in moves.if1.bak",
+    ]  # fmt: skip
 
 
 def test_line_ends_encoding_and_permissions_are_kept(fix, tmp_path):
@@ -92,8 +95,73 @@ def test_line_ends_encoding_and_permissions_are_kept(fix, tmp_path):
     os.chmod("home.sms", 0o640)
     _, mended = fix("home.sms", "A100 'gr\xfc\xdfe\r\nEND".encode("latin-1"))
     assert mended == "A=100 'gr\xfc\xdfe\r\nEND"
-    assert Path("home.sms").stat().st_mode & 0o777 == 0o640
-    assert [each.name for each in tmp_path.iterdir()] == ["home.sms"]
+    for name in ("home.sms", "home.sms.bak"):
+        assert Path(name).stat().st_mode & 0o777 == 0o640
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["home.sms", "home.sms.bak"]
+
+
+def test_every_backup_has_the_program_before_its_fixes(fix):
+    """A backup is never overwritten: the first one is the old program itself."""
+    old = "A100 'gr\xfc\xdfe\r\nEND\x1arest".encode("latin-1")
+    result, _ = fix("home.sms", old)
+    assert result.stdout.splitlines()[-1] == "home.sms: the old program is in home.sms.bak"
+    fix("home.sms", b"A200\n")
+    assert Path("home.sms.bak").read_bytes() == old
+    assert Path("home.sms.bak2").read_bytes() == b"A200\n"
+
+
+def test_a_backup_that_cannot_be_written_leaves_the_program(fix, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("axistwin.diagnostics.fix.write_whole", full)
+    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be written: no space left on device"):
+        fix("moves.if1", "x1$\n")
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("moves.if1", "x1$\n")]
+
+
+WRONG = "moves.if1:2:1: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]"
+
+
+def test_a_difference_is_shown_and_nothing_is_written(fix, tmp_path):
+    result, text = fix("moves.if1", "+1\nx100$\r\n@30000$\n", "--diff")
+    assert text == "+1\nx100$\r\n@30000$\n"
+    assert result.stdout.splitlines() == [
+        "--- moves.if1", "+++ moves.if1 (fixed)", "@@ -1,3 +1,3 @@", " +1", "-x100$", "+X100$", " @30000$",
+        WRONG,
+        "moves.if1:3:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed) [DP301]",
+    ]  # fmt: skip
+    assert (result.return_value, [each.name for each in tmp_path.iterdir()]) == (1, ["moves.if1"])
+    result, _ = fix("moves.if1", "x100$\n", "--diff", "--json")
+    assert result.stdout.startswith("{") and result.stderr.startswith("--- moves.if1\n+++ ")
+    assert "---" not in fix("moves.if1", "X100$\n", "--diff")[0].stdout
+
+
+def test_a_difference_is_printable(fix):
+    result, _ = fix("home.sms", "A100 '\x1b[31m\n", "--diff")
+    assert r"+A=100 '\x1b[31m" in result.stdout.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "mended"),
+    [
+        ("a.if1", "x100$\r\n\x1a", "X100$\r\n\x1a"),
+        ("a.if1", "X100$\r\n\x1a", "X100$\r\n\x1a"),
+        ("a.sms", "A100\r\nEND\r\n\x1a\x1aA100", "A=100\r\nEND\r\n\x1a\x1aA100"),
+        ("a.talk", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0"),
+        ("a.181x", "Null\r\n\x1a", "null\r\n\x1a"),
+    ],
+)
+def test_a_program_that_ends_in_ctrl_z(fix, name, text, mended):
+    """An editor of DOS ends a file with Ctrl-Z; what is behind it is kept, and is no error."""
+    result, found = fix(name, text)
+    assert (result.return_value, found) == (0, mended)
+    assert ".bak" in result.stdout or mended == text
+
+
+@pytest.mark.parametrize(("suffix", "model"), [(".if1", "if1"), (".sms", "smartmotor"), (".181x", "1811")])
+def test_nothing_behind_ctrl_z_is_checked_in_an_editor(suffix, model):
+    assert diagnose_text("\r\n\x1a\0\x7f??", suffix, product(model)) == []
 
 
 def test_a_link_is_followed(fix, tmp_path):

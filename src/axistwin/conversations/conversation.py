@@ -24,7 +24,7 @@ from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.numbers import NumberError, decimal, real, shortened
-from axistwin.storage import encoding_of
+from axistwin.storage import encoding_of, split_at_end
 from axistwin.units import MOST_NS, S
 
 MOST_MIB = 4
@@ -141,10 +141,11 @@ def load_text(path: Path) -> str:
     except OSError as error:
         reason = error.strerror
         raise UsageError(f"{path} cannot be read: {reason}") from None
+    data, _ = split_at_end(data)
     encoding = encoding_of(data)
     if encoding == "utf-16" or b"\0" in data:
         raise ProgramError("the file is not text: expected UTF-8, Latin-1, or code page 437 or 850", file=str(path))
-    text = data.decode(encoding, "replace").partition(END_OF_FILE)[0]
+    text = data.decode(encoding, "replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

@@ -74,6 +74,7 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
     """Return all errors and warnings of a program text.  Raises UsageError if the model has no checker."""
     if made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked: expected a model with a checker, e.g. if1")
+    text = text.partition(conversation.END_OF_FILE)[0]
     found = _diagnose(text, suffix, made.check, codec_of(made), file)
     return sorted([*found, *_headers(text, made)]) if suffix == ".talk" else found
 

@@ -1,13 +1,15 @@
-"""Apply fixes to a program; a file is replaced completely or stays unchanged."""
+"""Apply fixes to a program; a file is replaced completely or stays unchanged, and a backup keeps its old contents."""
 
+import difflib
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import count
 from pathlib import Path
 
 from axistwin.controllers.diagnostics import Diagnostic, Edit
-from axistwin.errors import AxistwinError
-from axistwin.storage import encoding_of, reason
+from axistwin.errors import AxistwinError, printable
+from axistwin.storage import encoding_of, reason, split_at_end, write_whole
 
 MOST_ROUNDS = 10
 """Largest number of rounds of fixes, because a fix may reveal further errors."""
@@ -71,29 +73,49 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
     return text
 
 
-def read_exactly(file: Path) -> tuple[str, str]:
-    """Return the text of a file with unchanged line ends, and the encoding of the file."""
-    data = file.read_bytes()
+def read_exactly(file: Path) -> tuple[str, bytes, str]:
+    """Return the text of a file with unchanged line ends, the bytes from a Ctrl-Z on, and the encoding of the text."""
+    data, rest = split_at_end(file.read_bytes())
     encoding = encoding_of(data)
-    return data.decode(encoding), encoding
+    return data.decode(encoding, "surrogateescape"), rest, encoding
 
 
-def replace(file: Path, text: str, encoding: str) -> None:
-    """Write a new text to a file.  Raises AxistwinError if the file cannot be written.
+def replace(file: Path, text: str, rest: bytes, encoding: str) -> Path:
+    """Write a new text to a file, then the bytes `rest`; return the file beside it that keeps the old contents.
 
-    A temporary file replaces the old file, so the file is never incomplete.
+    A temporary file replaces the old file, so the file is never incomplete.  Raises AxistwinError if a file cannot be
+    written; the old file is then unchanged.
     """
     target = file.resolve()
-    beside = None
+    backup = beside = None
     try:
+        backup = _backup(target)
         handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         with os.fdopen(handle, "wb") as new:
-            new.write(text.encode(encoding))
+            new.write(text.encode(encoding, "surrogateescape") + rest)
             new.flush()
             os.fsync(new.fileno())
         os.chmod(beside, target.stat().st_mode & 0o7777)
         os.replace(beside, target)
     except OSError as error:
-        if beside is not None:
-            Path(beside).unlink(missing_ok=True)
+        for left in (beside, backup):
+            if left is not None:
+                Path(left).unlink(missing_ok=True)
         raise AxistwinError(f"{file} cannot be written: {reason(error)}") from None
+    return backup
+
+
+def _backup(target: Path) -> Path:
+    """Copy a file to a free name beside it, e.g. `home.sms.bak`.  Raises OSError."""
+    names = (f"{target.name}.bak{number if number > 1 else ''}" for number in count(1))
+    backup = next(path for name in names if not (path := target.with_name(name)).exists())
+    write_whole(backup, target.read_bytes())
+    os.chmod(backup, target.stat().st_mode & 0o7777)
+    return backup
+
+
+def difference(file: Path, before: str, after: str) -> Iterator[str]:
+    """Yield the lines of a unified diff between two texts of a file, as printable text."""
+    lines = (before.splitlines(), after.splitlines())
+    for line in difflib.unified_diff(*lines, str(file), f"{file} (fixed)", lineterm=""):
+        yield printable(line)

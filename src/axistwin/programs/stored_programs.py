@@ -12,7 +12,7 @@ from axistwin.bench.actions import motor_of
 from axistwin.conversations.conversation import END_OF_FILE
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.serial_port import SerialPort
-from axistwin.storage import encoding_of
+from axistwin.storage import encoding_of, split_at_end
 
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
@@ -40,6 +40,7 @@ def read_source(path: Path) -> str:
     except OSError as error:
         reason = error.strerror
         raise UsageError(f"{path} cannot be read: {reason}") from None
+    data, _ = split_at_end(data)
     try:
         return _lines(data.decode(encoding_of(data)))
     except UnicodeDecodeError as error:

@@ -3,7 +3,6 @@
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -39,10 +38,13 @@ FORMATS = ("text", "json", "sarif", "github")
 @click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...", shell_complete=complete_checked)
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="Output format; text if left out.")
 @click.option("--json", "as_json_", is_flag=True, help="The same as --format json.")
-@click.option("--fix", is_flag=True, help="Apply every fix that is unambiguous, and list the fixes.")
+@click.option("--fix", is_flag=True, help="Apply every fix that is unambiguous; FILE.bak keeps the old program.")
+@click.option("--diff", is_flag=True, help="Show what --fix would change, and write nothing.")
 @click.option("--strict", is_flag=True, help="Count warnings as errors.")
 @click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain one code, or all codes.")
-def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, strict: bool, code: str | None) -> int:
+def check(
+    arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, diff: bool, strict: bool, code: str | None
+) -> int:
     """Find errors and probable mistakes in programs and scenes, without running the programs.
 
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
@@ -64,6 +66,7 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
     Examples:
       axistwin check if1 moves.if1
       axistwin check if2 tests/*.talk --format github
+      axistwin check home.sms --diff
       axistwin check home.sms --fix
       axistwin check bench.toml
       axistwin check --codes DP301
@@ -74,7 +77,8 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
         return 0
     made, files = _targets(arguments)
     with working(f"checking {len(files)} file{'s' * (len(files) != 1)}"):
-        checked = [one for file in files for one in _check(file, made, fix, quiet=form != "text")]
+        look = _look(fix, diff, quiet=form != "text")
+        checked = [one for file in files for one in _check(file, made, look)]
     _print(checked, made, form)
     worst = [each for one in checked for each in one.found if strict or each.severity is Severity.ERROR]
     return 1 if worst else 0
@@ -97,14 +101,24 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     return made, files
 
 
-def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator[Checked]:
+Look = Callable[[Path, str, Callable[[str], list[Diagnostic]]], tuple[str, list[Diagnostic]]]
+"""Checks the text of a file, perhaps fixes it, and returns the text and what is wrong in it."""
+
+
+def _look(fix: bool, diff: bool, quiet: bool) -> Look:
+    if diff:
+        return partial(_shown, quiet=quiet)
+    return partial(_fixed, quiet=quiet) if fix else lambda file, text, diagnose_it: (text, diagnose_it(text))
+
+
+def _check(file: Path, made: Product | None, look: Look) -> Iterator[Checked]:
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file)
     if kind == SCENE:
         # Import `sweep_file` only for a .toml file, because the import is slow.
         from axistwin.sweeps.sweep_file import is_sweep_file
 
-        yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, fix, quiet)
+        yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, look)
         return
     try:
         text = load(file)
@@ -114,7 +128,7 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator
     target = made or product_for(kind, text)
     check_kind(file, target)
     diagnose_it = partial(diagnose_text, suffix=kind, made=target, file=str(file))
-    yield _fixed(file, diagnose_it, quiet, target) if fix else Checked(file, text, diagnose_it(text), target.model)
+    yield Checked(file, *look(file, text, diagnose_it), target.model)
 
 
 def _check_sweep(file: Path) -> Checked:
@@ -129,7 +143,7 @@ def _check_sweep(file: Path) -> Checked:
     return Checked(file, text, [])
 
 
-def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
+def _check_scene(scene: Path, look: Look) -> Iterator[Checked]:
     # Only the check of a scene imports these modules, because these modules load slowly.
     from axistwin.diagnostics.scenes import diagnose_scene, is_of_program, named_programs
     from axistwin.scenes.source import read_text
@@ -141,8 +155,8 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
         except ProgramError:  # `diagnose_scene` reports each program file that is unreadable.
             continue
         diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
-        one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))
-        named.append(replace(one, model=models[endpoint].model if endpoint in models else "", scene=scene))
+        model = models[endpoint].model if endpoint in models else ""
+        named.append(Checked(file, *look(file, text, diagnose_it), model, scene))
     found = diagnose_scene(scene)
     own = [each for each in found if not any(one.found and is_of_program(each, one.file) for one in named)]
     yield Checked(scene, read_text(scene), own)
@@ -150,17 +164,38 @@ def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
 
 
 def _fixed(
-    file: Path, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool, target: Product | None = None
-) -> Checked:
-    """Apply all unambiguous fixes to a file, and return the diagnostics that remain."""
-    text, encoding = check_fix.read_exactly(file)
-    better, done, left = check_fix.fix_text(text, diagnose_it)
-    if done:
-        check_fix.replace(file, better, encoding)
+    file: Path, text: str, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool
+) -> tuple[str, list[Diagnostic]]:
+    """Apply all unambiguous fixes to a file, and keep its old contents beside it."""
+    exact, rest, encoding = check_fix.read_exactly(file)
+    better, done = _better(exact, text, diagnose_it)
+    if not done:
+        return text, diagnose_it(text)
+    backup = check_fix.replace(file, better, rest, encoding)
     for each in done:
         assert each.fix is not None
         click.echo(f"{file}:{each.line}:{each.column}: fixed {each.code}: {each.fix.title}", err=quiet)
-    return Checked(file, better, left, "" if target is None else target.model)
+    kept = backup if file.is_symlink() else file.with_name(backup.name)
+    click.echo(f"{file}: the old program is in {kept}", err=quiet)
+    text = load(file)
+    return text, diagnose_it(text)
+
+
+def _shown(
+    file: Path, text: str, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool
+) -> tuple[str, list[Diagnostic]]:
+    """Show the unambiguous fixes of a file, and write nothing."""
+    exact, _, _ = check_fix.read_exactly(file)
+    for line in check_fix.difference(file, exact, _better(exact, text, diagnose_it)[0]):
+        click.echo(line, err=quiet)
+    return text, diagnose_it(text)
+
+
+def _better(exact: str, text: str, diagnose_it: Callable[[str], list[Diagnostic]]) -> tuple[str, Sequence[Diagnostic]]:
+    """Fix a text, but only if it means the same as the text that is checked, whose line ends are different."""
+    if diagnose_it(exact) != diagnose_it(text):
+        return exact, []
+    return check_fix.fix_text(exact, diagnose_it)[:2]
 
 
 def _print(checked: Sequence[Checked], made: Product | None, form: str) -> None:

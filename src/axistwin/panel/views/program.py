@@ -15,6 +15,7 @@ from axistwin.panel.context import Context, Refresh, seldom
 from axistwin.panel.drawings.listing import Lines
 from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
+from axistwin.storage import encoding_of, split_at_end
 
 MOST_BYTES = 1 << 18
 """Largest size of a program in bytes: ten times a real program, but less than a browser's message can contain."""
@@ -206,15 +207,9 @@ class _Loading:
 
 
 async def _read(file: FileUpload) -> str:
-    """Decode an uploaded file, and return its text.
-
-    The encoding is UTF-8 or, for a file that is not valid UTF-8, Latin-1.
-    """
-    data = await file.read()
-    try:
-        return data.decode()
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    """Return the text of an uploaded file, as of a file that a command reads."""
+    data, _ = split_at_end(await file.read())
+    return data.decode(encoding_of(data), "replace")
 
 
 _DENSE = "dense options-dense outlined"
