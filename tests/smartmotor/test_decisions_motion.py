@@ -158,7 +158,7 @@ def test_brktrj_without_mtb_lets_the_servo_hold(bench, motor):
 def test_mode_torque_under_brktrj_has_no_torque(bench, motor):
     """5.2: "When Bt is 0, MTB will be active"; Bt is 0 in torque mode, so under BRKTRJ mode torque has no torque."""
     send(bench, motor, "BRKTRJ T=320 MT", 0.1)
-    assert send(bench, motor, "RMODE RBo RP") == b"B\r1\r0\r"
+    assert send(bench, motor, "RMODE RBo RP") == b"B\r0\r0\r"
     send(bench, motor, "BRKSRV MT", 0.1)
     assert ask(bench, motor, "RMODE") == "T"
 

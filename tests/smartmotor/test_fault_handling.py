@@ -111,7 +111,7 @@ def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench, motor):
     assert send(bench, motor, "RP RPE") == b"50000\r0\r"
     assert status_word(bench, motor) == BO
     send(bench, motor, "G")
-    assert status_word(bench, motor) == 0
+    assert status_word(bench, motor) == BT
 
 
 @pytest.mark.parametrize("f", [1, 33])

@@ -22,6 +22,17 @@ def test_an_edge_during_c2_does_not_call_it_again(bench, motor):
     assert value(bench, motor, "j") == 2
 
 
+def test_an_edge_during_the_program_s_own_gosub2_does_not_call_c2(bench, motor):
+    """7.1: "a new input trigger occurrence will not trigger a GOSUB2 until a prior GOSUB2 call has been completed"."""
+    run(bench, motor, "UGI\nF=64\nGOSUB2\nWHILE 1\nLOOP\nEND\nC2\nj=j+1\nWHILE p==0\nLOOP\nRETURNI")
+    trigger(bench, motor)
+    assert value(bench, motor, "j") == 1
+    send(bench, motor, "p=1", 0)
+    advance(bench, 50)
+    trigger(bench, motor)
+    assert value(bench, motor, "j") == 2
+
+
 def test_return_instead_of_returni_leaves_c2_closed(bench, motor):
     """7.1: C2 needs "A return by RETURNI rather than RETURN"; after RETURN, C2 is not called again."""
     run(bench, motor, main_with("RETURN"))

@@ -101,12 +101,20 @@ def test_s_stops_at_once(bench, motor):
     assert send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
 
 
-@pytest.mark.parametrize("words", [b"V=1000 P=100 G ", b"A=1000 P=100 G ", b"P=0 A=100 V=100 G "])
-def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, words):
-    """With A=0 or V=0, G does not move: Bo becomes 0, and no trajectory is in progress."""
+@pytest.mark.parametrize(
+    ("words", "busy"),
+    [
+        (b"V=1000 P=100 G ", b"1"),
+        (b"A=1000 P=100 G ", b"1"),
+        (b"MV A=1000 V=0 G ", b"1"),
+        (b"P=0 A=100 V=100 G ", b"0"),
+    ],
+)
+def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, words, busy):
+    """With A=0 or V=0, G does not move: Bo becomes 0; the trajectory is in progress unless its target is reached."""
     send(bench, motor, words, 0)
     positions(bench, motor, 20)
-    assert send(bench, motor, b"RBo RBt RP ", 0) == b"0\r0\r0\r"
+    assert send(bench, motor, b"RBo RBt RP ", 0) == b"0\r" + busy + b"\r0\r"
 
 
 def test_o_changes_the_numbers_and_nothing_else(bench, motor):

@@ -220,8 +220,11 @@ class SmartMotors(Core):
         """
         shaft = self.shaft(axis)
         shaft._aim(None)
+        path = list(points)
+        if path:  # where the mode after host mode finds its target, so that the motion ends
+            yield from self.send(shaft.prefix, f"MP V={abs(shaft._speed(shaft.velocity))} P={path[-1][1]}")
         yield from self.send(shaft.prefix, "MD")
-        for clock, position in points:
+        for clock, position in path:
             yield Write(b"\xfa" + position.to_bytes(4, "big", signed=True) + b"\r")
             yield Write(b"\xfb" + clock.to_bytes(4, "big") + b"\r")
         if self.echo:

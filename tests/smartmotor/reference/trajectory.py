@@ -126,11 +126,8 @@ class Trajectory:
         way = 1 if remaining >= 0 else -1
         self.velocity = way * self._approach(way * self.velocity, abs(remaining))
         self.place += self.velocity
-        arrived = self.place == self.target * COUNT and abs(self.velocity) <= self.rate
-        if arrived:
-            self.velocity = 0
-        if arrived or (self.velocity == 0 and not (self.rate and self.top)):
-            motor.flags["Bt"] = 0
+        if self.place == self.target * COUNT and abs(self.velocity) <= self.rate:
+            self.velocity = motor.flags["Bt"] = 0
 
     def _approach(self, speed, distance):
         """Return the speed towards a target at this distance."""
@@ -143,7 +140,6 @@ class Trajectory:
     def _velocity(self, motor, moved):
         self.velocity = nearer(self.velocity, self.top, self.rate)
         self.place += self.velocity
-        motor.flags["Bt"] = int(self.velocity != 0 or (self.top != 0 and self.rate != 0))
 
     def _stop(self, motor, moved):
         self.velocity = nearer(self.velocity, 0, self.rate)

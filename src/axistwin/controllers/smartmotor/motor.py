@@ -163,6 +163,7 @@ class Motor(Processor):
         The place in a running program does not change.
         """
         self._program = program
+        self.i[s.C2_PLACE] = program.labels.get(INPUT_2, -1)
         self.core.code = array("q", program.code)
 
     def update_outputs(self) -> None:

@@ -90,6 +90,7 @@ def update_outputs(motor: Processor) -> None:
     i = motor.i
     if motor.brake_control is Control.TRAJECTORY and motor.mtb_enabled and not i[s.BT] and i[s.MODE] >= s.M_HOLD:
         switch_off(motor)
+        i[s.BO] = 0
     if i[s.MODE] == s.M_BRAKE:
         i[s.DRIVE] = s.DRIVE_SHORTED
     else:

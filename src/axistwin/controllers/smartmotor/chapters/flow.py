@@ -90,7 +90,6 @@ def call(motor: Processor, label: int, kind: int) -> bool:
     if target is None or (kind == s.CALL_INPUT and within(motor, kind)) or not _call(motor, target, kind):
         return False
     if kind == s.CALL_INPUT:
-        motor.i[s.C2_CALLED] = 1
         motor.i[s.WAIT_UNTIL] = 0
     return True
 

@@ -196,7 +196,7 @@ def turn_on(motor: Processor, mode: int) -> None:
     The flag Bt then reports a trajectory in progress.
     """
     i = motor.i
-    if i[s.BO] or i[s.MODE] == s.M_TORQUE:
+    if i[s.BO] or i[s.MODE] in (s.M_TORQUE, s.M_BRAKE):
         i[s.COMMANDED] = position_of_shaft(i) << 16
         i[s.VELOCITY] = 0
         clear_integral(i)
@@ -220,7 +220,7 @@ def may_stop(motor: Processor) -> bool:
     """
     i = motor.i
     leaving = i[s.VELOCITY] != 0 and not (i[s.STOPPING] or i[s.BE] or i[s.BH])
-    return not i[s.BO] and (leaving or may_move(motor, 0))
+    return not i[s.BO] and i[s.MODE] != s.M_BRAKE and (leaving or may_move(motor, 0))
 
 
 def stop(motor: Processor) -> None:

@@ -44,6 +44,8 @@ POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_W
 HEAD = 3
 """Length of a statement's head: operation, number, and the place of the next statement after an error."""
 
+CALL_C2 = 64
+"""The function of F that lets pin G call C2 (table 7.1)."""
 MOST_POWER = 4
 
 
@@ -310,6 +312,8 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
     i[s.RETURNS + i[s.DEPTH]] = (back << 2) | kind
     i[s.DEPTH] += 1
     i[s.PC] = target
+    if target == i[s.C2_PLACE] and (kind == s.CALL_INPUT or i[s.F] & CALL_C2):
+        i[s.C2_CALLED] = 1
     return True
 
 

@@ -31,7 +31,8 @@ SWITCHES, *_ = islice(_slots, 11)
     PAUSED,  # Flag: 1 while the program waits for a serial character because of the command `!`.
     RUN_GIVEN,  # 1 if the command RUN has started the program; 0 if the program has started at power-up.
     C2_CALLED,  # Flag: 1 while the interrupt subroutine C2 runs, i.e. until RETURNI, STACK or END.
-) = islice(_slots, 4)
+    C2_PLACE,  # Index of the label C2 in the code, or -1.
+) = islice(_slots, 5)
 
 # Parameters that commands set, e.g. A=100 (chapters 4 and 13 of the guide to the base language)
 A, V, P, D, T, E = islice(_slots, 6)

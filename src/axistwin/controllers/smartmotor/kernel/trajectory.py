@@ -173,12 +173,9 @@ def profile(i: Ints) -> None:
         if velocity == remaining and -acceleration <= velocity <= acceleration:
             velocity = 0
             i[s.BT] = 0
-        elif velocity == 0 and (acceleration == 0 or i[s.MAX_VELOCITY] == 0):
-            i[s.BT] = 0  # no distance
     elif mode == s.M_VELOCITY:
         velocity = ramp_velocity(velocity, i[s.MAX_VELOCITY], acceleration)
         i[s.COMMANDED] += velocity
-        i[s.BT] = 0 if velocity == 0 and (i[s.MAX_VELOCITY] == 0 or acceleration == 0) else 1
     elif mode == s.M_STOP:
         velocity = ramp_velocity(velocity, 0, acceleration)
         i[s.COMMANDED] += velocity
