@@ -19,7 +19,7 @@ import axistwin
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.cli import main
-from axistwin.errors import UsageError
+from axistwin.errors import AxistwinError, UsageError
 from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 
 from . import command
@@ -221,7 +221,7 @@ def test_a_directory_that_cannot_be_written_is_told_at_the_start():
 @pytest.mark.parametrize("error", [NO_SPACE, OSError(30, "Read-only file system")])
 def test_a_disk_that_is_full_is_told_at_the_start(tmp_path, monkeypatch, error):
     refused(monkeypatch, tmp_path, error)
-    with pytest.raises(UsageError) as told:
+    with pytest.raises(AxistwinError) as told:
         Bench().add("if2", state=tmp_path)
     assert (
         str(told.value)
@@ -393,7 +393,7 @@ def test_a_run_tells_and_counts_what_it_could_not_keep(tmp_path, monkeypatch, ca
     monkeypatch.setattr(os, "replace", full_soon)
     with pytest.raises(SystemExit) as ended:
         main(["run", "smartmotor", str(program), "--state", str(tmp_path / "state"), "--for", "1"])
-    assert ended.value.code == 0
+    assert ended.value.code == 1
     first, last = warnings(caplog)
     assert "smartmotor.json cannot be written: no space left on device" in first
     # loading the program takes two writes: when LOAD begins, and at its end

@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from errno import EINVAL, ENOTSUP
+from errno import EDQUOT, EFBIG, EINVAL, EIO, ENOSPC, ENOTSUP
 from glob import escape
 from logging import getLogger
 from pathlib import Path
@@ -17,6 +17,8 @@ LOCK, HOLDER = ".axistwin.lock", ".axistwin.holder"
 """Files of a state directory: the lock, and its holder (process number, blank, the program's name)."""
 MOST_BYTES = 1 << 20
 """Maximum size of a controller's memory file."""
+FULL = {ENOSPC, EDQUOT, EIO, EFBIG}
+"""Error numbers of a full or broken disk."""
 LONGEST = 80
 MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 """Byte order marks with their encodings."""
@@ -28,6 +30,8 @@ _log = getLogger("axistwin.state")
 
 class MemoryStore:
     """Emulated non-volatile memory of a controller.  The contents are kept in the computer's RAM, not in a file."""
+
+    lost = False
 
     def __init__(self) -> None:
         self._contents: bytes | None = None
@@ -68,6 +72,8 @@ class FileStore:
         self._counted = 0
         """Number of failed writes that the log already contains."""
         self._given_up = False
+        self.lost = False
+        """True if contents were lost when the power was switched off, and no others have been written since."""
 
     def __str__(self) -> str:
         return str(self.path)
@@ -110,6 +116,7 @@ class FileStore:
                 self._write(self._unwritten)
         if self._failures > self._counted:
             _log.warning("%s", f"{self.path}: {self._failures} of {self._writes} writes failed: {self._outcome}")
+        self.lost |= self._unwritten is not None
         self._unwritten, self._counted = None, self._failures
 
     @property
@@ -121,7 +128,7 @@ class FileStore:
 
     def _write(self, contents: bytes) -> None:
         write_whole(self.path, contents)
-        self._image, self._unwritten = contents, None
+        self._image, self._unwritten, self.lost = contents, None, False
 
     def put_back(self) -> None:
         """Restore the contents that the file had when the simulation began.
@@ -218,9 +225,7 @@ def _readable_errors(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         write_or_make = "write" if os.path.isdir(path) else "make"  # `is_dir` raises for a long name
-        raise UsageError(
-            f"cannot {write_or_make} state directory {path} ({reason(error)}): choose another directory"
-        ) from None
+        raise write_error(f"cannot {write_or_make} state directory {path}", error, "choose another directory") from None
     except ValueError:
         raise UsageError(
             f"invalid state directory {str(path)!r}: expected a path without NUL characters, e.g. ./state"
@@ -288,6 +293,28 @@ def write_whole(path: Path, contents: bytes) -> None:
             beside.unlink()
         raise
     _sync(path.parent)
+
+
+def write_file(path: Path, contents: bytes | str, text: str = "") -> None:
+    """Write a file for the user completely or not at all; a device or a pipe is written directly.
+
+    Raises UsageError or AxistwinError, as `write_error`.  `text`: what cannot be done, for the message.
+    """
+    data = contents.encode() if isinstance(contents, str) else contents
+    try:
+        target = path.resolve()
+        if target.exists() and not target.is_file():
+            target.write_bytes(data)
+        else:
+            write_whole(target, data)
+    except OSError as error:
+        raise write_error(text or f"{path} cannot be written", error) from None
+
+
+def write_error(text: str, error: OSError, remedy: str = "") -> AxistwinError:
+    """Return the error for a file that cannot be written: a UsageError, except if the disk is full or broken."""
+    kind = AxistwinError if error.errno in FULL else UsageError
+    return kind(f"{text} ({reason(error)}): {remedy}" if remedy else f"{text}: {reason(error)}")
 
 
 def _sweep(path: Path) -> None:

@@ -167,6 +167,43 @@ def test_a_failed_action_ends_the_step_with_an_error(unpacked):
     assert "unknown fault 'crash'" in tool.machine.log_queue[-1].msg
 
 
+def test_times_that_fmi_does_not_permit_are_errors_with_a_sentence(unpacked):
+    """Time stands still in such a step, and the right one works afterwards."""
+    tool = Tool(instance(unpacked()))
+    machine = tool.machine
+    for begin_s, step_s, sentence in (
+        (7.0, 1e300, "1e+300 s is too long: expected less than 292 years (9.2e9 s)"),
+        (float("nan"), 0.1, "invalid communication point nan: expected a finite number of seconds"),
+        (float("inf"), 0.1, "invalid communication point inf: expected a finite number of seconds"),
+        (100.0, float("nan"), "invalid step size nan: expected a finite number of seconds above 0"),
+        (100.0, -0.1, "invalid step size -0.1: expected a finite number of seconds above 0"),
+        (100.0, 0.0, "invalid step size 0: expected a finite number of seconds above 0"),
+        (100.0, float("inf"), "invalid step size inf: expected a finite number of seconds above 0"),
+        (100.0, 1e300, "1e+300 s is too long: expected less than 292 years (9.2e9 s)"),
+        (100.0, 0.1, None),
+        (100.1, 0.2, None),
+        (100.2, 0.1, "invalid communication point 100.2 s: expected 100.3 s, the end of the last step"),
+        (147.0, 0.1, "invalid communication point 147 s: expected 100.3 s, the end of the last step"),
+        (100.3, -0.3, "invalid step size -0.3: expected a finite number of seconds above 0"),
+        (100.3 + 4e-14, 0.7, None),
+    ):
+        before = machine.bench.now
+        result = machine.do_step(begin_s, step_s)
+        assert result.status == (0 if sentence is None else 3)
+        assert (machine.bench.now > before) == (sentence is None)
+        assert sentence is None or machine.log_queue[-1].msg == sentence
+    assert (machine.bench.seconds, tool["time"]) == (1, 101.0)
+
+
+def test_a_value_that_is_refused_once_is_refused_again(unpacked):
+    tool = Tool(instance(unpacked()))
+    for _ in range(2):
+        tool["'my-table'.X.torque"] = float("nan")
+        assert tool.machine.do_step(0.0, 0.1).status == 3
+    tool["'my-table'.X.torque"] = 0.0
+    assert tool.machine.do_step(0.0, 0.1).status == 0
+
+
 def test_another_version_of_axistwin_is_refused(unpacked):
     folder = unpacked()
     settings = folder / "resources" / "axistwin.json"
@@ -180,7 +217,7 @@ def test_another_version_of_axistwin_is_refused(unpacked):
     [
         (["-o", "my-machine.fmu"], "expected letters, digits and _, e.g. machine.fmu"),
         (["-o", "machine.zip"], "expected a name that ends in .fmu"),
-        (["-o", "missing/machine.fmu"], "missing/machine.fmu cannot be written: No such file or directory"),
+        (["-o", "missing/machine.fmu"], "missing/machine.fmu cannot be written: no such file or directory"),
         (
             ["--command", "start"],
             "invalid --command 'start': expected NAME: > COMMAND or NAME: ! ACTION, e.g. 'start: > X3000@5000S1$\\r'",

@@ -28,9 +28,10 @@ from axistwin.bench.events import (
     observing,
 )
 from axistwin.conversations.conversation import Conversation, write
-from axistwin.errors import UsageError
+from axistwin.errors import AxistwinError, UsageError
 from axistwin.plant.axes import Axis
 from axistwin.sim.frames import UartFormat
+from axistwin.storage import write_error
 from axistwin.units import MS, S
 
 log = getLogger("axistwin")
@@ -249,7 +250,7 @@ class TalkFile:
     """Writes the lines of a recording to a conversation file (`.talk`) while the simulation runs.
 
     The constructor raises UsageError if it cannot create the file.  If writing fails later, a warning is logged once
-    and later lines are lost; `close` raises the error again.
+    and later lines are lost; `close` raises AxistwinError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -259,7 +260,7 @@ class TalkFile:
             raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
         self.path = path
         self.codec: Codec = CHARACTERS
-        self._write_error = ""
+        self._write_error: OSError | None = None
         try:
             self._file = path.open("w", encoding="utf-8", buffering=1)
         except OSError as error:
@@ -272,20 +273,20 @@ class TalkFile:
         try:
             self._file.write(write((act,), self.codec))
         except OSError as error:
-            self._write_error = str(self._cannot(error))
-            log.warning("%s: later acts are not recorded", self._write_error)
+            self._write_error = error
+            log.warning("%s: later acts are not recorded", self._cannot(error))
 
     def close(self) -> None:
-        """Close the file.  Raises UsageError if the recording is incomplete, e.g. because the disk is full."""
+        """Close the file.  Raises AxistwinError if the recording is incomplete, e.g. because the disk is full."""
         try:
             self._file.close()
         except OSError as error:
-            self._write_error = self._write_error or str(self._cannot(error))
-        if write_error := self._write_error:
-            raise UsageError(f"the recording is incomplete: {write_error}")
+            self._write_error = self._write_error or error
+        if self._write_error is not None:
+            raise write_error(f"the recording is incomplete: {self.path} cannot be written", self._write_error)
 
-    def _cannot(self, error: OSError) -> UsageError:
-        return UsageError(f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}")
+    def _cannot(self, error: OSError) -> AxistwinError:
+        return write_error(f"{self.path} cannot be written", error)
 
 
 @contextmanager

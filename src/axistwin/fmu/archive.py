@@ -4,7 +4,6 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +14,7 @@ from axistwin.errors import UsageError, require
 from axistwin.fmu.variables import inputs
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.toml_text import tables
+from axistwin.storage import write_error, write_whole
 from axistwin.version import VERSION
 
 SUFFIX = ".fmu"
@@ -46,11 +46,9 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     """Write a scene as an FMU to the file `out`, and return the path of the file.
 
     `commands`: lines of a conversation by name, which become inputs: `{"start": r"> X3000@5000S1$\\r"}`.
-    Raises UsageError or SceneError; nothing is written then.
+    Raises AxistwinError; nothing is written then.
     """
     require("pythonfmu3", "fmu")
-    from pythonfmu3 import FmuBuilder
-
     out, commands = Path(out), dict(commands or {})
     name = _model_name(out)
     scene = _alone(scene if isinstance(scene, Scene) else Scene.load(scene))
@@ -58,21 +56,30 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
     # Check the commands before the file is written; an invalid command raises UsageError.
     inputs(scene.build(), commands)
     settings = _settings(scene, texts, commands)
-    with TemporaryDirectory() as folder:
-        root = Path(folder)
-        for file, text in texts.items():
-            path = root / FOLDER / file
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8", newline="")
-        (root / SETTINGS).write_text(json.dumps(settings, indent=2, ensure_ascii=False), encoding="utf-8")
-        # Each FMU needs a unique module name, because Python imports only one module of each name.
-        script = root / f"fmu_{name}_{settings['token'].replace('-', '')}.py"
-        script.write_text(SCRIPT.format(version=VERSION, name=name), encoding="utf-8")
-        made = FmuBuilder.build_FMU(
-            script, root / "made", [root / FOLDER, root / SETTINGS], canHandleVariableCommunicationStepSize=True
-        )
-        _move(Path(made), out)
+    try:
+        with TemporaryDirectory() as folder:
+            _build(Path(folder), name, texts, settings, out)
+    except OSError as error:
+        raise write_error(f"{out} cannot be written", error) from None
     return out
+
+
+def _build(root: Path, name: str, texts: Mapping[str, str], settings: Mapping[str, Any], out: Path) -> None:
+    """Build the FMU in the folder `root`, and move it to `out`.  Raises OSError."""
+    from pythonfmu3 import FmuBuilder
+
+    for file, text in texts.items():
+        path = root / FOLDER / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="")
+    (root / SETTINGS).write_text(json.dumps(settings, indent=2, ensure_ascii=False), encoding="utf-8")
+    # Each FMU needs a unique module name, because Python imports only one module of each name.
+    script = root / f"fmu_{name}_{settings['token'].replace('-', '')}.py"
+    script.write_text(SCRIPT.format(version=VERSION, name=name), encoding="utf-8")
+    made = FmuBuilder.build_FMU(
+        script, root / "made", [root / FOLDER, root / SETTINGS], canHandleVariableCommunicationStepSize=True
+    )
+    write_whole(out, Path(made).read_bytes())
 
 
 def _model_name(out: Path) -> str:
@@ -123,16 +130,3 @@ def _settings(scene: Scene, texts: Mapping[str, str], commands: Mapping[str, str
         "version": VERSION, "commands": dict(commands), "description": description,
         "token": str(token),
     }  # fmt: skip
-
-
-def _move(made: Path, out: Path) -> None:
-    """Write the finished FMU to the file `out`.  Raises UsageError if the file cannot be written."""
-    unfinished = out.with_name(f"{out.name}.{os.urandom(6).hex()}.new")
-    try:
-        unfinished.write_bytes(made.read_bytes())
-        os.replace(unfinished, out)
-    except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink()
-        reason = error.strerror
-        raise UsageError(f"{out} cannot be written: {reason}") from None

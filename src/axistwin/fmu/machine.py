@@ -6,6 +6,7 @@ An FMU contains this module's caller, the scene, and pythonfmu3.  axistwin is a 
 import json
 from collections.abc import Mapping
 from functools import partial
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,11 @@ from axistwin.errors import AxistwinError, UsageError
 from axistwin.fmu.archive import FOLDER, SCENE, SETTINGS
 from axistwin.fmu.variables import ANGLE, SPEED, TIME, TORQUE, Input, Output, inputs, outputs
 from axistwin.scenes.scene import Scene
-from axistwin.units import S
+from axistwin.units import to_ns
 from axistwin.version import VERSION
 
+ROUNDING_S, ROUNDING = 1e-9, 1e-12
+"""Greatest difference between the end of a step and the begin of the next one: absolute, and relative to the time."""
 UNITS = {TORQUE: {"kg": 1, "m": 2, "s": -2}, ANGLE: {"rad": 1}, SPEED: {"rad": 1, "s": -1}, "s": {"s": 1}}
 
 
@@ -36,9 +39,10 @@ class Machine(Fmi3Slave):
         self.bench = scene.build()
         self.guid, self.description = settings["token"], settings["description"]
         self.version, self.author = settings["version"], "axistwin"
-        self._begin_ns: int | None = None
+        self._begin_s: float | None = None
         """Time of the simulation tool at 0 s of the bench; None before the first step."""
         self._time_s = 0.0
+        """End of the last step, which is the begin of the next one."""
         self.register_units([Unit(name, **base) for name, base in UNITS.items()])
         self._add_time()
         self._values: dict[str, float] = {}
@@ -79,20 +83,33 @@ class Machine(Fmi3Slave):
 
         The first communication point is 0 s of the bench, because pythonfmu3 does not pass on the start time.
         """
-        if self._begin_ns is None:
-            self._begin_ns = round(current_time * S)
         try:
+            end_ns = self._end_ns(current_time, step_size)
             for each in self._inputs:
                 value = self._values[each.name]
                 if value != self._applied[each.name]:
-                    self._applied[each.name] = value
                     each.set(value)
+                    self._applied[each.name] = value
+            if self._begin_s is None:
+                self._begin_s = current_time
             self._time_s = current_time + step_size
-            self.bench.clock.run_to(max(self.bench.now, round(self._time_s * S) - self._begin_ns))
+            self.bench.clock.run_to(max(self.bench.now, end_ns))
         except AxistwinError as error:
             self.log(str(error), Fmi3Status.error)
             return Fmi3StepResult(status=Fmi3Status.error)
         return Fmi3StepResult(status=Fmi3Status.ok)
+
+    def _end_ns(self, begin_s: float, step_s: float) -> int:
+        """Return the end of a step in the time of the bench.  Raises UsageError for times that FMI does not permit."""
+        if not isfinite(begin_s):
+            raise UsageError(f"invalid communication point {begin_s:g}: expected a finite number of seconds")
+        if not 0 < step_s < inf:
+            raise UsageError(f"invalid step size {step_s:g}: expected a finite number of seconds above 0")
+        if self._begin_s is not None and abs(begin_s - self._time_s) > ROUNDING_S + ROUNDING * abs(self._time_s):
+            raise UsageError(
+                f"invalid communication point {begin_s:.9g} s: expected {self._time_s:.9g} s, the end of the last step"
+            )
+        return to_ns(begin_s + step_s - (begin_s if self._begin_s is None else self._begin_s))
 
 
 def _check_version(needed_version: str) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from axistwin.errors import UsageError
-from axistwin.storage import reason
+from axistwin.storage import write_error
 
 PACKAGE = Path(__file__).parents[1]
 CLONE = PACKAGE.parents[1]
@@ -59,9 +59,7 @@ class Example:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(file, path)
         except OSError as error:
-            raise UsageError(
-                f"the example cannot be copied to {target}: {reason(error)}; choose another directory"
-            ) from None
+            raise write_error(f"the example cannot be copied to {target}", error, "choose another directory") from None
         return list(wanted.values())
 
 

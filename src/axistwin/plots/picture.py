@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import UsageError
 from axistwin.plots.chart import Chart, Panel, Word
+from axistwin.storage import write_file
 from axistwin.units import S
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def as_svg(chart: Chart) -> str:
 
 
 def write_figure(figure: "Figure", path: Path) -> None:
-    """Write a Matplotlib figure to an SVG or PNG file.  Raises UsageError if the file cannot be written."""
+    """Write a Matplotlib figure to an SVG or PNG file.  Raises AxistwinError if the file cannot be written."""
     _write(path, _rendered(figure, path.suffix.lstrip(".")))
 
 
@@ -78,13 +79,7 @@ def _rendered(figure: "Figure", form: str) -> bytes:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Write a picture file.  If writing fails, delete the file and raise UsageError."""
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        if path.is_file():
-            path.unlink()
-        raise UsageError(f"cannot write the picture to {path}: {error.strerror}") from None
+    write_file(path, data, f"cannot write the picture to {path}")
 
 
 def show(chart: Chart) -> None:

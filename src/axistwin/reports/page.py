@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from axistwin.errors import TraceError, UsageError
+from axistwin.storage import write_file
 
 if TYPE_CHECKING:
     from axistwin.plots import Chart
@@ -58,14 +59,9 @@ def check_path(path: Path) -> None:
 
 
 def write_page(page: Page, path: Path) -> None:
-    """Write a report to an HTML file.  Raises UsageError if the file cannot be written."""
+    """Write a report to an HTML file.  Raises AxistwinError if the file cannot be written."""
     check_path(path)
-    text = _html(page)
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror
-        raise UsageError(f"{path} cannot be written: {reason}") from None
+    write_file(path, _html(page))
 
 
 def of_recorded_files(

@@ -13,7 +13,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.errors import TraceError, UsageError
-from axistwin.storage import Lock, reason, write_whole
+from axistwin.storage import Lock, reason, write_error, write_whole
 from axistwin.sweeps.job import APART, Row
 from axistwin.traces.parquet import require_pyarrow
 
@@ -54,7 +54,7 @@ class Journal:
         except BaseException as error:
             self.__exit__()
             if isinstance(error, OSError):
-                raise UsageError(f"cannot write the results to {self.out}: {reason(error)}") from None
+                raise write_error(f"cannot write the results to {self.out}", error) from None
             raise
         return self
 
@@ -147,7 +147,7 @@ def kind_of(values: Sequence[Any]) -> str:
 
 
 def _write(found: "pa.Table", path: Path) -> None:
-    """Write a table with its check sum.  Raises UsageError; the file is then unchanged."""
+    """Write a table with its check sum.  Raises AxistwinError; the file is then unchanged."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -160,7 +160,7 @@ def _write(found: "pa.Table", path: Path) -> None:
     try:
         write_whole(path, bytes(data))
     except OSError as error:
-        raise UsageError(f"cannot write the results to {path}: {reason(error)}") from None
+        raise write_error(f"cannot write the results to {path}", error) from None
 
 
 def _load(path: Path) -> "pa.Table":

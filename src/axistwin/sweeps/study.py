@@ -14,7 +14,7 @@ from shutil import rmtree
 from typing import Any
 
 from axistwin.errors import AxistwinError, UsageError, require
-from axistwin.storage import Lock, reason
+from axistwin.storage import Lock, write_error
 from axistwin.sweeps.journal import being_written, check_plan
 from axistwin.sweeps.values import Value, Values
 
@@ -168,7 +168,7 @@ def reserved(out: Path) -> Iterator[None]:
         directory.mkdir(exist_ok=True)
         lock = Lock(directory, being_written(out))
     except OSError as error:
-        raise UsageError(f"cannot write the study to {out}: {reason(error)}") from None
+        raise write_error(f"cannot write the study to {out}", error) from None
     try:
         yield
     finally:
@@ -202,14 +202,15 @@ def _check_pages(path: Path) -> None:
 
 @contextmanager
 def _storage(path: Path, what: str) -> Iterator[None]:
-    """Convert an exception of Optuna, SQLAlchemy or SQLite to a UsageError."""
+    """Convert an exception of Optuna, SQLAlchemy or SQLite: to a UsageError, or in writing to an AxistwinError."""
     try:
         yield
     except AxistwinError:
         raise
     except Exception as error:  # noqa: BLE001  # of SQLAlchemy, which need not be there
         why = (str(error) or type(error).__name__).splitlines()[0]
-        raise UsageError(
+        kind = UsageError if what == "read" else AxistwinError
+        raise kind(
             f"cannot {what} the study in {path} ({why}): expected a whole file of 'axistwin tune', or a new one"
         ) from None
 

@@ -63,6 +63,8 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._began_ns = bench.now
         self._make = sink_for(path)
         self._flushed_s = 0.0
+        self.incomplete = False
+        """True if the trace, or the save file of GTKWave, could not be written."""
         self._chosen = supported(path, choose(catalogue(bench), patterns))
 
     def __enter__(self) -> Self:
@@ -113,6 +115,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
             try:
                 write_save_file(self.path, self._chosen, self._began_ns, self.bench.now)
             except OSError as error:
+                self.incomplete = True
                 self._report(f"no GTKWave save file beside {self.path.name}: {error.strerror}")
 
     def _stop_on_error(self, do: Callable[[], None]) -> None:
@@ -126,7 +129,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._tracer.sink = None
         self._stack.close()
         ends_s = to_seconds(self._tracer.written_ns)
-        reason = "" if isinstance(error, LimitReachedError) else "writing failed: "
+        limited = isinstance(error, LimitReachedError)
+        self.incomplete |= not limited
+        reason = "" if limited else "writing failed: "
         self._report(f"the trace {self.path.name} ends at {ends_s:.6f} s, because {reason}{error.strerror}")
 
 

@@ -31,6 +31,7 @@ from axistwin.units import to_ns
 if TYPE_CHECKING:
     from axistwin.plots import Chart
     from axistwin.traces.memory import MemoryTrace
+    from axistwin.traces.trace import tracing
 
 SECONDS = Number(min=0)
 INTERRUPTED = 130
@@ -86,7 +87,8 @@ def run(
 
     Ctrl-C ends the run; the results up to then are printed and drawn, with the note that the run was interrupted.
 
-    Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
+    Exit code 1: the controller differs from the conversation, with --strict refuses a line, or a file of --trace or
+    --state cannot be written.
 
     \b
     Examples:
@@ -117,10 +119,15 @@ def run(
     place = bench.origin.get("title", target)
     what, title = (target, place) if program is None else (program.name, f"{place}  {program.name}")
     with _remembering(bench, (plot, report)) as memory, recording_run(bench) as record:
-        with _tracing(bench, traces, signals, trace_limit), working(RunProgress(what, bench, seconds, traces)):
+        with (
+            _tracing(bench, traces, signals, trace_limit) as traced,
+            working(RunProgress(what, bench, seconds, traces)),
+        ):
             outcome, interrupted = _perform(loaded, bench, seconds)
         for controller in bench.controllers.values():
             controller.store.end()
+    memories = (controller.store for controller in bench.controllers.values())
+    incomplete = any(trace.incomplete for trace in traced) or any(memory.lost for memory in memories)
     chart = _chart(memory, title)
     if plot is not None and chart is not None:
         from axistwin.plots import save
@@ -132,7 +139,7 @@ def run(
         checked = f"{'' if target.endswith('.toml') else target + ' '}{target if program is None else program}"
         outcome = _with_refusals(outcome, refused, checked)
     _report(record, outcome, refused, as_json)
-    code = INTERRUPTED if interrupted else 1 if outcome.difference or (strict and refused) else 0
+    code = INTERRUPTED if interrupted else 1 if outcome.difference or (strict and refused) or incomplete else 0
     if report is not None:
         with working(f"writing {report.name}"):
             write_page(_page(title, record, outcome, refused, chart, code, program), report)
@@ -189,17 +196,19 @@ def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
 
 
 @contextmanager
-def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> Iterator[None]:
+def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> "Iterator[list[tracing]]":
     """Context manager that writes the traces of the run to files."""
     with ExitStack() as stack:
+        traced = []
         for file in files:
             from axistwin.traces.signals import split
             from axistwin.traces.trace import tracing
 
-            stack.enter_context(
-                tracing(bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True), limit)
+            trace = tracing(
+                bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True), limit
             )
-        yield
+            traced.append(stack.enter_context(trace))
+        yield traced
 
 
 def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:

@@ -11,6 +11,7 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.parameters import FILE
 from axistwin.probing import Motion, Probe, Settings, Verdict, html, open_end
 from axistwin.probing import probe as compare
+from axistwin.storage import write_file
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -66,7 +67,7 @@ def probe(
         end.close()
         _progress(0, 0)
     if report is not None:
-        report.write_text(html(found) if report.suffix == ".html" else _json(found), encoding="utf-8")
+        write_file(report, html(found) if report.suffix == ".html" else _json(found))
     if as_json:
         click.echo(_json(found), nl=False)
     else:

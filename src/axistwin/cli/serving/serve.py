@@ -20,7 +20,7 @@ from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.preparing import preparing
 from axistwin.cli.serving.served import Ports
 from axistwin.cli.serving.sparing import Sparing
-from axistwin.errors import UsageError, require
+from axistwin.errors import AxistwinError, UsageError, require
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
@@ -251,9 +251,11 @@ class _Files:
 
         def end(another: Bench) -> None:
             if another is not bench and self.open:
-                self._catch_up.clear()
-                self._stack.close()
                 logging.getLogger("axistwin").warning("trace and recording end here: the session has gone back in time")
+                try:
+                    self.close()
+                except AxistwinError as error:
+                    logging.getLogger("axistwin").warning("%s", error)
 
         return end
 
@@ -274,6 +276,8 @@ def _tracing(
 
     with tracing(bench, Path(path), split(signals), limit=limit) as traced:
         yield traced.catch_up
+    if traced.incomplete:
+        raise AxistwinError(f"the trace {path} is incomplete")
 
 
 @contextmanager
@@ -329,17 +333,20 @@ async def _serve(
         prepare()
         if files.open:
             _catch_up_regularly(server.pacer, files)
-        return await ended
+        code = await ended
     finally:
         if shown is not None:
             await shown.close()
         server.pacer.sync()
         server.close()
-        files.close()  # End the trace and the recording before the controllers are switched off.
-        for controller in server.bench.controllers.values():
-            controller.power(False)
-        if late := server.pacer.report():
-            logging.getLogger("axistwin.links").warning("%s", late)
+        try:
+            files.close()  # End the trace and the recording before the controllers are switched off.
+        finally:
+            for controller in server.bench.controllers.values():
+                controller.power(False)
+            if late := server.pacer.report():
+                logging.getLogger("axistwin.links").warning("%s", late)
+    return code or int(any(controller.store.lost for controller in server.bench.controllers.values()))
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:

@@ -12,7 +12,7 @@ from axistwin.cli.common.listing import print_rows
 from axistwin.cli.common.names import unknown
 from axistwin.errors import UsageError
 from axistwin.guide import pages
-from axistwin.storage import reason, user_cache
+from axistwin.storage import user_cache, write_error
 from axistwin.version import VERSION
 
 
@@ -59,8 +59,10 @@ def docs(
     try:
         place = pages.build(out or user_cache() / f"pages-{VERSION}") / f"{wanted}.html"
     except (OSError, RuntimeError) as error:
-        cause = reason(error) if isinstance(error, OSError) else str(error)
-        raise UsageError(f"cannot write the pages ({cause}): choose a directory with --out DIR") from None
+        remedy = "choose a directory with --out DIR"
+        if isinstance(error, OSError):
+            raise write_error("cannot write the pages", error, remedy) from None
+        raise UsageError(f"cannot write the pages ({error}): {remedy}") from None
     address = place.resolve().as_uri()
     click.echo(address)
     if out is None and not webbrowser.open(address):
@@ -75,8 +77,8 @@ def _playground(out: Path | None, engine: Path | None) -> None:
     try:
         page = build(out, engine)
     except OSError as error:
-        raise UsageError(
-            f"cannot write the files of the playground ({reason(error)}): choose another directory with --out DIR"
+        raise write_error(
+            "cannot write the files of the playground", error, "choose another directory with --out DIR"
         ) from None
     click.echo(page)
     click.echo(

@@ -10,7 +10,7 @@ from axistwin.errors import UsageError
 from axistwin.guide import new_scene
 from axistwin.guide.new_scene import Answers
 from axistwin.numbers import NumberError, whole
-from axistwin.storage import reason
+from axistwin.storage import write_error
 
 
 @click.command()
@@ -46,7 +46,7 @@ def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> A
         for name, text in texts.items():
             (directory / name).write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise UsageError(f"cannot write to {directory} ({reason(error)}): choose another directory") from None
+        raise write_error(f"cannot write to {directory}", error, "choose another directory") from None
     for name in texts:
         click.echo(directory / name)
     if panel is None:

@@ -17,7 +17,7 @@ from axistwin.probing.rescue.exchange import Exchange
 from axistwin.probing.rescue.finding import Found
 from axistwin.scenes import Scene
 from axistwin.scenes.toml_text import tables
-from axistwin.storage import reason
+from axistwin.storage import write_error
 
 SCENE, TALK, VALUES = "machine.toml", "exchange.talk", "rescue.json"
 PORTS = {False: "tcp://127.0.0.1:5001", True: "bus://127.0.0.1:1811"}
@@ -72,7 +72,7 @@ def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = la
         _write(scratch, {VALUES: done.files[VALUES]})
         scratch.rename(out)
     except OSError as error:
-        raise UsageError(f"cannot write to {out} ({reason(error)}): choose another directory") from None
+        raise write_error(f"cannot write to {out}", error, "choose another directory") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     return done
@@ -105,7 +105,7 @@ def _scratch(out: Path) -> Path:
         out.parent.mkdir(parents=True, exist_ok=True)
         return Path(mkdtemp(prefix=f".{out.name}-", dir=out.parent))
     except OSError as error:
-        raise UsageError(f"cannot write to {out} ({reason(error)}): choose another directory") from None
+        raise write_error(f"cannot write to {out}", error, "choose another directory") from None
 
 
 def _write(directory: Path, files: dict[str, str]) -> None:
