@@ -4,6 +4,8 @@ import asyncio
 import gc
 import json
 import logging
+import os
+import signal
 
 import pytest
 
@@ -11,6 +13,8 @@ from axistwin import Bench
 from axistwin.cli.serving import ending, fail
 from axistwin.links import Pacer
 from axistwin.panel import People
+
+from ..command import ended, serving
 
 
 def raised(what):
@@ -73,3 +77,25 @@ def test_what_the_system_cannot_do_for_a_client_is_told_in_a_line(caplog):
     lost = {"message": "lost", "exception": ConnectionResetError("peer")}
     assert raised(lambda loop, _: loop.call_exception_handler(lost)) is None
     assert [(record.getMessage(), record.exc_info) for record in caplog.records] == [("lost: peer", None)]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no SIGHUP")
+def test_a_closed_terminal_ends_every_server_as_sigterm_does(tmp_path):
+    """SIGHUP: the link of the pseudo terminal is removed, and the trace is whole."""
+    link, trace = tmp_path / "if1", tmp_path / "t.csv"
+    with serving("if1", "--pty", link, "--trace", trace, "--speed", "100") as (program, _):
+        assert link.is_symlink()
+        assert ended(program, signal.SIGHUP)[0] == 0
+    assert not link.is_symlink()
+    assert trace.read_text().endswith("\n")
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no SIGHUP")
+def test_nohup_goes_on():
+    """`nohup` ignores SIGHUP, and so does the server that it starts."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert raised(lambda loop, _: os.kill(os.getpid(), signal.SIGHUP)) is None
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)

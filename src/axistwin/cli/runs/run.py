@@ -55,7 +55,7 @@ INTERRUPTED = 130
               help="Largest size of each trace, e.g. 5GB.")  # fmt: skip
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
 @click.option("--report", type=FILE, help="Write a page with picture, conversation, verdict and provenance: FILE.html.")
-@click.option("--strict", is_flag=True, help="Exit with 1 if the controller refuses a line.")
+@click.option("--strict", is_flag=True, hidden=True, expose_value=False)  # now always so
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
 @click.option(
@@ -70,7 +70,6 @@ def run(
     trace_limit: int | None,
     plot: Path | None,
     report: Path | None,
-    strict: bool,
     as_json: bool,
     options: tuple[str, ...],
     state: Path | None,
@@ -87,8 +86,8 @@ def run(
 
     Ctrl-C ends the run; the results up to then are printed and drawn, with the note that the run was interrupted.
 
-    Exit code 1: the controller differs from the conversation, with --strict refuses a line, or a file of --trace or
-    --state cannot be written.
+    Exit code 1: the controller differs from the conversation, refuses a line, or a file of --trace or --state cannot
+    be written.
 
     \b
     Examples:
@@ -139,7 +138,7 @@ def run(
         checked = f"{'' if target.endswith('.toml') else target + ' '}{target if program is None else program}"
         outcome = _with_refusals(outcome, refused, checked)
     _report(record, outcome, refused, as_json)
-    code = INTERRUPTED if interrupted else 1 if outcome.difference or (strict and refused) or incomplete else 0
+    code = INTERRUPTED if interrupted else 1 if outcome.difference or refused or incomplete else 0
     if report is not None:
         with working(f"writing {report.name}"):
             write_page(_page(title, record, outcome, refused, chart, code, program), report)

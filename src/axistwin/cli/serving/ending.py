@@ -12,8 +12,9 @@ from traceback import walk_tb
 from typing import Any
 
 INTERRUPTED = 130
-ENDS = {"SIGINT": INTERRUPTED, "SIGTERM": 0, "SIGBREAK": 0}
-"""Signals and their exit codes; SIGBREAK exists on Windows, for Ctrl-Break and service managers."""
+ENDS = {"SIGINT": INTERRUPTED, "SIGTERM": 0, "SIGHUP": 0, "SIGBREAK": 0}
+"""Signals and their exit codes: SIGHUP from a closed terminal or a lost connection, SIGBREAK on Windows
+for Ctrl-Break and service managers."""
 OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
 """Modules whose errors end the program, and modules that only display the bench, whose errors do not."""
 
@@ -30,7 +31,8 @@ def ending() -> asyncio.Future[int]:
     ended: asyncio.Future[int] = loop.create_future()
     loop.set_exception_handler(lambda _, context: _handle_exception(ended, context))
     for name, code in ENDS.items():
-        if (number := getattr(signal, name, None)) is not None:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:  # `nohup` ignores SIGHUP
             _subscribe(loop, number, partial(_end, ended, code))
     return ended
 

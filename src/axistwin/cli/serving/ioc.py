@@ -44,7 +44,7 @@ def ioc(
     as LAB:if1:input1.  A write to VAL with callback is answered when the axis is at rest.  Fields that have no effect
     refuse writes.  LAB:if1:X:FAULT holds the faults, and a 1 written to LAB:if1:X:CLEAR clears the faults.
 
-    The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM.  A motion continues after the end.
+    The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM or SIGHUP.  A motion continues after the end.
 
     \b
     axistwin ioc examples/xy-table.toml --prefix LAB:

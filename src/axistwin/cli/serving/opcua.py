@@ -47,7 +47,7 @@ def opcua(
     and the methods MoveTo, MoveBy, MoveAt, Home, Stop, Abort, SetPosition and ClearFaults.  Its node is named
     CONTROLLER.AXIS, such as if1.X, and a variable if1.Axes.X.Position.
 
-    The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM.  A motion continues after the end.
+    The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM or SIGHUP.  A motion continues after the end.
 
     \b
     axistwin opcua examples/xy-table.toml

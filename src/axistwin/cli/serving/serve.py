@@ -110,8 +110,8 @@ def serve(
     clients can connect to a TCP port.  With --json the ports
     are one JSON object: {"ports": [{"name": "if1", "url": "tcp://127.0.0.1:5001", "hosts": []}], "panel": null}.
 
-    The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM.  Both save the data kept without power, as
-    switching off does.
+    The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM or SIGHUP.  All save the data kept without
+    power, as switching off does.
 
     \b
     axistwin serve if1                              on a free TCP port of this machine

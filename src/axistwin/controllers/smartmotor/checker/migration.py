@@ -37,7 +37,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
     if moves is None:
         return
     given = {word for number, word in enumerate(findings.words) if number not in flow.interrupts_only}
-    if given.isdisjoint((*LIMIT_ROLES, *CLEARING)):
+    if given.isdisjoint(LIMIT_ROLES):
         message = (
             "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
             "UCI UDI ZS at the top makes them ordinary inputs"
