@@ -2,6 +2,8 @@
 
 import fcntl
 import os
+import shutil
+import subprocess
 import sys
 import termios
 from contextlib import suppress
@@ -223,3 +225,67 @@ def test_something_else_at_the_path_is_left_alone(served, if1, tmp_path, name):
 def test_a_path_that_cannot_be_is_one_line(served, if1, tmp_path):
     with pytest.raises(LinkError, match="no such file or directory; choose another path"):
         served.open(if1, f"pty:{tmp_path}/no/such")
+
+
+TIOCGEXCL = 0x80045440
+
+
+def test_what_a_client_leaves_in_the_terminal_ends_with_the_client(served, if1, path):
+    """Exclusive use, canonical mode, HUPCL and baud rate 0 are gone for the next client."""
+
+    def state(fd):
+        return termios.tcgetattr(fd), fcntl.ioctl(fd, TIOCGEXCL, bytes(4))
+
+    first = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    fresh = state(first)
+    left = termios.tcgetattr(first)
+    left[2] |= termios.HUPCL
+    left[3] |= termios.ICANON | termios.ECHO
+    left[4] = left[5] = termios.B0
+    termios.tcsetattr(first, termios.TCSANOW, left)
+    fcntl.ioctl(first, termios.TIOCEXCL)
+    served.until(lambda: not if1.serial.host.dtr)
+    os.close(first)
+    served.until(lambda: if1.serial.host.dtr)
+    second = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    try:
+        assert state(second) == fresh
+    finally:
+        os.close(second)
+    with opened(path) as host:
+        initialise(host)
+
+
+EXCLUSIVE_CLIENTS = """
+import fcntl, os, serial, subprocess, sys, termios
+words = ["serve", "if1", "--pty", sys.argv[1], "--speed", "max", "--line", "instant", "--reset-on-connect"]
+program = [sys.executable, "-c", "from axistwin.cli import main; main()"]
+server = subprocess.Popen([*program, *words], stdout=subprocess.PIPE)
+try:
+    server.stdout.readline()
+    for client in range(3):
+        while True:
+            try:
+                host = serial.Serial(sys.argv[1], 9600, stopbits=2, timeout=0.25, exclusive=None)
+                break
+            except serial.SerialException:  # until the server has noticed that the client before has gone
+                pass
+        fcntl.ioctl(host.fd, termios.TIOCEXCL)
+        while host.read(2) != b"U\\r":
+            host.write(b"(")
+        print("answered", flush=True)
+        host.close()
+finally:
+    server.kill()
+"""
+
+
+def test_exclusive_clients_one_after_another_without_the_rights_of_an_administrator(tmp_path):
+    """TIOCEXCL stays in a terminal, and only CAP_SYS_ADMIN opens it then: another one takes its place at the link."""
+    words = [sys.executable, "-c", EXCLUSIVE_CLIENTS, str(tmp_path / "if1")]
+    if os.geteuid() == 0:
+        if shutil.which("setpriv") is None:
+            pytest.skip("needs setpriv of util-linux, to give up CAP_SYS_ADMIN")
+        words = ["setpriv", "--bounding-set=-sys_admin", *words]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
+    assert done.stdout == "answered\n" * 3, done.stderr

@@ -13,6 +13,7 @@ client closes the device, which shows that the client has disconnected.
 import asyncio
 import errno
 import fcntl
+import logging
 import os
 import select
 import struct
@@ -27,6 +28,7 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
+_log = logging.getLogger("axistwin.links")
 EXTPROC = 0o200000  # This terminal flag makes Linux report every change of the line settings.
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
@@ -43,21 +45,31 @@ class PtyPort:
 
     def __init__(self, plug: Plug, url: PortUrl) -> None:
         self.plug = plug
+        self._refused = False
+        self._link = Path(url.path) if url.path else None
+        self._loop = asyncio.get_running_loop()
+        self._open_pair()
+        self.url = PortUrl("pty", path=url.path or self.device)
+        self.name = str(self.url)
+        self._make_link()
+        self._begin()
+
+    def _open_pair(self) -> None:
         self._master, slave = os.openpty()
         self.device = os.ttyname(slave)
         self._slave: int | None = slave
-        self._refused = False
-        self._link = Path(url.path) if url.path else None
-        self.url = PortUrl("pty", path=url.path or self.device)
-        self.name = str(self.url)
         tty.setraw(slave)
-        self._show(plug.default_format)
-        fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 1))
+        self._show(self.plug.default_format)
+        self._fresh = fcntl.ioctl(self._master, TCGETS2, bytes(TERMIOS2.size))
+        self._report_settings(on=True)
         os.set_blocking(self._master, False)
-        self._make_link()
-        self._loop = asyncio.get_running_loop()
-        self._writer = Writer(self._master, f"{plug.name}: {self.name}")
+
+    def _begin(self) -> None:
+        self._writer = Writer(self._master, f"{self.plug.name}: {self.name}")
         self._loop.add_reader(self._master, self._readable)
+
+    def _report_settings(self, *, on: bool) -> None:
+        fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", on))
 
     def _make_link(self) -> None:
         """Create the symbolic link to the pseudo terminal.
@@ -145,15 +157,38 @@ class PtyPort:
             self._slave = None
 
     def _hold(self) -> None:
-        """Keep the pseudo terminal open until the next client opens the device.
+        """Keep the pseudo terminal open until the next client opens the device, as if it had just been made.
 
-        All buffers are emptied.
+        All buffers are emptied, and what the client has left (settings, exclusive use) is undone.  Without the right to
+        open a terminal in exclusive use, another pseudo terminal takes its place.
         """
         if self._slave is None:
-            self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
+            try:
+                self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
+            except OSError as error:
+                if error.errno != errno.EBUSY:
+                    raise
+                self._renew()
+        assert self._slave is not None
+        fcntl.ioctl(self._slave, termios.TIOCNXCL)
+        self._report_settings(on=False)
+        fcntl.ioctl(self._master, TCSETS2, self._fresh)
+        self._report_settings(on=True)
         termios.tcflush(self._slave, termios.TCIOFLUSH)
         self._refused = False
         self._writer.clear()
+
+    def _renew(self) -> None:
+        before = self.device
+        self._loop.remove_reader(self._master)
+        os.close(self._master)
+        self._open_pair()
+        if self._link is None:
+            self.url = PortUrl("pty", path=self.device)
+            self.name = str(self.url)
+            _log.warning("%s: a client has left %s in exclusive use: now %s", self.plug.name, before, self.device)
+        self._make_link()
+        self._begin()
 
     def _take_over_settings(self) -> None:
         _, _, flags, _, _, _, speed = self._settings()
