@@ -116,8 +116,6 @@ def test_an_unreadable_line_is_an_error_at_its_place(check):
 
 
 def test_files_that_are_not_programs(check, tmp_path):
-    with pytest.raises(UsageError, match=r"a\.txt: unknown kind of program: expected \.talk"):
-        check("a.txt", "")
     with pytest.raises(UsageError, match="no model 'if9'"):
         check("a.if1", "", model="if9")
     with pytest.raises(UsageError, match=r"nowhere\.if1 cannot be read"):

@@ -20,7 +20,7 @@ from axistwin.conversations.conversation import named_model, parse_line
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.programs.command_lines import command_line, named_keyboard
 from axistwin.programs.hex_commands import command_string
-from axistwin.programs.running import check_headers, unknown_kind
+from axistwin.programs.running import check_headers, form_of, unknown_kind
 from axistwin.programs.stored_programs import read_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
@@ -29,9 +29,9 @@ PROGRAMS = (".talk", *MODELS)
 SCENE = ".toml"
 
 
-def kind_of(program: Path) -> str:
-    """Return the suffix of a program file in lower case, e.g. `.if1`."""
-    return program.suffix.lower()
+def kind_of(program: Path, made: Product | None = None) -> str:
+    """Return the suffix that says how a program is read: its own, or else that of the model's programs."""
+    return form_of(program, made.model if made else "")
 
 
 def check_kind(program: Path, made: Product) -> None:
@@ -148,9 +148,9 @@ def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
         yield as_diagnostic(error)
 
 
-def load(program: Path) -> str:
+def load(program: Path, made: Product | None = None) -> str:
     """Return the text of a program file.  Raises UsageError or ProgramError if the file cannot be read."""
-    return read_source(program) if kind_of(program) == ".sms" else conversation.load_text(program)
+    return read_source(program) if kind_of(program, made) == ".sms" else conversation.load_text(program)
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:

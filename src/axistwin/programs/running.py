@@ -21,6 +21,10 @@ from axistwin.programs.hex_commands import command_strings, language_of, send_co
 from axistwin.programs.stored_programs import load_source, only_motor, store_program
 from axistwin.units import S
 
+FORMS = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
+"""Suffix of each family's own programs."""
+COMPILED = ".smx"
+
 BOUND_NS = 3600 * S
 """Longest virtual time of a run for which no time is given."""
 Send = Callable[[Bench, Iterable[Act], int, str], str | None]
@@ -58,8 +62,7 @@ def load(path: Path, target: str = "") -> Program:
 
     `target`: the model or scene that runs the program.  Raises ProgramError if the file cannot be read.
     """
-    # DOS writes file suffixes in capitals, so suffixes are compared in lower case.
-    match path.suffix.lower():
+    match form_of(path, target):
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
             prepare = partial(open_channels, conversation)
@@ -74,6 +77,18 @@ def load(path: Path, target: str = "") -> Program:
             source = load_source(path)
             return Program(partial(_run_stored, str(path)), prepare=partial(store_program, source, str(path)))
     raise unknown_kind(path=path)
+
+
+def form_of(path: Path, model: str = "") -> str:
+    """Return the suffix that says how a program is read: its own, in lower case, or that of the model's programs.
+
+    Raises UsageError for a compiled program of a SmartMotor.
+    """
+    suffix = path.suffix.lower()  # DOS writes suffixes in capitals
+    if suffix == COMPILED:
+        raise UsageError(f"{path} is a compiled SmartMotor program: expected its source, a .sms file")
+    own = FORMS.get(FAMILIES.get(model.lower(), ""), suffix)
+    return suffix if suffix in (*FORMS.values(), ".talk", ".toml") else own
 
 
 def scene_program() -> Program:

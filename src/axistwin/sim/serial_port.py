@@ -6,6 +6,7 @@ from enum import Enum
 from typing import Any, Literal, NamedTuple
 
 from axistwin.errors import UsageError
+from axistwin.numbers import clipped
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, Parity, UartFormat
 from axistwin.sim.pins import Pin
@@ -167,7 +168,9 @@ class SerialPort:
         self.dtr_line.subscribe(lambda _: self._update_flow())
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission; flow control may delay the data."""
+        """Queue data for transmission; flow control may delay the data.  Raises UsageError for a text."""
+        if isinstance(data, str):  # type: ignore[unreachable]  # what users try
+            raise UsageError(f"write({clipped(data)!r}): expected bytes, e.g. write(b'...') or write(text.encode())")
         self._writes.emit(data)
         self._uart.send(data)
 

@@ -113,7 +113,7 @@ def _look(fix: bool, diff: bool, quiet: bool) -> Look:
 
 def _check(file: Path, made: Product | None, look: Look) -> Iterator[Checked]:
     """Check a file and yield the result; for a scene, check the programs of the scene too."""
-    kind = kind_of(file)
+    kind = kind_of(file, made)
     if kind == SCENE:
         # Import `sweep_file` only for a .toml file, because the import is slow.
         from axistwin.sweeps.sweep_file import is_sweep_file
@@ -121,7 +121,7 @@ def _check(file: Path, made: Product | None, look: Look) -> Iterator[Checked]:
         yield from [_check_sweep(file)] if is_sweep_file(file) else _check_scene(file, look)
         return
     try:
-        text = load(file)
+        text = load(file, made)
     except ProgramError as error:  # The checked file is not a text file.
         yield Checked(file, "", [as_diagnostic(error)])
         return

@@ -232,10 +232,11 @@ def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[Host
     if program is not None:
         fits = [name for name, made in models.items() if name and _is_for(program, made)]
         named.append((fits[0] if len(bench.controllers) > 1 and kind_of(program) != ".talk" and fits else "", program))
+    made = None if target.endswith(".toml") else product(target)
     return [
         sent
         for endpoint, file in named
-        for sent in host_programs(load(file), kind_of(file), endpoint, models, str(file))[0]
+        for sent in host_programs(load(file, made), kind_of(file, made), endpoint, models, str(file))[0]
     ]
 
 

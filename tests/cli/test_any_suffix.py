@@ -1,0 +1,52 @@
+"""With MODEL, a program may have any suffix; a compiled program of a SmartMotor is named for what it is."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.errors import UsageError
+
+from ..command import run
+
+
+@pytest.mark.parametrize(
+    ("model", "text", "moved"),
+    [("if1", "X100$\n", "X 0 → 100"), ("1811", "31 00 00 00 00 27 10 00 00 27 10\n33 00 00 00 64\n", "motor 0 → 100"),
+     ("SmartMotor", "UCI UDI ZS A=100 V=100000 P=200 G TWAIT END\n", "shaft 0 → 200")],
+)  # fmt: skip
+def test_a_program_of_the_model_may_have_any_name(tmp_path, model, text, moved):
+    for name in ("moves.txt", "moves", "MOVES.PRG"):
+        file = tmp_path / name
+        file.write_text(text)
+        done = run("run", model, file)
+        assert (done.code, moved in done.out) == (0, True), done.err
+        assert run("check", model, file).code == 0
+
+
+def test_what_is_wrong_in_it_is_told_as_in_a_file_with_the_usual_suffix(tmp_path):
+    (tmp_path / "a.txt").write_text("X100$\nx\n")
+    done = run("run", "if1", tmp_path / "a.txt")
+    assert done.code == 1
+    assert "DP101" in done.out
+    assert ":2:1: error" in run("check", "if1", tmp_path / "a.txt").out
+
+
+def test_without_a_model_the_suffix_decides(tmp_path):
+    (tmp_path / "a.txt").write_text("X100$\n")
+    done = run("check", tmp_path / "a.txt")
+    assert done.code == 2
+    assert "unknown controller model: expected the argument MODEL" in done.err
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_compiled_program_is_named_for_what_it_is(tmp_path, command):
+    (tmp_path / "home.smx").write_bytes(b"$12\x00\x01")
+    done = run(command, "smartmotor", tmp_path / "home.smx")
+    assert done.code == 2
+    assert "home.smx is a compiled SmartMotor program: expected its source, a .sms file" in done.err
+
+
+def test_a_text_at_the_serial_port_is_refused_with_what_is_expected():
+    with pytest.raises(
+        UsageError, match=r"write\('X100\$'\): expected bytes, e.g. write\(b'...'\) or write\(text.encode"
+    ):
+        Bench().add("if1").serial.write("X100$")
