@@ -194,6 +194,12 @@ def test_a_wrong_command_and_a_silent_request(board):
     board.axes["motor"].clear_faults()
 
 
+def status(request, byte):
+    """Return the answer to `r 1` or `r 1 COUNT` of a board with this status byte."""
+    count = int(request.split()[-1]) if len(request.split()) == 3 else 1
+    return b" ".join([byte] * count) + b"\n"
+
+
 @pytest.mark.parametrize(
     ("answer", "says"),
     [(b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")],
@@ -204,14 +210,14 @@ def test_garbage_raises_a_clear_error(ports, answer, says):
 
 
 def test_a_write_that_is_not_accepted(ports):
-    port = ports.answering(lambda data: b"10\n" if b"r" in data else b"?\n" if data.strip() else b"")
+    port = ports.answering(lambda data: status(data, b"10") if b"r" in data else b"?\n" if data.strip() else b"")
     with pytest.raises(WrongAnswerError, match="expected ok"):
         connect(port, "1811", timeout=0.1)
 
 
 def test_a_board_that_is_never_ready(ports):
     with pytest.raises(SilentError, match="not ready"):
-        connect(ports.answering(lambda data: b"00\n" if data.strip() else b""), "1811", timeout=0.2)
+        connect(ports.answering(lambda data: status(data, b"00") if data.strip() else b""), "1811", timeout=0.2)
 
 
 def test_a_home_that_is_not_found_is_a_fault(ports):

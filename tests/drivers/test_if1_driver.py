@@ -233,11 +233,11 @@ def test_the_other_families_are_not_an_if1(ports):
 @pytest.mark.parametrize(
     ("answers", "says"),
     [
-        ([b"I\r5\r", b"Q\r", b"K"], "check the line for noise"),
-        ([b"5\r", b"x\r"], "expected a whole number"),
+        ([b"E\rC\r\n" * 2 + b"I\r5\r\n", b"Q\r", b"K"], "check the line for noise"),
+        ([b"C\r" * 2 + b"5\r", b"x\r"], "expected a whole number"),
         ([b"", b"", b"hello"], "expected the letter U"),
-        ([b"5\r", b"9" * 5000], "check that the controller is connected to this port"),
-        ([b"I\r5\r", b"F", b"x"], "after the message F"),
+        ([b"C\r" * 2 + b"5\r", b"9" * 5000], "check that the controller is connected to this port"),
+        ([b"E\rC\r\n" * 2 + b"I\r5\r\n", b"F", b"x"], "after the message F"),
     ],
 )
 def test_garbage_raises_a_clear_error(ports, answers, says):

@@ -1,47 +1,26 @@
 """Protocol core of the Compumotor 1810 and 1811, on the text lines of a bus socket.
 
-Each access to the board is one line: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 1` for reports of the interrupt line as `!
-1`.  Offset 0: the
-data buffers, 1: control and status.
+Each access to the board is one line: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 1` for reports of the interrupt line as
+`! 1`.  Offset 0: the data buffers, 1: control and status.
 """
 
 from collections import deque
 from collections.abc import Iterable
 
-from axistwin.drivers.axis import Fault, Status
-from axistwin.drivers.core import AxisCore, Core, shown
-from axistwin.drivers.errors import BusyError, RefusedError, SilentError, WrongAnswerError
+from axistwin.drivers.board_motor import FAIL, POLL_S, FailedError, Motor, four, signed
+from axistwin.drivers.core import Core, shown
+from axistwin.drivers.errors import RefusedError, SilentError, WrongAnswerError
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, Write
 
 COMMAND_READY, RESET, INTERRUPTS, TAKEN = 0x10, 0x20, 0x40, 0x80
 MESSAGE, READY, FAILED = 0x08, 0x10, 0x20
-POLL_S = 0.002
 STARTUP_S = 0.1
-MOVE_ID = 50
-"""Number of the predefined move that `move_at` uses."""
-BEGIN_S = 0.1
-"""Seconds after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
+UNDEFINED = b"\xef" * 15
+"""An opcode that does not exist, with surplus bytes."""
 SEVEN, STREAM_BYTES = 7, 14
 """Velocities in one command (E1h), and their bytes in the streaming buffer."""
 MOTIONS = range(0x32, 0x80)
 """Commands that begin or end a motion."""
-RANGES = (1.0, 0.1, 0.01, 0.001)
-NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
-FAIL = Fault("board failure", "call reset; the position is then lost")
-
-
-class FailedError(RefusedError):
-    """Exception: the failure bit in the board's status byte is 1."""
-
-
-def signed(value: bytes) -> int:
-    """Decode a signed number, most significant byte first."""
-    return int.from_bytes(value, "big", signed=True)
-
-
-def four(value: int) -> bytes:
-    """Encode a signed number as four bytes, most significant byte first."""
-    return value.to_bytes(4, "big", signed=True)
 
 
 class Board(Core):
@@ -80,6 +59,8 @@ class Board(Core):
         """Messages of the board that are not answers to requests, oldest first: events, alarms, markers."""
         self._known = False
         self._lost = ""
+        self._syncs, self._owes, self._half = 0, False, False
+        """Number of synchronisations; True while a request is not answered; True while a command is not complete."""
         self.motor = Motor(self)
         self.axes = {"motor": self.motor}
 
@@ -135,16 +116,51 @@ class Board(Core):
 
     def synchronise(self) -> Procedure[None]:
         """Wait until the board is ready, and discard old messages from the board."""
-        yield from self._discard(0.0)
-        yield Write(b"\n")  # A line feed ends the incomplete request that an earlier host may have sent.
-        yield from self._discard(0.02)
+        yield from self._bus_in_step()
         if self.interrupts:
             yield from self._ask("s 1")
         yield from self._status_until(READY, STARTUP_S)
+        if self._half:
+            # Surplus bytes other than 0 make the board ignore the bytes of the command that was not completed.
+            yield from self._send_command(*UNDEFINED)
+            yield from self._status_until(READY)
         while (yield from self._status_byte()) & MESSAGE:
             yield from self._message()
+        if self._owes:
+            yield from self._messages_in_step()
         if not self._known:
             yield from self._prepare()
+
+    def _bus_in_step(self) -> Procedure[None]:
+        """Discard late answers of the bus, up to the answer to a read request for an unusual number of bytes."""
+        self._syncs += 1
+        count = 3 + self._syncs % 12
+        yield from self._discard(0.0)
+        # The first line feed ends the incomplete request that an earlier host may have sent.
+        request, answer = f"r 1 {count}", b""
+        yield Write(f"\n{request}\n".encode())
+        try:
+            while len(answer.split()) != count or answer.startswith(b"error"):
+                answer = yield from self._until(b"\n", f"'{request}'")
+        except SilentError:
+            if answer:
+                raise WrongAnswerError(
+                    f"the bus socket answered {shown(answer)} to the request '{request}': expected {count} hex bytes"
+                ) from None
+            raise
+
+    def _messages_in_step(self) -> Procedure[None]:
+        """Discard late messages, up to one with a number that the command 01h has the board send."""
+        number = self._syncs % 256
+        yield from self._send_command(0x01, number)
+        end = (yield Clock()) + self.timeout
+        while (yield Clock()) < end:
+            if not (yield from self._status_byte()) & MESSAGE:
+                yield Pause(POLL_S)
+            elif (yield from self._message())[:2] == bytes([0x01, number]):
+                self._owes = False
+                return
+        raise SilentError("the board does not answer the command 01h: check its power, or call reset")
 
     def _prepare(self) -> Procedure[None]:
         """Restore the settings that the board has lost in a reset."""
@@ -174,8 +190,10 @@ class Board(Core):
         yield from self._send_command(opcode, *parameters)
 
     def _send_command(self, opcode: int, *parameters: int) -> Procedure[None]:
+        self._half = True
         yield from self._write(0, [opcode, *parameters])
         yield from self._control(COMMAND_READY)
+        self._half = False
 
     def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
         """Send a request to the board, and return the board's answer: the 15 bytes after the opcode."""
@@ -183,6 +201,7 @@ class Board(Core):
         return (yield from self._request(opcode, *parameters))
 
     def _request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
+        self._owes = True
         yield from self._send_command(opcode, *parameters)
         end = (yield Clock()) + self.timeout
         while True:
@@ -190,6 +209,7 @@ class Board(Core):
             if status & MESSAGE:
                 message = yield from self._message()
                 if message[0] == opcode:
+                    self._owes = False
                     return message[1:]
                 self.messages.append(message)
             elif (yield Clock()) > end:
@@ -224,7 +244,7 @@ class Board(Core):
     def reset(self) -> Procedure[None]:
         """Reset the board, which loses its position, moves and sequences."""
         yield from self._write(1, [RESET])
-        self._known, self._lost = False, "the board was reset"
+        self._known, self._owes, self._lost = False, False, "the board was reset"
         yield Pause(0.01)
         yield from self._status_until(READY, STARTUP_S)
         yield from self._prepare()
@@ -311,190 +331,3 @@ class Board(Core):
         for begin in range(0, len(values), SEVEN):
             words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + SEVEN]]
             yield from self.command(0xE1, *(byte for word in words for byte in word.to_bytes(2, "big")))
-
-
-class Motor(AxisCore):
-    """The stepper motor of a board 1810 or 1811.  Positions are in pulses that the board sends to the motor."""
-
-    def __init__(self, board: Board) -> None:
-        super().__init__("motor", velocity=10_000.0, acceleration=100_000.0)
-        self.max_velocity = 546_133.0
-        self._board = board
-        self._profile: tuple[int, int] | None = None
-        self._homing, self._home_failed = False, False
-        self._begin_by: float | None = None
-        self._has_moved = False
-        self._home_from = 0
-
-    def forget(self) -> None:
-        """Discard the driver's data about the motion, because a reset of the board has ended the motion."""
-        self._profile, self._begin_by, self._homing = None, None, False
-
-    def _numbers(self, velocity: float) -> tuple[int, bytes]:
-        """Encode the velocity and the acceleration of a move for a command.
-
-        Return the code of the velocity range, and the bytes of velocity and acceleration in this range.
-        """
-        if not 0 < velocity <= self.max_velocity:
-            raise RefusedError(
-                f"invalid velocity {velocity:g} pulses/s: "
-                f"expected more than 0 and at most {self.max_velocity:g} pulses/s"
-            )
-        if not 1 <= self.acceleration < 2**31:
-            raise RefusedError(
-                f"invalid acceleration {self.acceleration:g} pulses/s²: expected 1 to 2147483647 pulses/s²"
-            )
-        code = 0 if velocity >= 50_000 or self.acceleration * 10 >= 2**31 else 1
-        unit = RANGES[code]
-        return code << 4, four(max(round(velocity / unit), 1)) + four(round(self.acceleration / unit))
-
-    def _set_profile(self) -> Procedure[None]:
-        ranges, numbers = self._numbers(self.velocity)
-        if (yield from self._bits()) & 0x10:
-            raise BusyError("the motor is moving: wait for the end of the motion, or stop the motor")
-        yield from self._board.command(0x31, 0, ranges, *numbers)
-
-    def _bits(self) -> Procedure[int]:
-        return (yield from self._board.request(0x88))[0]
-
-    def _position(self) -> Procedure[int]:
-        return signed((yield from self._board.request(0x83))[:6])
-
-    def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position."""
-        if self._board._lost:
-            Status(0, 0, 0, False, lost=self._board._lost).known_position()
-        yield from self._set_profile()
-        distance = target - (yield from self._position())
-        if not -(2**31) < distance < 2**31:
-            raise RefusedError(f"the distance of {distance} pulses is too long: expected at most 2147483647 pulses")
-        if distance:
-            bits = yield from self._bits()
-            if bits & (1 if distance > 0 else 2):
-                sign = "+" if distance > 0 else "-"
-                raise RefusedError(f"the {sign} limit is active: move in the other direction")
-            yield from self._board.command(0x33, *four(distance))
-            self._begin_by = (yield Clock()) + BEGIN_S
-        self._aim(target, faults=self._own_faults())
-        self.setpoint = target
-
-    def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a relative move: the new target is the present position plus `distance`."""
-        yield from self.move_to((yield from self._position()) + distance)
-
-    def move_at(self, velocity: float) -> Procedure[None]:
-        """Run the motor at a signed velocity until `stop` is called.
-
-        If the motor is running, only its velocity changes.
-        """
-        if not velocity:
-            yield from self.stop()
-            return
-        ranges, numbers = self._numbers(abs(velocity))
-        yield from self._board.command(0xCE, MOVE_ID, ranges, *numbers, 0 if velocity > 0 else 1)
-        yield from self._board.command(0x40, MOVE_ID)
-        self._begin_by = (yield Clock()) + BEGIN_S
-
-    def stop(self) -> Procedure[None]:
-        """Decelerate the motor to a standstill."""
-        yield from self._board.command(0x70)
-        self._homing = False
-
-    def abort(self) -> Procedure[None]:
-        """Stop the pulses immediately, without deceleration."""
-        yield from self._board.command(0x78)
-        self._homing = False
-
-    def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the home switch.  At the end of the search, the position of the switch becomes 0."""
-        yield from self._set_profile()
-        start = yield from self._position()
-        yield from self._board.command(0x38, *self._board.home_definition)
-        yield from self._board.command(0x39, 0 if direction > 0 else 1)
-        self._homing, self._home_failed, self._has_moved = True, False, False
-        self._home_from = start
-        self._aim(None, seeking=True)
-        self._begin_by = (yield Clock()) + BEGIN_S
-
-    def status(self) -> Procedure[Status]:
-        """Return the state of the motor."""
-        board = self._board
-        try:
-            bits = yield from self._bits()
-            position = yield from self._position()
-            moving = bool(bits & 0x10)
-            if not moving:  # A position is exact only if the motor is at rest before and after the position is read.
-                again = yield from self._bits()
-                moving = bool(again & 0x10)
-            velocity = (yield from self._velocity()) if moving else 0.0
-            moving = yield from self._pending(moving, position)
-        except FailedError:
-            return self._judged(Status(0, 0, 0, False, faults=(FAIL,), lost="the board has failed"))
-        if not moving and self._homing:
-            self._has_moved |= position != self._home_from
-            yield from self._homed()
-            position = yield from self._position()
-        return self._judged(
-            Status(
-                position,
-                self.setpoint,
-                0.0 - velocity if bits & 8 else velocity,
-                moving,
-                False,
-                bool(bits & 1),
-                bool(bits & 2),
-                bool(bits & 4),
-                self._own_faults(),
-                board._lost,
-            )
-        )
-
-    def _own_faults(self) -> tuple[Fault, ...]:
-        return (NOT_FOUND,) if self._home_failed else ()
-
-    def _velocity(self) -> Procedure[float]:
-        found = yield from self._board.request(0x85)
-        code = found[0] >> 4
-        return signed(found[1:5]) * (RANGES[code] if code < 4 else 1 / 60 if code == 4 else 1.0)
-
-    def _pending(self, moving: bool, position: int) -> Procedure[bool]:
-        """Return True while a commanded motion is in progress.
-
-        The motion is in progress from the command, even if the motor has not begun to move yet.
-        """
-        if moving:
-            self._has_moved = True
-            # A search for HOME consists of several motions, so the end of a motion may not be the end of the search.
-            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
-        elif self._begin_by is not None and position != self.target and (yield Clock()) < self._begin_by:
-            yield Pause(POLL_S)
-            return True
-        else:
-            self._begin_by = None
-        return moving
-
-    def _homed(self) -> Procedure[None]:
-        """Set the present position to 0 if the search has found HOME; otherwise store a fault."""
-        self._homing = False
-        if signed((yield from self._board.request(0x82))[:6]) == 0 and self._has_moved:
-            yield from self._define(0)
-            self.setpoint, self._seeking = 0, False
-        else:
-            self._home_failed = True
-
-    def _define(self, position: int) -> Procedure[None]:
-        yield from self._board.command(0x2E, *four(position))
-        self._board._lost = ""
-
-    def set_position(self, position: int) -> Procedure[None]:
-        """Set the present position to a new value without a move; the motor must be at rest."""
-        if (yield from self._bits()) & 0x10:
-            raise BusyError("the motor is moving: the position can only be set at rest")
-        yield from self._define(position)
-        self.setpoint = position
-        self._aim(None)
-
-    def clear_faults(self) -> Procedure[None]:
-        """Clear the fault `home not found`, which the driver reports after an unsuccessful homing."""
-        self._home_failed = False
-        yield from ()

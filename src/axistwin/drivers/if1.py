@@ -5,27 +5,24 @@ position is known as long as no other host moves an axis and the power stays on.
 """
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
 
 from axistwin.drivers.axis import Fault, Status
-from axistwin.drivers.core import AxisCore, Core, Line, shown
+from axistwin.drivers.core import MOST_BYTES, AxisCore, Core, Line, shown
 from axistwin.drivers.errors import BusyError, RefusedError, SilentError, WrongAnswerError
 from axistwin.drivers.estimate import Trapezoid
-from axistwin.drivers.steps import Clock, Pause, Procedure, Write
+from axistwin.drivers.if1_axis import I_INPUTS, MAX_SPEED, START_POLLS, IF1Axis, Known, Move
+from axistwin.drivers.steps import Clock, Pause, Procedure, Read, Write
 
 MOVING, AT_SPEED, DRIVE, ESTOP, LIMIT, COMMUNICATION = 1, 2, 16, 32, 64, 128
-I_ESTOP, I_X_FAULT, I_Y_FAULT, I_INPUT_1, I_PLUS, I_MINUS, I_INPUT_2, I_INPUT_3 = 1, 2, 4, 8, 16, 32, 64, 128
-I_INPUTS = {1: I_INPUT_1, 2: I_INPUT_2, 3: I_INPUT_3}
+I_ESTOP, I_X_FAULT, I_Y_FAULT, I_PLUS, I_MINUS = 1, 2, 4, 16, 32
 READING_ERROR = 256
 """Largest error, in steps, of a step count that is read during motion."""
 CHUNK = 32
 """Number of characters sent at once; the input buffer of the controller holds 64."""
-START_POLLS = 5
-STARTUP_TRIES, STARTUP_S = 6, 0.5
-MAX_DISTANCE = 999_999_999
-MAX_SPEED = {1: 25_000, 2: 50_000, 3: 100_000, 4: 4_000}
-_ANSWER = re.compile(rb"(I\r\n?)?\s*(\d+)\r(\n?)$")
+TRIES, ANSWER_S, STARTUP_S, LATE_S = 6, 0.25, 0.5, 2.0
+BAUD_DETECTED = b"U\r"
+"""Answer to the character `(` after a power-up."""
 
 FAULTS = {
     DRIVE: Fault("drive fault", "check the drive, then call clear_faults and set_position"),
@@ -39,36 +36,6 @@ COMMUNICATION_FAULTS = {
     8: Fault("invalid message", "check the command, then call clear_faults"),
     16: Fault("value out of range", "check the command and the speed range, then call clear_faults"),
 }
-
-
-@dataclass
-class Move:
-    """A commanded motion of one or more axes."""
-
-    signs: dict[str, int]
-    """The direction of each axis."""
-    distance: int | None
-    """Number of steps; None for a run that lasts until `stop`."""
-    profile: Trapezoid
-    begun: float
-    counted: int
-    """The step count (N) before the move."""
-    seen: int = 0
-    """Number of polls before the motion began; `START_POLLS` after the motion has begun."""
-    made: float = 0.0
-    """Largest estimate so far."""
-    homing: bool = False
-    stopped: bool = False
-
-
-@dataclass
-class _State:
-    positions: dict[str, int]
-    lost: dict[str, str] = field(default_factory=dict)
-    counted: int = 0
-    inputs: int = 0
-    latched: int = 0
-    communication: int = 0
 
 
 class IF1(Core):
@@ -99,10 +66,11 @@ class IF1(Core):
         self.echo, self.speed_range, self.start_stop, self.home_input = echo, speed_range, start_stop, home_input
         self._linefeed = False
         self._known = False
+        self._probes = 0
         self._ramp: float | None = None
         self._move: Move | None = None
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}
-        self._state = _State(dict.fromkeys("XYZ", 0))
+        self._state = Known(dict.fromkeys("XYZ", 0))
 
     # Synchronisation of the driver with the controller
 
@@ -112,48 +80,70 @@ class IF1(Core):
         An IF1 needs an initialisation after each power-up.
         """
         yield from self._discard(0.0)
-        if (yield from self._probe()):
-            yield from self._adopt()
-            return
-        for _ in range(STARTUP_TRIES):
-            yield Write(b"(")
-            answer = yield from self._discard(STARTUP_S)
-            if answer.endswith(b"U\r"):
-                yield from self._initialise()
+        heard = b""
+        for _ in range(TRIES):
+            wait = LATE_S if heard else min(ANSWER_S, self.timeout)
+            if (answer := (yield from self._probe(wait))) is None:
+                yield from self._adopt()
                 return
-            if answer:
-                raise WrongAnswerError(
-                    f"the device answered {shown(answer)} to the request '(': expected the letter U, as from an IF1"
-                )
+            heard = answer or heard
+            if not heard:
+                yield Write(b"(")
+                answer = heard = yield from self._receive(STARTUP_S, lambda data: data.endswith(BAUD_DETECTED))
+            if answer.endswith(BAUD_DETECTED):
+                yield from self._initialise()
+        if heard:
+            raise WrongAnswerError(
+                f"the device answered {shown(heard)} to the request '(': expected the letter U, as from an IF1"
+            )
         raise SilentError(f"no IF1 at this port answered the request '(' or the request 'I': {self.remedy}")
 
-    def _probe(self) -> Procedure[bool]:
-        """Return True if the controller is initialised.
+    def _probe(self, wait: float) -> Procedure[bytes | None]:
+        """Return None if the controller is initialised and no answer is outstanding; otherwise what it has answered.
 
-        Also detect whether the controller echoes characters, and whether a line feed follows CR in its answers.
+        Each probe asks another number of questions, so that a late answer to an earlier one is not taken for this one:
+        2, 5 or 8 times E, whose answer is a letter, and 1 to 4 times I, whose answer is a number.  The rest of an
+        incomplete message in the controller may spoil the first question.  Also detect whether the controller echoes
+        characters, and whether a line feed follows CR in its answers.
         """
-        for _ in range(2):
-            # Try twice, because an incomplete message in the buffer of the IF1 spoils the first request.
-            yield Write(b"I\r\n")
-            answer = yield from self._discard(min(0.25, self.timeout))
-            if found := _ANSWER.search(answer):
-                self.echo = found[1] is not None
-                self._linefeed = found[1] == b"I\r\n" if self.echo else found[3] == b"\n"
-                return True
-        return False
+        letters, numbers = 2 + 3 * (self._probes % 3), 1 + self._probes // 3 % 4
+        self._probes += 1
+        yield Write(b"E\r\n" * letters + b"I\r\n" * numbers)
+        answer = yield from self._receive(wait, lambda data: self._format_of(data, letters, numbers) is not None)
+        if (found := self._format_of(answer, letters, numbers)) is None:
+            return answer
+        self.echo, self._linefeed = found
+        return None
+
+    @staticmethod
+    def _format_of(answer: bytes, letters: int, numbers: int) -> tuple[bool, bool] | None:
+        """Return whether the answer to a probe has an echo, and line feeds; None if it is not complete."""
+        for echo, linefeed in ((True, False), (True, True), (False, False), (False, True)):
+            after, before = (b"\n" if echo or linefeed else b""), (b"\n" if linefeed else b"")
+            letter, number = (rb"E\r%b" % before, rb"I\r%b" % before) if echo else (b"", b"")
+            letter, number = letter + rb"[\[FEC]\r" + after, number + rb" *\d+\r" + after
+            found = rb"(?<!%b)(?:%b){%d,%d}(?:%b){%d}$" % (letter, letter, letters - 1, letters, number, numbers)
+            if re.search(found, answer):
+                return echo, linefeed
+        return None
+
+    def _receive(self, wait: float, ended: Callable[[bytes], bool]) -> Procedure[bytes]:
+        """Receive bytes until `ended`, or until no first byte arrives within `wait`, or no further one in 0.25 s."""
+        found = b""
+        while len(found) <= MOST_BYTES and (data := (yield Read(wait))):
+            found += data
+            if ended(found):
+                break
+            wait = min(ANSWER_S, wait)
+        return found
 
     def _initialise(self) -> Procedure[None]:
-        """Set the data format and the speed range after a power-up of the controller."""
-        self._linefeed = False
+        """Set the data format after a power-up of the controller."""
         if self._known:
             self._lose("XYZ", "the power of the IF1 was cut")
-        self._move, self._ramp = None, None
+        self._known, self._move, self._ramp = False, None, None
         yield Write(b"U62\r" if self.echo else b"U61\r")
         yield Pause(0.01)
-        yield from self._number("I")
-        yield from self._configure()
-        self._state.counted = yield from self._number("N")
-        self._known = True
 
     def _adopt(self) -> Procedure[None]:
         """Read the state of a controller that is already initialised."""
@@ -204,6 +194,7 @@ class IF1(Core):
                 yield Pause(0.0 if begin + CHUNK >= len(data) else 0.05)
             elif (echo := (yield from self._take(len(part), text))) != part:
                 yield Write(b"#\r")
+                self._cancelled()
                 raise WrongAnswerError(
                     f"the IF1 returned the wrong echo {shown(echo)} for the message {text}: check the line for noise"
                 )
@@ -213,6 +204,13 @@ class IF1(Core):
             raise WrongAnswerError(
                 f"the IF1 returned the wrong echo {shown(echo)} after the message {text}: check the line for noise"
             )
+
+    def _cancelled(self) -> None:
+        """Note that `#` has stopped the present move, or has deleted the message that would have begun it."""
+        if self._move is not None and self._move.sure:
+            self._move.stopped = True
+        else:
+            self._move = None
 
     def _number(self, request: str) -> Procedure[int]:
         """Send a status request and return the number in the answer."""
@@ -248,7 +246,7 @@ class IF1(Core):
             if move is None:
                 self._lose("XYZ", "another host is moving the IF1")
             else:
-                move.seen = START_POLLS
+                move.seen, move.sure = START_POLLS, True
                 yield from self._estimate(move, steps)
             return True
         if move is not None and move.seen < START_POLLS and steps != move.distance and not bits and not move.stopped:
@@ -274,6 +272,12 @@ class IF1(Core):
                 self._lose("XYZ", "another host has moved the IF1")
         elif bits & DRIVE:
             self._lose(move.signs, "a drive fault has interrupted the move")
+        elif not move.sure and steps == move.counted:
+            if steps and (move.stopped or move.distance == steps):
+                self._lose(
+                    move.signs,
+                    "the IF1 has not confirmed the move, and the step count does not show whether it was made",
+                )
         elif self._cannot_be_of(move, steps, bits):
             self._lose("XYZ", "another host has moved the IF1, or the move was interrupted as it began")
         else:
@@ -302,10 +306,10 @@ class IF1(Core):
         for name, sign in signs.items():
             target = None if distance is None else self._state.positions[name] + sign * distance
             self.axes[name]._aim(target, faults=self._faults())
+        profile = Trapezoid(speed, (self._ramp or 1) * 1000.0, distance)
+        self._move = move = Move(signs, distance, profile, (yield Clock()), counted)
         yield from self.message(text)
-        acceleration = (self._ramp or 1) * 1000.0
-        profile = Trapezoid(speed, acceleration, distance)
-        self._move = Move(signs, distance, profile, (yield Clock()), counted)
+        move.begun, move.sure = (yield Clock()), True
         bits = yield from self._motion()
         if self._state.communication and not bits & MOVING:
             self._move = None
@@ -314,7 +318,7 @@ class IF1(Core):
             fault = self._communication_faults()[0]
             self._state.communication, self._state.latched = 0, self._state.latched & ~COMMUNICATION
             raise RefusedError(f"the IF1 refused the message {text} ({fault.name}): {fault.remedy}")
-        return self._move
+        return move
 
     def _ready_for(self, directions: set[int]) -> Procedure[None]:
         if (yield from self._poll()):
@@ -471,83 +475,3 @@ class IF1(Core):
         if self._linefeed:
             yield from self._until(b"\n", "E")
         return answer == b"E"
-
-
-class IF1Axis(AxisCore):
-    """An axis of an IF1."""
-
-    def __init__(self, core: IF1, name: str) -> None:
-        super().__init__(name, velocity=1000.0, acceleration=10_000.0, exact=False)
-        self._if1 = core
-        self.max_velocity = float(MAX_SPEED[core.speed_range])
-        self.max_position = MAX_DISTANCE
-
-    def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position."""
-        core = self._if1
-        if (yield from core._poll()):
-            raise BusyError(
-                "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
-            )
-        distance, speed = target - core.position_of(self.name), core.speed(self.velocity)
-        if abs(distance) > MAX_DISTANCE:
-            raise RefusedError(f"the distance of {distance} steps is too long: expected at most 999999999 steps")
-        if distance:
-            yield from core._set_ramp(self.acceleration)
-            sign = 1 if distance > 0 else -1
-            text = f"{self.name}{distance:+d}@{speed}$"
-            yield from core.begin({self.name: sign}, abs(distance), speed, text)
-        self.setpoint = self.target = target
-
-    def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a relative move: the new target is the present position plus `distance`."""
-        core = self._if1
-        if (yield from core._poll()):
-            raise BusyError(
-                "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
-            )
-        yield from self.move_to(core.position_of(self.name) + distance)
-
-    def move_at(self, velocity: float) -> Procedure[None]:
-        """Run the axis at a signed velocity until `stop` is called."""
-        if not velocity:
-            yield from self.stop()
-            return
-        core, speed = self._if1, self._if1.speed(abs(velocity))
-        yield from core._ready_for({1 if velocity > 0 else -1})
-        yield from core._set_ramp(self.acceleration)
-        sign = "+" if velocity > 0 else "-"
-        yield from core.begin({self.name: 1 if velocity > 0 else -1}, None, speed, f"{self.name}{sign}@{speed}G$")
-
-    def stop(self) -> Procedure[None]:
-        """Decelerate all axes to a standstill."""
-        yield from self._if1.stop()
-
-    def abort(self) -> Procedure[None]:
-        """Decelerate all axes, as `stop` does, because an IF1 has no faster stop."""
-        yield from self._if1.stop()
-
-    def home(self, direction: int) -> Procedure[None]:
-        """Move the axis at the start/stop speed to the home switch, and set the axis position to 0."""
-        core = self._if1
-        if core.home_input is None:
-            raise RefusedError("no home switch is configured: expected the option home_input, e.g. home_input=1")
-        yield from core._ready_for({direction})
-        if not core._state.inputs & I_INPUTS[core.home_input]:
-            raise RefusedError(f"home input {core.home_input} is already high: move the axis away from the home switch")
-        sign = "+" if direction > 0 else "-"
-        text = f":{self.name}{sign}@{core.start_stop}G:H{core.home_input}A:$"
-        move = yield from core.begin({self.name: direction}, None, core.start_stop, text)
-        move.homing = self._seeking = True
-
-    def status(self) -> Procedure[Status]:
-        """Return the state of the axis."""
-        return (yield from self._if1.status_of(self))
-
-    def set_position(self, position: int) -> Procedure[None]:
-        """Set the present position of the axis to a new value without a move; all axes must be at rest."""
-        yield from self._if1.set_position(self.name, position)
-
-    def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause no longer exists."""
-        yield from self._if1.clear_faults()
