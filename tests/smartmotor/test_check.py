@@ -211,11 +211,19 @@ def test_a_command_that_is_never_ended():
 
 @pytest.mark.parametrize("text", ["PT=5", "ADT=5", "AT=5", "EL=5", "EIGN(0)", "EIGN(3)", "EILN", "EISM(6)", "EOBK(6)",
                                   "OS(3)", "RIN(4)", "RPA", "REA", "RCTR(0)", "G(0)", "MFR(1)", "PRINT0(a)",
-                                  "BAUD(0)=9600", "ADDR=2"])  # fmt: skip
+                                  "BAUD(0)=9600", "ADDR=2", "ADDR=CADDR", "GOSUB(10)", "GOTO(a)", "G:3", "PTS()", "GS",
+                                  "TSWAIT", "VTS=5", "SRAND=4"])  # fmt: skip
 def test_what_4_76_has_for_a_word_of_class_5_can_be_read(text):
     assert read(text).problem.rule is rules.LATER
     here = class5.find(text, class5.COMMANDS).here
     assert [read(word).problem for word in here.split()] == [None] * len(here.split())
+
+
+@pytest.mark.parametrize("text", ["a=RAND", "a=B(0,1)", "a=PA", "a=EL"])
+def test_what_4_76_has_for_a_value_of_class_5_can_be_read(text):
+    assert read(text).problem.rule is rules.LATER
+    found = class5.find(text[2:].partition("(")[0], class5.VALUES)
+    assert read(f"a={found.here}").problem is None
 
 
 def test_no_command_of_4_76_is_taken_for_one_of_class_5():

@@ -73,7 +73,21 @@ COMMANDS = (
     Later(r"FSA\(.*\)", "F="),
     Later(r"Z\(.*\)", "ZS, or Z with the flag's letter"),
     Later(r"BAUD\([01]\)=(?P<v>.+)", r"BAUD\g<v>"),
-    Later(r"ADDR=(?P<v>.+)", r"SADDR\g<v>"),
+    Later(r"ADDR=(?P<v>\d+)", r"SADDR\g<v>", sure=True),
+    Later(r"ADDR=.+", "SADDR1", "with the number of the motor; a motor has no other address before"),
+    Later(r"(GOSUB|GOTO)\((?P<n>\d+)\)", r"\1\g<n>", sure=True),
+    Later(r"(GOSUB|GOTO)\(.+\)", r"\1" + "1", "the label is a number"),
+    Later(
+        r"(?P<word>[A-Z]+):\d+(?P<v>.*)",
+        r"\g<word>\g<v>",
+        "the address byte of the motor, 128 + its number, comes before it",
+    ),
+    Later(r"(?:PTS|PRTS|PTSS|PRTSS)\(.*\)", "P=0", "in each motor, with its own target"),
+    Later(r"VTS=(?P<v>.+)", r"V=\g<v>", "in each motor, in proportion to its distance"),
+    Later(r"(?:ADTS|ATS|DTS)=(?P<v>.+)", r"A=\g<v>", "in each motor, in proportion to its distance"),
+    Later(r"GS", "G", "the global address 128 before it starts all motors"),
+    Later(r"TSWAIT", "TWAIT", "in each motor"),
+    Later(r"SRAND\(.*\)|SRAND=.*", "a=CLK", "4.76 has no random numbers"),
 )
 """Class 5 commands, in the order in which the patterns are tried."""
 VALUES = (
@@ -87,6 +101,8 @@ VALUES = (
     Later(r"EL", "E", sure=True),
     Later(r"INA", "UAA to UGA"),
     Later(r"IN", "UA to UG"),
+    Later(r"RAND", "CLK", "4.76 has no random numbers"),
+    Later(r"B", "Bt", "or another letter of the manual's status flags"),
 )
 
 
