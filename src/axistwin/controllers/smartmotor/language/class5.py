@@ -76,7 +76,7 @@ COMMANDS = (
     Later(r"ADDR=(?P<v>\d+)", r"SADDR\g<v>", sure=True),
     Later(r"ADDR=.+", "SADDR1", "with the number of the motor; a motor has no other address before"),
     Later(r"(GOSUB|GOTO)\((?P<n>\d+)\)", r"\1\g<n>", sure=True),
-    Later(r"(GOSUB|GOTO)\(.+\)", r"\1" + "1", "the label is a number"),
+    Later(r"(GOSUB|GOTO)\(.+\)", r"\g<1>1", "the label is a number"),
     Later(
         r"(?P<word>[A-Z]+):\d+(?P<v>.*)",
         r"\g<word>\g<v>",
