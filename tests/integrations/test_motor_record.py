@@ -43,10 +43,10 @@ class Lab:
 
 
 @asynccontextmanager
-async def lab(model, speed=50.0, **options):
+async def lab(model, speed=50.0, period_s=0.01, **options):
     bench = Bench()
     bench.add(model, **options)
-    machine = await of_scene(bench, {}, speed=speed, period_s=0.01)
+    machine = await of_scene(bench, {}, speed=speed, period_s=period_s)
     async with machine:
         made = Lab(bench, machine)
         polling = asyncio.create_task(machine.run())
@@ -106,15 +106,66 @@ def test_limits_of_the_record_refuse_targets_and_end_jogs():
         await motor.put("DVAL", 1.5)
         assert motor.values["LVIO"] == 0 and motor.values["RBV"] == 1.5
         await motor.put("JVEL", 5.0)
-        await motor.put("JOGR", 1)  # the motion ends at the limit
+        await motor.put("JOGR", 1)
         assert motor.values["LVIO"] == 1 and motor.values["JOGR"] == 0
-        assert motor.values["VAL"] == motor.values["RBV"] < 1.0
+        assert motor.values["VAL"] == motor.values["RBV"] == -1.0
+        with pytest.raises(RefusedError, match="jog in the other direction"):
+            await motor.put("JOGR", 1)
         await motor.put("DIR", "Neg")
         assert (motor.values["LLM"], motor.values["HLM"]) == (-2.0, 1.0)
         await motor.put("HLM", 0.5)
         assert motor.values["DLLM"] == -0.5
+        await motor.put("DHLM", -0.7)
+        assert [motor.values[name] for name in ("DLLM", "DHLM", "LLM", "HLM")] == [-0.5, -0.7, 0.7, 0.5]
+        await motor.put("DIR", "Pos")
+        assert (motor.values["LLM"], motor.values["HLM"]) == (-0.5, -0.7)
+        for field in ("JOGF", "JOGR"):
+            with pytest.raises(RefusedError, match="jog in the other direction"):
+                await motor.put(field, 1)
 
     run(session, **MM)
+
+
+@pytest.mark.parametrize(
+    ("model", "options"),
+    [
+        ("1811", {"motor": {"units": {"per": 1000, "of": "mm"}}}),
+        ("if1", {"self_test_s": 0.1, "X": {"units": {"per": 1000, "of": "mm"}}}),
+        ("smartmotor", {"shaft": {"units": {"per": 1000, "of": "mm"}}}),
+    ],
+)
+def test_a_jog_comes_to_rest_at_the_limit_however_seldom_the_axis_is_read(model, options):
+    async def session(lab):
+        record = next(iter(lab.records.values()))
+        for field, value in (("HLM", 0.3), ("LLM", -0.4), ("JVEL", 2.0), ("ACCL", 2.0)):
+            await record.put(field, value)
+        await record.put("JOGF", 1)
+        assert (record.values["RBV"], record.values["LVIO"], record.values["SEVR"]) == (0.3, 1, 0)
+        await record.put("JOGR", 1)
+        assert (record.values["RBV"], record.values["LVIO"], record.values["MISS"]) == (-0.4, 1, 0)
+
+    run(session, model=model, period_s=0.4, **options)
+
+
+@pytest.mark.parametrize("model", ["1811", "if1", "smartmotor"])
+def test_the_first_limits_are_the_switches_of_the_scene(model):
+    async def session(lab):
+        record = next(iter(lab.records.values()))
+        assert (record.values["LLM"], record.values["HLM"], record.values["DHLM"]) == (-10.0, 6.0, 6.0)
+        await record.put("VAL", 6.0)  # the switch opens beyond this position
+        with pytest.raises(RefusedError, match="outside the limits: expected -10 to 6"):
+            await record.put("VAL", 6.01)
+        assert (record.values["RBV"], record.values["HLS"], record.values["SEVR"]) == (6.0, 0, 0)
+        await record.put("HLM", 50.0)
+        with pytest.raises(RefusedError, match="limit"):
+            await record.put("VAL", 50.0)
+        assert record.values["RBV"] > 6.0 and record.values["HLS"] == 1
+        await record.put("VAL", 5.0)  # away from the switch: without CLEAR
+        assert (record.values["RBV"], record.values["HLS"], record.values["MISS"]) == (5.0, 0, 0)
+
+    axis = {"1811": "motor", "if1": "X", "smartmotor": "shaft"}[model]
+    options = {"self_test_s": 0.1} if model == "if1" else {}
+    run(session, model=model, **{axis: {"limits": [-1000, 600], "units": {"per": 100, "of": "mm"}}}, **options)
 
 
 def test_direction_offset_resolution_and_the_set_mode_define_positions():
@@ -236,6 +287,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
 def test_a_limit_switch_a_fault_and_a_lost_position_are_alarms():
     async def session(lab):
         x, if1, core = lab.records["X"], lab.bench["if1"], lab.machine.stations[0].driver.core
+        await x.put("HLM", 9000)
         with pytest.raises(RefusedError, match=r"X stopped: the target was not reached \(limit: call clear_faults"):
             await x.put("VAL", 5000)
         await lab.until("X", HLS=1, DMOV=1)

@@ -12,6 +12,7 @@ from axistwin.plant.machine_units import MachineUnits
 
 if TYPE_CHECKING:
     from axistwin.integrations.station import Station
+    from axistwin.plant.axes import Axis
 
 
 @dataclass
@@ -44,6 +45,8 @@ class DrivenAxis:
         """Status of the last poll."""
         self.error = "not connected yet"
         """Why the last poll failed; "" if it did not."""
+        self.shaft: Axis | None = None
+        """The axis of the bench; None at a real controller."""
         self.goal: Goal | None = None
         self.ended: Goal | None = None
         """The motion that ended last; None if another host began it."""
@@ -66,6 +69,13 @@ class DrivenAxis:
         self._rest.set()
         self._go.set()
         self._tasks: set[asyncio.Task[None]] = set()
+
+    def travel(self) -> tuple[float, float] | None:
+        """Return the positions of the limit switches in the driver's counts, or None if they are not known."""
+        if self.shaft is None or self.shaft.limits is None:
+            return None
+        shift = self.status.position - self.shaft.position
+        return self.shaft.limits[0] + shift, self.shaft.limits[1] + shift
 
     # Requests
 

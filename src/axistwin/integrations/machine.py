@@ -15,6 +15,7 @@ from axistwin.errors import LinkError, UsageError
 from axistwin.integrations.station import Station
 from axistwin.links.server import Server
 from axistwin.links.urls import parse
+from axistwin.plant.axes import Axis
 from axistwin.plant.machine_units import MachineUnits
 
 Units = Mapping[str, MachineUnits]
@@ -109,7 +110,10 @@ async def of_scene(
             url = await server.open(name, parse(f"{kind}://127.0.0.1:0"))
             model, given, own = of_bench(bench, name)
             driver = AsyncController(str(url), core_of(model, {**given, **options.get(name, {})}))
-            stations.append(Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers)))
+            station = Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers))
+            for axis, shaft in _shafts(bench, name).items():
+                station.axes[axis].shaft = shaft
+            stations.append(station)
         _check_names(stations, [*(units or {}), *registers])
     except BaseException:
         server.close()
@@ -135,17 +139,21 @@ def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, Ma
 
     Axes without a unit are left out.
     """
-    model = "smartmotor"
+    model, shafts = "smartmotor", _shafts(bench, name)
     given: dict[str, Any] = {}
     if name in bench.lines:
-        motors = bench.lines[name].motors
-        shafts = {f"shaft{number}": motor.axes["shaft"] for number, motor in enumerate(motors, 1)}
-        given = {"addresses": tuple(range(1, len(motors) + 1)), "rs485": bench.lines[name].channel == "rs485"}
+        given = {"addresses": tuple(range(1, len(shafts) + 1)), "rs485": bench.lines[name].channel == "rs485"}
     else:
-        model, shafts = bench[name].product.model, dict(bench[name].axes)
+        model = bench[name].product.model
     if model == "smartmotor" and any(axis.limits for axis in shafts.values()):
         given["limits"] = True
     return model, given, {axis: found.units for axis, found in shafts.items() if found.units}
+
+
+def _shafts(bench: Bench, name: str) -> dict[str, Axis]:
+    if name in bench.lines:
+        return {f"shaft{number}": motor.axes["shaft"] for number, motor in enumerate(bench.lines[name].motors, 1)}
+    return dict(bench[name].axes)
 
 
 def _after(name: str, units: Units) -> dict[str, MachineUnits]:

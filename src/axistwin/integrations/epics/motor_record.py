@@ -7,16 +7,19 @@ a position that was written as 0.3 is read as 0.3.
 from collections.abc import Awaitable, Callable
 from fractions import Fraction
 from functools import partial
+from math import ceil, floor
 from typing import Any
 
 from axistwin.drivers.axis import Status
 from axistwin.drivers.errors import RefusedError
-from axistwin.integrations.driven_axis import DrivenAxis
+from axistwin.integrations.driven_axis import DrivenAxis, Goal
 from axistwin.integrations.epics.fields import GO, MOTOR, MOVE, PAUSE, STOP, checked, decimals
 from axistwin.integrations.epics.state import SILENT, Alarm, alarm_of, status_bits
 
 SCALED = ("VMAX", "VELO", "JVEL", "HVEL", "BVEL", "TWV", "JAR", "DHLM", "DLLM")
 """Fields that are scaled with MRES."""
+LIMITS = ("limit", "positive limit", "negative limit")
+"""Names of the faults of limit switches."""
 FINEST = 10**9
 """Largest denominator of MRES as a fraction."""
 
@@ -51,8 +54,8 @@ class MotorRecord:
         values.update(VELO=core.velocity * unit, ACCL=core.velocity / core.acceleration, VMAX=core.max_velocity * unit)
         values.update(JVEL=values["VELO"], HVEL=values["VELO"], BVEL=values["VELO"], TWV=values["VELO"] / 10)
         values.update(JAR=core.acceleration * unit, BACC=values["ACCL"])
-        furthest = core.max_position * unit
-        values.update(HLM=furthest, DHLM=furthest, LLM=-furthest, DLLM=-furthest)
+        ends = sorted(self._dial(end) for end in self.axis.travel() or (-core.max_position, core.max_position))
+        values.update(LLM=ends[0], DLLM=ends[0], HLM=ends[1], DHLM=ends[1])
         self._set_resolution()
 
     def _set_resolution(self) -> None:
@@ -125,8 +128,15 @@ class MotorRecord:
             raise RefusedError(f"position {user:g} is outside the limits: expected {low:g} to {high:g}")
         self.axis.status.known_position()
         await self._set(LVIO=0, VAL=user, DVAL=dial, RVAL=float(self._counts(dial)), MISS=0)
+        await self._leave_switch()
         self._apply_profile(self.values["VELO"], self.values["ACCL"])
         await self.axis.move_to(self._counts(dial))
+
+    async def _leave_switch(self) -> None:
+        """Clear the fault of a limit switch, as clients of a motor record expect to move away from a switch."""
+        faults = self.axis.status.faults
+        if faults and all(fault.name in LIMITS for fault in faults):
+            await self.axis.clear_faults()
 
     def _allowed(self) -> None:
         if self.values["SPMG"] == STOP:
@@ -150,8 +160,9 @@ class MotorRecord:
         await self._update()
 
     async def _refresh_limits(self) -> None:
-        ends = sorted(self._user(self.values[name]) for name in ("DLLM", "DHLM"))
-        await self._set(LLM=ends[0], HLM=ends[1])
+        ends = [self._user(self.values[name]) for name in ("DLLM", "DHLM")]
+        low, high = ends if self._sign > 0 else reversed(ends)
+        await self._set(LLM=low, HLM=high)
         await self._post("", None)
 
     async def _follow_readback(self) -> None:
@@ -171,33 +182,43 @@ class MotorRecord:
                 await self.axis.stop()
             return
         self._allowed()
-        sign = 1 if field == "JOGF" else -1
-        if self._runs_out(sign * self._sign):
+        direction = (1 if field == "JOGF" else -1) * self._sign
+        goal = self._jog_goal(direction)
+        if goal is None:
             await self._set(LVIO=1)
             raise RefusedError(f"{field} would jog the axis beyond the position limit: jog in the other direction")
+        await self._leave_switch()
         self._apply_profile(self.values["JVEL"], self.values["ACCL"])
         self._jogging = field
         await self._set(LVIO=0, **{field: 1})
         try:
-            await self.axis.move_at(sign * self._sign * self.values["JVEL"] * float(self._per))
+            await self.axis.request(goal)
+            await self._set(LVIO=int(self._jog_goal(direction) is None))
         finally:
             self._jogging = None if self._jogging == field else self._jogging
             await self._set(**{field: 0})
 
-    def _runs_out(self, direction: int) -> bool:
-        """True if the axis at jog velocity cannot stop before the position limit in the given direction.
+    def _jog_goal(self, direction: int) -> Goal | None:
+        """Return a jog as a move to the position limit, so that the axis comes to rest there; None at the limit.
 
-        `direction`: 1 for the upper limit DHLM, -1 for the lower limit DLLM.  Without limits, both are equal.
+        `direction`: 1 towards DHLM, -1 towards DLLM.  Without limits, both are equal: then the jog is a run, as it is
+        while the position is lost.
         """
         low, high = self.values["DLLM"], self.values["DHLM"]
-        distance = self.values["JVEL"] * self.values["ACCL"] / 2
-        dial = self._dial(self.axis.status.position)
-        return bool(low != high and (dial + distance >= high if direction > 0 else dial - distance <= low))
+        core, counts = self.axis.core, direction if self._per > 0 else -direction
+        if low == high or self.axis.status.lost:
+            velocity = counts * self.values["JVEL"] * float(abs(self._per))
+            return Goal(lambda: core.move_at(velocity))
+        limit = round(Fraction(high if direction > 0 else low) * self._per, 6)  # 0.3 mm are 300 counts, not 299.99…
+        position = round(self.axis.status.position)
+        left = min((floor(limit) - position) if counts > 0 else position - ceil(limit), core.max_position)
+        return Goal(lambda: core.move_to(position + counts * left)) if left > 0 and low < high else None
 
     async def _home(self, field: str, on: int) -> None:
         if not on:
             return
         self._allowed()
+        await self._leave_switch()
         direction = (1 if field == "HOMF" else -1) * self._sign * (1 if self._per > 0 else -1)
         self._apply_profile(self.values["VELO"], self.values["ACCL"])
         await self._set(**{field: 1})
@@ -247,6 +268,8 @@ class MotorRecord:
     async def _dial_limit(self, field: str, value: float) -> None:
         await self._set(**{field: value})
         await self._refresh_limits()
+        if self._jogging:
+            await self.axis.stop()  # the jog is a move to the limit as it was
 
     async def _direction(self, choice: int) -> None:
         self._at_rest("DIR")
@@ -321,9 +344,6 @@ class MotorRecord:
             await self._set(MSTA=self.values["MSTA"] | SILENT)
             return
         await self._set_readback(status)
-        if self._jogging and moving and self._runs_out(1 if status.velocity * float(self._per) > 0 else -1):
-            await self._set(LVIO=1)
-            await axis.stop()
         if not axis.busy and not self.values["DMOV"]:
             await self._ended()
         await self._set(
