@@ -34,6 +34,11 @@ from .talking import arrivals, ask, command, gaps, play, positions, ready, scrip
         ":%:X10@400:$; 0.1 s; receives %<CR>; K: 0; F: 0; I: 200; O: 1; E: C; N: 0; Q: 0; %; 0.2 s; at 10 0 0",
         "R22: a sequence ends with a fault, handed over or not":
         ":%:X10@400:$; 0.1 s; receives %<CR>; Y4000$; 0.5 s; estop low; 0.5 s; estop released; K: 32; %; 0.5 s; X at 0",
+        'Clearing: "any axis in motion will stop"; a limit that a host\'s move meets ends the sequence, too':
+        ":%:X10@400:$; 0.1 s; receives %<CR>; Y@400G$; 0.5 s; limit_plus low; 0.1 s; E: F; K: 64; mark; %; 0.5 s; "
+        "moved 0 0 0; F: 8; E: C",
+        'Clearing: "further movement is inhibited": a host\'s move towards a limit is refused and ends the sequence':
+        "limit_plus low; K: 64; :%:X-10@400:$; 0.1 s; receives %<CR>; Y5$; 0.1 s; K: 64; %; 0.5 s; at 0 0 0; F: 8",
         'Cancel: "This will stop any axis in motion"; it also ends the sequence that has handed over control':
         ":%:X20@400:$; 0.1 s; receives %<CR>; Y4000$; 1 s; #; 0.1 s; E: C; Y between 1 3999; mark; %; 1 s; moved 0 0 0",
         'Intervention: "execute any move instruction it receives": a sequence within a sequence is a data fault':

@@ -142,6 +142,17 @@ def test_a_limit_touched_at_rest_and_not_read_refuses_what_is_waiting(bench, if1
     play(bench, if1, f"{text}; 0.5 s; {script}")
 
 
+@pytest.mark.parametrize("text", ["H1X10$", "H1X10S1$"])
+@pytest.mark.parametrize("pin", ["limit_minus", "estop", "x_fault"])
+@pytest.mark.parametrize(("read", "made"), [("0.1 s", 0), ("K?", 10)])
+def test_a_move_that_waits_is_accepted_while_a_fault_is_stored(bench, if1, text, pin, read, made):
+    """Clearing: "further movement is inhibited": what counts is whether the status is read before the movement."""
+    script = (
+        f"{pin} low; 0.1 s; {pin} released; {text}; E: F; {read}; input1 high; 0.5 s; at {made} 0 0; K?; K: 0; E: C"
+    )
+    play(bench, if1, f"{script}; outputs {int('S' in text and made > 0)}0000")
+
+
 @WAITING
 @pytest.mark.parametrize(("pin", "made", "flag"), [("limit_minus", 100, 0), ("limit_plus", 0, 64)])
 def test_a_limit_touched_at_rest_and_read_lets_what_is_waiting_move_away(bench, if1, text, pin, made, flag):

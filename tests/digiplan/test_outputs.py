@@ -13,6 +13,10 @@ from .talking import play, ready, scripts
         'Outputs: "followed by the output number and the "$" character"': "S2; 0.05 s; outputs 00000",
         'Busy status: "motionless" activities such as waiting for inputs and pulsing outputs"':
         "P1,90$; E: E; K: 0; 1 s; E: C",
+        'Outputs: "the prior state of the output" returns when the cancel code ends a pulse':
+        "S4$; P4,99$; 0.1 s; outputs 00000; #; 0.005 s; outputs 00010; 2 s; outputs 00010; E: C",
+        'Combining: "At the end of the move, output 3 is set": a move that is cancelled has not come to it':
+        "S4$; X100@200S3R4$; 0.1 s; #; 1 s; outputs 00010; X100@200P3,20$; 0.1 s; #; 1 s; outputs 00010; E: C",
         "Cancel: it ends a pulse in progress": "P1,99$; 0.1 s; #; E: C; S2$; 0.05 s; output2 is high",
         "Outputs: only S, R and P change them": "S135$; X400$; 0.3 s; #; 0.3 s; outputs 10101",
         "Default values: outputs are off when power is applied":

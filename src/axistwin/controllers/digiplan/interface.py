@@ -11,12 +11,13 @@ from axistwin.controllers.digiplan.chapters import initialise
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.breaking_in import BreakIn
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF, uart_format
+from axistwin.controllers.digiplan.chapters.data_transfer import BLANK
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
 from axistwin.controllers.digiplan.chapters.sequence import perform, sequence
 from axistwin.controllers.digiplan.chapters.speed import too_fast
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.language import LONGEST_MESSAGE, Accept, Message, parse
+from axistwin.controllers.digiplan.language import CANCEL, LONGEST_MESSAGE, Accept, Message, parse
 from axistwin.controllers.digiplan.state import Hardware, Stage, State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Step
 from axistwin.sim.clock import Event, Procedure, Process, kill
@@ -54,9 +55,11 @@ class Interface(State):
         self._break_in = BreakIn(self)
         self.stops.on_stop = self._drop_waiting
         self.buffer.on_full = self._report_full
-        self.buffer.on_cancel = self._cancel_at_once
+        self.buffer.on_terminator = self._cancel_at_once
         self._text: list[str] = []
         self._told = False
+        self._last_typed = 0
+        """Code of the last character of the message in progress that is no CR, LF or space."""
         self._cancelled = False
         """True if `# <CR>` has acted while it waits in the buffer: what is before it begins no motion."""
         # For each character of the incoming message: True if the highest of the character's eight bits is 1.
@@ -127,7 +130,11 @@ class Interface(State):
     @property
     def procedures(self) -> list[Process]:
         """Simulation processes that the interface is running, e.g. the process of a move or a sequence."""
-        return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
+        return [
+            process
+            for process in (self._live_process, self.work.process, self.transmitter.urgent, self.transmitter.rest)
+            if process
+        ]
 
     def _recall(self) -> None:
         kept = self._kept
@@ -176,6 +183,8 @@ class Interface(State):
         ignored, self.ignored = self.ignored, ()
         if character & 0x7F in ignored:
             return None
+        if character & 0x7F not in BLANK:
+            self._last_typed = character & 0x7F
         return self._echo(character) if self.frame.echo else self._collect(character)
 
     def _echo(self, character: int) -> Procedure:
@@ -186,6 +195,7 @@ class Interface(State):
         code = character & 0x7F
         if code == self.frame.ends_message:
             text = "".join(self._text)
+            self._last_typed = 0
             self._text.clear()
             self.eighth = (*self._eighth, character > code)
             self._eighth.clear()
@@ -208,16 +218,16 @@ class Interface(State):
         if self.stage is Stage.READY and self.frame.x_on_x_off:
             self.transmitter.send_flow_control(stop=full)
 
-    def _cancel_at_once(self) -> None:
+    def _cancel_at_once(self, terminator: int) -> None:
         """Perform the command `# <CR>` when it is received, although other messages or an answer are before it."""
-        if self.work.held is not None:
-            self._text.clear()
-            self._eighth.clear()
+        waits = self.work.held is not None or (self.transmitter.busy and not self.locked)
+        last = self.buffer.last_typed or self._last_typed
+        if not waits or terminator != self.frame.ends_message or last != ord(CANCEL):
+            return
+        if self.work.held is not None and self.buffer.has_cancel:
             self.buffer.drop_before_cancel()
-            self.work.drop_held()
-        elif self.transmitter.busy and not self.locked:
-            self._cancelled = True
-            self.work.cancel()
+        self._cancelled = True
+        self.work.cancel()
 
     def _obey(self, text: str) -> Procedure | None:
         if not text.strip(" "):
@@ -227,7 +237,7 @@ class Interface(State):
         if self.locked:  # A locked interface performs only status requests and the command "]".
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
             return self._answer(command) if command is not None and heeded else None
-        if command is not None and command.code == "#":
+        if command is not None and command.code == CANCEL:
             self._cancelled = False
             self.work.cancel()
         if message.problems:
@@ -250,31 +260,36 @@ class Interface(State):
         if not message.start:
             if self._in_range(message.steps[0]):
                 self.set_parameters(message.steps[0])  # A message without "$" at its end only sets parameters.
-        elif not (self._cancelled or (self.work.occupied and self.options.busy == "ignore")):
+        elif self.work.occupied and self.options.busy == "ignore":
+            return None
+        elif not (self._cancelled and self.buffer.has_cancel):
             return self.work.when_free(self._start(message))
         return None
 
     def _drop_waiting(self) -> None:
         """Delete the held message and all that waits behind it, because an input has stopped the motion."""
         if self.work.held is not None:
-            self.buffer.clear()
+            self.buffer.drop_messages(self.frame.ends_message, lambda text: not text or is_request(text))
         self.work.cancel()
 
     def _behind_held(self) -> Procedure:
         """Answer status requests until the held message has begun, or a host that wants echoes begins a request."""
         while True:
+            yield from self.until_unmuted()
             yield from self._answer_requests()
             if self.work.held is None or self._begins_request():
                 return
             yield self.work.released() | self.buffer.arrival()
 
     def _begins_request(self) -> bool:
-        """True if a host that waits for each echo may be typing a status request behind a held message."""
+        """True if a host that waits for each echo may be typing a status request or `#` behind a held message."""
         characters = self.buffer.characters
         if not (self.frame.echo and characters):
             return False
-        text = "".join(self._text) + chr(characters[0] & 0x7F)
-        return text.strip(" \r\n") in ("", *REQUESTS)
+        if self.buffer.has_cancel:
+            self.buffer.drop_before_cancel()
+        text = ("".join(self._text) + chr(characters[0] & 0x7F)).strip(" \r\n")
+        return text in ("", *REQUESTS) or text.endswith(CANCEL)
 
     def _answer_requests(self) -> Procedure:
         """Answer the status requests in the buffer.  Other messages stay in the buffer for later execution."""

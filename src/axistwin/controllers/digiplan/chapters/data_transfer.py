@@ -19,7 +19,8 @@ from axistwin.units import MS
 NEARLY_FULL = 52  # The host must stop sending when the input buffer contains 52 characters (80 %).
 NEARLY_EMPTY = 12  # The host may resume sending when the input buffer (64 characters) is filled to at most 20 %.
 OVERFLOW = 61  # When the input buffer contains 61 characters (95 %), the interface deletes all these characters.
-X_ON, X_OFF = 0x11, 0x13
+X_ON, X_OFF, CANCEL = 0x11, 0x13, ord("#")
+BLANK = (CR, LF, ord(" "))
 DELAY_UNIT_NS = 10 * MS
 
 
@@ -33,8 +34,8 @@ class InputBuffer:
         self.intercept: Callable[[int], bool] = lambda byte: False
         """Function that is called with each character; the character is not buffered if it returns True."""
         self.on_full: Callable[[bool], None] = lambda full: None
-        self.on_cancel: Callable[[], None] = lambda: None
-        """Function that is called when `# <CR>` is received."""
+        self.on_terminator: Callable[[int], None] = lambda code: None
+        """Function that is called when CR or LF is received."""
         self.checking = False
         """True if receive errors are reported as faults: from the data format on, while the interface is not locked."""
         self.tolerant = False
@@ -102,15 +103,28 @@ class InputBuffer:
         self._arrived = self._arrived or self.clock.event()
         return self._arrived
 
-    def clear(self) -> None:
-        """Drop all characters in the buffer."""
-        self.characters.clear()
+    def drop_before_cancel(self) -> None:
+        """Drop the characters before `#`, except the terminator of a request that has been echoed."""
+        begin = 1 if self.characters[0] & 0x7F in BLANK else 0
+        while self.characters[begin] & 0x7F != CANCEL:
+            del self.characters[begin]
         self._has_less()
 
-    def drop_before_cancel(self) -> None:
-        """Drop the characters that precede the command `#` in the buffer."""
-        while self.characters[0] & 0x7F != ord("#"):
-            self.take()
+    def drop_messages(self, ends_message: int, kept: Callable[[str], bool]) -> None:
+        """Drop all whole messages except those for which the function `kept` returns True."""
+        while self.take_message(ends_message, lambda text: not kept(text)):
+            pass
+
+    @property
+    def last_typed(self) -> int:
+        """Code of the last character that is no CR, LF or space; 0 if there is none."""
+        codes = (character & 0x7F for character in reversed(self.characters))
+        return next((code for code in codes if code not in BLANK), 0)
+
+    @property
+    def has_cancel(self) -> bool:
+        """True if the buffer contains `#`."""
+        return any(character & 0x7F == CANCEL for character in self.characters)
 
     def _receive(self, byte: int, errors: LineError) -> None:
         if self.intercept(byte):
@@ -143,17 +157,11 @@ class InputBuffer:
             return
         if not self.full and len(self.characters) >= NEARLY_FULL:
             self._set_full(True)
-        if byte & 0x7F in (CR, LF) and self._ends_in_cancel():
-            self.on_cancel()
+        if byte & 0x7F in (CR, LF):
+            self.on_terminator(byte & 0x7F)
         if self._arrived is not None:
             event, self._arrived = self._arrived, None
             event.succeed()
-
-    def _ends_in_cancel(self) -> bool:
-        for byte in reversed(self.characters):
-            if byte & 0x7F not in (CR, LF, ord(" ")):
-                return byte & 0x7F == ord("#")
-        return False
 
     def _flag(self, fault: LineFault) -> None:
         if self.checking:
@@ -179,7 +187,8 @@ class Transmitter:
         """Inter-character delay in units of 10 ms."""
         self._held_back = 0  # Number of transmissions that wait until the inputs DSR and CTS are active.
         self._message: Event | None = None
-        self._rest: Process | None = None
+        self.rest: Process | None = None
+        """Procedure that completes a message whose sender has been cancelled."""
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""
@@ -212,7 +221,7 @@ class Transmitter:
             yield from self._send_all(left)
         except Interrupt:
             if 0 < len(left) < len(data):
-                self._rest = self.clock.process(self._complete(left))
+                self.rest = self.clock.process(self._complete(left))
             else:
                 self._end_message()
             raise
@@ -220,7 +229,7 @@ class Transmitter:
 
     def _complete(self, left: list[int]) -> Procedure:
         yield from self._send_all(left)
-        self._rest = None
+        self.rest = None
         self._end_message()
 
     def _end_message(self) -> None:
@@ -272,7 +281,7 @@ class Transmitter:
 
     def stop(self) -> None:
         """Stop sending, because the power is off."""
-        for process in (self.urgent, self._rest):
+        for process in (self.urgent, self.rest):
             if process is not None:
                 kill(process)
         self.uart.queue.clear()
