@@ -311,7 +311,7 @@ def test_errors_in_a_program_that_runs_are_told(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("A100\nLIMH\nRP\n")
     code, _, noted = run("run", "smartmotor", program)
-    assert (code, noted) == (0, f"axistwin: 2 lines refused: axistwin check smartmotor {program}\n")
+    assert (code, noted) == (1, f"axistwin: 2 lines refused: axistwin check smartmotor {program}\n")
     program.write_text("A100\nWHILE 1\nLOOP\n")
     assert "with --for SECONDS; 1 line refused" in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
 

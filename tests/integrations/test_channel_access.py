@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from axistwin.integrations.points import Point
+from axistwin.integrations import Point
 
 from .conftest import free_port
 

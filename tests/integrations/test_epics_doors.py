@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
-from axistwin.integrations.points import Point
+from axistwin.integrations import Point
 
 from .conftest import free_port
 
 pytest.importorskip("p4p", reason="p4p is not installed")
 
-from axistwin.integrations.epics.pv_access import PvAccess
+from axistwin.integrations.epics import pv_access
 
 
 def search(sender, address, number):
@@ -31,7 +31,7 @@ def test_pv_access_serves_this_computer_only_whatever_the_environment_says(monke
     monkeypatch.setenv("EPICS_PVAS_SERVER_PORT", str(port + 5))
 
     async def serve():
-        served = PvAccess(port=port)
+        served = pv_access.PvAccess(port=port)
         served.add_point("here", Point("here", None))
         server = await served.open()
         try:
@@ -45,7 +45,7 @@ def test_pv_access_serves_this_computer_only_whatever_the_environment_says(monke
                 socket.create_connection(("127.0.0.2", port), 10)
             socket.create_connection(("127.0.0.1", port), 10).close()
             with pytest.raises(OSError, match="assign"):
-                await PvAccess(["192.0.2.77"]).open()
+                await pv_access.PvAccess(["192.0.2.77"]).open()
             return address, struct.unpack_from(">I", answer, 20)
         finally:
             server.stop()

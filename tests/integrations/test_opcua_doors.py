@@ -11,15 +11,14 @@ asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 
 from asyncua.crypto import uacrypto  # noqa: E402
 
-from axistwin.integrations.machine import of_scene  # noqa: E402
-from axistwin.integrations.opcua.security import Account  # noqa: E402
-from axistwin.integrations.opcua.server import serving  # noqa: E402
+from axistwin.integrations import of_scene  # noqa: E402
+from axistwin.integrations.opcua import security, server  # noqa: E402
 
 from .conftest import free_port  # noqa: E402
 from .raw_opcua import code, raw, signing  # noqa: E402
 from .test_opcua import make_certificate  # noqa: E402
 
-USERS = {"anna": Account("k7Rw2p", "operator"), "bert": Account("x9Qv4t", "viewer")}
+USERS = {"anna": security.Account("k7Rw2p", "operator"), "bert": security.Account("x9Qv4t", "viewer")}
 REJECTED = "BadSecurityPolicyRejected"
 
 
@@ -30,7 +29,7 @@ def served(visit, **options):
         bench = Bench()
         bench.add("1811", name="board")
         async with await of_scene(bench, {}, speed=None) as machine:
-            async with serving(machine, port=free_port(), **options) as url:
+            async with server.serving(machine, port=free_port(), **options) as url:
                 found = await visit(url)
             return found, machine.stations[0].axes["motor"].core.setpoint != 0
 

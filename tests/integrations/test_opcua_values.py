@@ -12,8 +12,8 @@ asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 
 from asyncua import Client, ua  # noqa: E402
 
-from axistwin.integrations.machine import of_scene  # noqa: E402
-from axistwin.integrations.opcua.server import serving  # noqa: E402
+from axistwin.integrations import of_scene  # noqa: E402
+from axistwin.integrations.opcua import server  # noqa: E402
 
 from .conftest import free_port  # noqa: E402
 from .raw_opcua import code  # noqa: E402
@@ -36,7 +36,7 @@ def with_client(test, *models):
             await of_scene(
                 bench, {}, speed=None, registers=["smartmotor.a"] if "smartmotor" in models else ()
             ) as machine,
-            serving(machine, port=free_port()) as url,
+            server.serving(machine, port=free_port()) as url,
             Client(url, timeout=20) as client,
         ):
             return await test(client, machine)

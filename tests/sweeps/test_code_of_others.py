@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from axistwin import Bench
-from axistwin.diagnostics.scenes import diagnose_scene
+from axistwin.diagnostics import diagnose_scene
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.playground import Playground, Shared, encode
 from axistwin.sessions import Session

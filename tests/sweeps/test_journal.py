@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sweeps import read
-from axistwin.sweeps.journal import Journal
-from axistwin.sweeps.study import reserved
+from axistwin.sweeps import journal, read, study
 
 from ..command import refused, run
 from .scenes import stepper
@@ -46,7 +44,7 @@ def command(tmp_path):
 
 def test_the_command_says_who_writes_the_results(tmp_path, command):
     out = tmp_path / "a.parquet"
-    with Journal(out, {}, {}):
+    with journal.Journal(out, {}, {}):
         code, told = refused(*command, out)
     assert (code, len(told.splitlines())) == (2, 1)
     assert f"{out} is being written by process " in told and "choose another file with --out" in told
@@ -56,8 +54,11 @@ def test_the_command_says_who_writes_the_results(tmp_path, command):
 
 
 def test_a_study_has_one_writer(tmp_path):
-    second = reserved(tmp_path / "a.db")
-    with reserved(tmp_path / "a.db"), pytest.raises(UsageError, match=r"a\.db is being written by process \d+ \("):
+    second = study.reserved(tmp_path / "a.db")
+    with (
+        study.reserved(tmp_path / "a.db"),
+        pytest.raises(UsageError, match=r"a\.db is being written by process \d+ \("),
+    ):
         second.__enter__()
     assert list(tmp_path.iterdir()) == []
 
