@@ -113,3 +113,15 @@ def test_an_1810_performs_no_closed_loop_move(check):
     assert diagnostic.startswith("3:1 warning not performed: move 1 is a closed-loop move")
     open_loop = "C8" + CLOSED_LOOP[2:]
     assert check(CLOSED_LOOP, open_loop, "40 01", model="1810") == []
+
+
+@pytest.mark.parametrize("ignored", ["D9 01", "DA 01", "92 01"])
+@pytest.mark.parametrize("move", ["33 00 00 00 01", "32 00", "perform_move 1", "41 02"])
+def test_a_definition_right_after_a_move_is_ignored(check, ignored, move):
+    """92h, D9h, DAh are SINGULAR: none begins while the host's move or a sequence is performed; a wait helps."""
+    before = (DEFAULT, "define_relative_move 1 00 1000 1000 5", "D9 02", "83", "D8")
+    after = ("83", "D8") if ignored[:2] == "D9" else ()
+    (diagnostic,) = check(*before, move, ignored, *after)
+    assert diagnostic.startswith("7:1 warning ignored during ")
+    assert check(*before, move, "+1", ignored, *after) == []
+    assert check(*before, ignored, *after, move) == []

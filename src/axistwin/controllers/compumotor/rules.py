@@ -120,6 +120,13 @@ RULES = (
         "streaming mode, the board deletes all sequences.",
         "41 02",
     ),
+    DURING_MOVE := Rule(
+        "CM210", "the command follows directly on a move or a sequence", W, SEQUENCES,
+        "The board ignores the commands 92h, D9h and DAh while a move of the host, a search for home or a sequence is "
+        "in progress.  The commands after an ignored D9h are performed, not stored.  Wait until the motor has "
+        "stopped, or define the sequences first.",
+        "31 00 00 00 00 61 A8 00 03 D0 90\n33 00 00 00 01\nD9 01\n83\nD8",
+    ),
     NO_SUCH_MOVE := Rule(
         "CM301", "the board cannot store a move with this number", E, DEFINE,
         "The numbers of stored moves are 1 to 50.",

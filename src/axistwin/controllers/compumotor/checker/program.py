@@ -25,6 +25,8 @@ NEED_DEFAULT = {0x32: "move", 0x33: "move", 0x34: "move", 0x35: "move", 0x36: "m
 NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
 RATIO, RESUME = 0xB0, 0x37
+TAKE_TIME = (*NEED_DEFAULT, RESUME, 0x40, 0x41)
+IGNORED_MEANWHILE = (0x92, 0xD9, 0xDA)
 MODAL = frozenset((0x50, 0x51, 0x52, 0x53, 0xD8, 0xD9))
 """Opcodes of the commands that decide which commands the board accepts next: modes, and definitions of sequences."""
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
@@ -102,6 +104,8 @@ class _Checker:
     def __init__(self, commands: CommandSet) -> None:
         self.commands, self.defined = commands, Definitions()
         self.found: list[Diagnostic] = []
+        self._before: Sent | None = None
+        """First byte of the command before, if that takes time."""
 
     def take(self, sent: Sequence[Sent]) -> None:
         """Check one command of the host, and report its problems."""
@@ -109,7 +113,17 @@ class _Checker:
         if not isinstance(command, Opcode):
             self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: ignored")
         elif (values := self._values(command, sent)) is not None:
+            self._during_move(Given(command, values, sent))
             self._place(Given(command, values, sent))
+
+    def _during_move(self, given: Given) -> None:
+        """Report 92h, D9h and DAh on the line after a move, with nothing between (a wait takes a line or columns)."""
+        before, first, opcode = self._before, given.sent[0], given.command.opcode
+        begins = opcode in TAKE_TIME and self.defined.defining is None
+        self._before = first if begins else None
+        if opcode in IGNORED_MEANWHILE and before and (before.line + 1, before.column) == (first.line, first.column):
+            what = f"ignored during {before.byte:02X}: wait until its motion has ended"
+            self._about(rules.DURING_MOVE, given, what)
 
     def _values(self, command: Opcode, sent: Sequence[Sent]) -> tuple[Any, ...] | None:
         """Return the parameter values of a command.  If the values are wrong, report a problem and return None."""
