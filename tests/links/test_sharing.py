@@ -66,6 +66,7 @@ class Plug:
     """A plug that records what is sent."""
 
     name, chunk, full, client = "if1", 64, False, None
+    refuses_because = property(lambda self: self.gate.reason)
 
     def __init__(self):
         self.gate, self.sent, self.serial = Gate(), [], Serial()

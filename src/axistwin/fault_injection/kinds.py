@@ -40,6 +40,7 @@ KINDS = {
         Kind("handshake", On.LINE, "a control line is stuck", lines.handshake, (
             Parameter("line", Sort.WORD, "a control line of the device", words=CONTROL_LINES),
             Parameter("level", Sort.LEVEL, "the level", default=False)), check=lines.check_handshake),
+        Kind("hang_up", On.LINE, "the port disconnects its client, and is gone", lines.hang_up),
         # Faults that affect an electrical terminal, e.g. an input pin
         Kind("stuck", On.PIN, "a switch or a pin stays at a level", machines.stuck, (
             Parameter("level", Sort.LEVEL, "the level", optional=False),)),

@@ -89,6 +89,11 @@ def handshake(case: Case) -> Mend:
     return _port(case).control_lines[case.values["line"]].hold(case.values["level"])
 
 
+def hang_up(case: Case) -> Mend:
+    """Fault: the port disconnects its client, and is gone."""
+    return _port(case).hung_up.hold(True)
+
+
 def check_handshake(spot: Spot) -> None:
     """Raise UsageError if the serial port has no control lines (DTR, RTS, DSR and CTS)."""
     if spot.port is None or not spot.port.handshake:

@@ -13,6 +13,7 @@ from axistwin.sim.frames import SOUND, LineError, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Line
 from axistwin.sim.serial_port import X_OFF, X_ON, Flow
+from axistwin.sim.signal import Signal
 from axistwin.units import to_seconds
 
 FULL = 512
@@ -57,6 +58,10 @@ class HostPort(Protocol):
     @property
     def rts_line(self) -> Pin:
         """The controller's output RTS (request to send)."""
+
+    @property
+    def hung_up(self) -> Pin:
+        """High while the port to which clients connect is gone."""
 
     @property
     def pending(self) -> int:
@@ -120,7 +125,11 @@ class Plug(SingleClient[SerialClient]):
         self._errors = SOUND
         self._break_from_ns: int | None = None
         self._stop_observing: Callable[[], None] | None = None
+        self.hang_ups: Signal[bool] = Signal()
+        """Event: the port is gone (True) or has come back."""
+        self._has_hung_up = False
         self.serial.subscribe_received(self._received)
+        self.serial.hung_up.subscribe(lambda _: self.request_flush())
         self.apply_flow()
 
     # Functions that connect and disconnect a client
@@ -143,6 +152,20 @@ class Plug(SingleClient[SerialClient]):
         self.serial.host.dtr = self.serial.host.rts = True
         self.apply_flow()
         self._end_pause()
+
+    @property
+    def refuses_because(self) -> str:
+        """Reason why no client can connect; "" if a client can."""
+        return super().refuses_because or ("the port is hung up" if self.serial.hung_up.level else "")
+
+    def _follow_hang_up(self) -> None:
+        gone = self.serial.hung_up.level
+        if gone is self._has_hung_up:
+            return
+        self._has_hung_up, self._has_refused = gone, False
+        if gone and self.client is not None:
+            self.client.drop()
+        self.hang_ups.emit(gone)
 
     # Functions that process data and settings from the client
 
@@ -233,11 +256,11 @@ class Plug(SingleClient[SerialClient]):
         """
         self._flush_requested = False
         data, errors, self._errors = self.serial.read(), self._errors, SOUND
-        if self.client is None:
-            return
-        if self.serial.flow is Flow.X_ON_X_OFF:
-            data = data.translate(None, bytes((X_ON, X_OFF)))
-        self.client.deliver(data, errors)
+        if self.client is not None:
+            if self.serial.flow is Flow.X_ON_X_OFF:
+                data = data.translate(None, bytes((X_ON, X_OFF)))
+            self.client.deliver(data, errors)
+        self._follow_hang_up()
 
     def _received(self, _: int, errors: LineError) -> None:
         if not self._flush_requested:

@@ -45,7 +45,7 @@ class PtyPort:
 
     def __init__(self, plug: Plug, url: PortUrl) -> None:
         self.plug = plug
-        self._refused = False
+        self._refused = self._closed = False
         self._link = Path(url.path) if url.path else None
         self._loop = asyncio.get_running_loop()
         self._open_pair()
@@ -53,9 +53,11 @@ class PtyPort:
         self.name = str(self.url)
         self._make_link()
         self._begin()
+        self._unsubscribe = plug.hang_ups.subscribe(lambda _: self._loop.call_soon(self._follow_hang_up))
 
     def _open_pair(self) -> None:
         self._master, slave = os.openpty()
+        self._gone = False
         self.device = os.ttyname(slave)
         self._slave: int | None = slave
         tty.setraw(slave)
@@ -94,12 +96,31 @@ class PtyPort:
 
     def close(self) -> None:
         """Close the pseudo terminal, and remove the symbolic link."""
+        self._closed = True
+        self._unsubscribe()
+        self._take_away()
+
+    def _take_away(self) -> None:
+        if self._gone:
+            return
+        self._gone = True
         self._loop.remove_reader(self._master)
         self._writer.clear()
         self.plug.disconnect(self)
         if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == self.device:
             self._link.unlink()
         self._close_files()
+
+    def _follow_hang_up(self) -> None:
+        if self._closed:
+            return
+        if self.plug.serial.hung_up.level:
+            self._take_away()
+        elif self._gone:
+            before = self.device
+            self._replace()
+            if self._link is None and self.device != before:
+                _log.warning("%s: %s has come back as %s", self.plug.name, before, self.device)
 
     def _close_files(self) -> None:
         os.close(self._master)
@@ -182,11 +203,15 @@ class PtyPort:
         before = self.device
         self._loop.remove_reader(self._master)
         os.close(self._master)
+        self._replace()
+        if self._link is None:
+            _log.warning("%s: a client has left %s in exclusive use: now %s", self.plug.name, before, self.device)
+
+    def _replace(self) -> None:
         self._open_pair()
         if self._link is None:
             self.url = PortUrl("pty", path=self.device)
             self.name = str(self.url)
-            _log.warning("%s: a client has left %s in exclusive use: now %s", self.plug.name, before, self.device)
         self._make_link()
         self._begin()
 
@@ -218,16 +243,19 @@ class PtyPort:
 
     def drop(self) -> None:
         """Disconnect the client."""
-        self._hold()
-        self.resume()
+        if not self._gone and not self.plug.serial.hung_up.level:
+            self._hold()
+            self.resume()
 
     def pause(self) -> None:
         """Stop reading from the client."""
-        self._loop.remove_reader(self._master)
+        if not self._gone:
+            self._loop.remove_reader(self._master)
 
     def resume(self) -> None:
         """Continue reading from the client."""
-        self._loop.add_reader(self._master, self._readable)
+        if not self._gone:
+            self._loop.add_reader(self._master, self._readable)
 
     # Settings
 

@@ -99,7 +99,7 @@ class Hub:
 
     def enter(self, seat: Seat) -> bool:
         """Add a client; return False if the serial connector refuses new clients."""
-        if self.plug.gate.closed or not (self._seats or self.plug.connect(self)):
+        if self.plug.refuses_because or not (self._seats or self.plug.connect(self)):
             return False
         self._seats.append(seat)
         self._rename()

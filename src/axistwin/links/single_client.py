@@ -92,6 +92,11 @@ class SingleClient(Generic[G]):
         return self.gate.closed
 
     @property
+    def refuses_because(self) -> str:
+        """Reason why no client can connect; "" if a client can."""
+        return self.gate.reason
+
+    @property
     def chunk(self) -> int:
         """Largest number of bytes that are read from the client at once.
 
@@ -109,8 +114,8 @@ class SingleClient(Generic[G]):
 
         A client is refused while the gate is closed, or while another client is connected.
         """
-        if self.gate.closed:
-            self._warn_refused(client, self.gate.reason)
+        if self.refuses_because:
+            self._warn_refused(client, self.refuses_because)
             return False
         if self.client is not None and self.client is not client:
             if not self.client.hung_up():

@@ -123,6 +123,7 @@ class RecordedPort:
         self.present, self._record = port, record
         self.host = RecordedHost(self)
         self.dtr_line, self.rts_line = MutableLine(port.dtr_line), MutableLine(port.rts_line)
+        self.hung_up = MutableLine(port.hung_up)
         self._muted = False
         self._receives: Signal[int, LineError] = Signal()
         self._settings: dict[object, tuple[int, Callable[[], None]]] = {}
@@ -139,6 +140,7 @@ class RecordedPort:
         self._unsubscribe = port.subscribe_received(self._received)
         self.dtr_line.attach(port.dtr_line)
         self.rts_line.attach(port.rts_line)
+        self.hung_up.attach(port.hung_up)
 
     def mute(self, on: bool) -> None:
         """Begin or end the muting of the port.  A muted port passes no data and no level changes to its host.
@@ -154,6 +156,7 @@ class RecordedPort:
                     repeat()
         self.dtr_line.mute(on)
         self.rts_line.mute(on)
+        self.hung_up.mute(on)
 
     def do(self, act: LineAct, perform: Callable[[SerialPort], object]) -> None:
         """Record an action of the host, then perform the action."""

@@ -157,6 +157,8 @@ class SerialPort:
         self.host = HostEnd(clock, self._uart)
         self.handshake = dtr is not None
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
+        self.hung_up = Pin(clock, "hung up")
+        """High while the port to which clients connect is gone, by the fault `hang_up`."""
         self._received_bytes = bytearray()
         self._receives: Signal[int, LineError] = Signal()
         self._breaks: Signal[float] = Signal()
