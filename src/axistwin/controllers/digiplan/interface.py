@@ -43,6 +43,11 @@ def is_request(text: str) -> bool:
     return message.alone is not None and not message.problems and Accept.REQUEST in message.alone.accepted
 
 
+def is_heeded(text: str) -> bool:
+    """True if the text stays in the buffer when all that waits is deleted."""
+    return not text or is_request(text) or text.rstrip(" ").endswith(CANCEL)
+
+
 class Interface(State):
     """An IF1 or IF2 interface card whose power is on.
 
@@ -224,8 +229,8 @@ class Interface(State):
         last = self.buffer.last_typed or self._last_typed
         if not waits or terminator != self.frame.ends_message or last != ord(CANCEL):
             return
-        if self.work.held is not None and self.buffer.has_cancel:
-            self.buffer.drop_before_cancel()
+        if self.work.held is not None:
+            self.buffer.drop_messages(self.frame.ends_message, is_heeded)
         self._cancelled = True
         self.work.cancel()
 
@@ -269,7 +274,7 @@ class Interface(State):
     def _drop_waiting(self) -> None:
         """Delete the held message and all that waits behind it, because an input has stopped the motion."""
         if self.work.held is not None:
-            self.buffer.drop_messages(self.frame.ends_message, lambda text: not text or is_request(text))
+            self.buffer.drop_messages(self.frame.ends_message, is_heeded)
         self.work.cancel()
 
     def _behind_held(self) -> Procedure:
@@ -286,10 +291,12 @@ class Interface(State):
         characters = self.buffer.characters
         if not (self.frame.echo and characters):
             return False
+        text = ("".join(self._text) + chr(characters[0] & 0x7F)).strip(" \r\n")
+        if text in ("", *REQUESTS) or text.endswith(CANCEL):
+            return True
         if self.buffer.has_cancel:
             self.buffer.drop_before_cancel()
-        text = ("".join(self._text) + chr(characters[0] & 0x7F)).strip(" \r\n")
-        return text in ("", *REQUESTS) or text.endswith(CANCEL)
+        return characters[0] & 0x7F == ord(CANCEL)
 
     def _answer_requests(self) -> Procedure:
         """Answer the status requests in the buffer.  Other messages stay in the buffer for later execution."""

@@ -104,11 +104,9 @@ class InputBuffer:
         return self._arrived
 
     def drop_before_cancel(self) -> None:
-        """Drop the characters before `#`, except the terminator of a request that has been echoed."""
-        begin = 1 if self.characters[0] & 0x7F in BLANK else 0
-        while self.characters[begin] & 0x7F != CANCEL:
-            del self.characters[begin]
-        self._has_less()
+        """Drop the characters that precede the command `#` in the buffer."""
+        while self.characters[0] & 0x7F != CANCEL:
+            self.take()
 
     def drop_messages(self, ends_message: int, kept: Callable[[str], bool]) -> None:
         """Drop all whole messages except those for which the function `kept` returns True."""
