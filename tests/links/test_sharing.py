@@ -120,12 +120,12 @@ def hub(monkeypatch):
 
 def test_requests_wait_for_the_end_of_the_request_before(hub):
     def session(hub, a, b, c):
-        a.send(b"X1")
+        a.send(b"(")
         b.send(b"N\rK")
         c.send(b"I\r")
         a.send(b"0$\r")
         a.send(b"E\r")  # other clients wait, so the next request of this client is served last
-        assert hub.plug.sent == [b"X1", b"0$\r"]
+        assert hub.plug.sent == [b"(", b"0$\r"]
         hub.plug.serial.pending = 3
         hub._silent()
         assert len(hub.plug.sent) == 2
@@ -135,8 +135,9 @@ def test_requests_wait_for_the_end_of_the_request_before(hub):
             hub._silent()
         assert hub.plug.sent[2:] == [b"N\r", b"I\r", b"E\r"]
         assert a.client.got == b.client.got == c.client.got == b"1\r1\r1\r"
+        b.send(b"\r")
         hub._silent()
-        assert hub.plug.sent[-1] == b"K"
+        assert hub.plug.sent[-1] == b"K\r"
         c.send(b"I\r")
         hub._silent()  # silence ends a request without a terminator
         assert hub.plug.sent[-1] == b"I\r"
@@ -161,14 +162,37 @@ def test_a_client_that_is_alone_is_not_delayed_and_one_that_waits_is_not_read(hu
 
 def test_a_client_that_leaves_takes_its_requests_along(hub):
     def session(hub, a, b, c):
-        a.send(b"X1")
+        a.send(b"(")
         b.send(b"N\r")
         c.send(b"I\r")
         a.disconnect(a.client)
         b.disconnect(b.client)
         hub._silent()
-        assert hub.plug.sent == [b"X1", b"I\r"]
+        assert hub.plug.sent == [b"(", b"I\r"]
         hub.plug.gate.close("paused")
         assert not Seat(hub).connect(Client("d"))
+
+    hub(session)
+
+
+def test_a_half_line_does_not_swallow_the_request_of_another_client(hub):
+    def session(hub, a, b, c):
+        a.send(b"X1")
+        hub._silent()
+        b.send(b"K\r")
+        assert hub.plug.sent == [b"K\r"]
+        hub._silent()
+        a.send(b"0\r")
+        assert hub.plug.sent == [b"K\r", b"X10\r"]
+        hub._silent()
+        a.send(b"#")  # no line: at once
+        b.send(b"N\rX")
+        hub._silent()
+        assert hub.plug.sent[2:] == [b"#", b"N\r"]
+        a.disconnect(a.client)
+        c.disconnect(c.client)
+        hub._silent()
+        b.send(b"1")  # the only client
+        assert b"".join(hub.plug.sent[4:]) == b"X1"
 
     hub(session)

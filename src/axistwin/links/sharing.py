@@ -3,7 +3,8 @@ answer.
 
 A request of a client ends with the terminator, or after 50 ms without a character in either direction.  While a request
 and its answer are in progress, requests of other clients wait; among waiting clients the one that has waited longest is
-next.  A client that is alone is never delayed.
+next.  A line is sent as a whole: a half one would swallow the request of another client.  A client that is alone is
+never delayed.
 """
 
 import asyncio
@@ -16,6 +17,10 @@ from axistwin.sim.serial_port import Flow
 
 TERMINATOR = b"\r"
 """End of a command line of an IF1, an IF2 and a SmartMotor."""
+ENDS = b"\r\n "
+"""Characters that end a line or, on a SmartMotor, a command."""
+LONGEST_LINE = 256
+"""Longest line in bytes that waits for its end."""
 SILENCE_S = 0.05
 LONGEST_S = 2.0
 """Longest time from the end of a request to the request of a waiting client, for a controller that always transmits."""
@@ -122,6 +127,8 @@ class Hub:
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
+        elif len(self._seats) == 1:
+            self.pump(self._seats[0])
 
     def _rename(self) -> None:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
@@ -131,20 +138,30 @@ class Hub:
 
         While a different client is sending, put the client into the queue instead.
         """
+        end = self._sendable(seat)
+        if not end:
+            return
         if self._turn not in (None, seat) or (self._complete and self._queue):
             if seat not in self._queue:
                 self._queue.append(seat)
             return
         self._turn = seat
-        end = seat.waiting.find(TERMINATOR) + 1
-        first = bytes(seat.waiting[:end] if self._queue and end else seat.waiting)
+        first = bytes(seat.waiting[: (seat.waiting.find(TERMINATOR) + 1 if self._queue else 0) or end])
         del seat.waiting[: len(first)]
         self._complete = first.endswith(TERMINATOR)
         self._complete_at_s = asyncio.get_running_loop().time()
-        if seat.waiting:
+        if self._sendable(seat):
             self._queue.append(seat)
         self._restart_timer()
         self.plug.send(first)
+
+    def _sendable(self, seat: Seat) -> int:
+        """Return the number of waiting characters without the half line at their end.
+
+        A line that has been begun, or that nobody else can be hurt by, is sent as it comes.
+        """
+        begun = self._turn is seat and not self._complete
+        return len(seat.waiting) if len(self._seats) == 1 or begun else _whole(seat.waiting)
 
     def _restart_timer(self) -> None:
         if self._timer is not None:
@@ -204,3 +221,14 @@ class Hub:
         for seat in tuple(self._seats):
             if seat.client is not None:
                 act(seat.client)
+
+
+def _whole(data: bytearray) -> int:
+    """Return the length of `data` without a half line at the end, i.e. letters or digits before their end of line.
+
+    A character such as `(` or `#` of an IF1 is a request of its own, and so are bytes above 7Fh of a SmartMotor.
+    """
+    begin = max(data.rfind(end) for end in ENDS) + 1
+    half = data[begin:]
+    waits = half.isascii() and any(map(str.isalnum, half.decode("ascii"))) and len(half) <= LONGEST_LINE
+    return begin if waits else len(data)
