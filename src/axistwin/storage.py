@@ -24,6 +24,8 @@ MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM
 """Byte order marks with their encodings."""
 DOS, WINDOWS = "cp850", "latin-1"
 """Encodings of old texts.  Code page 437 has the letters of 850 in the same places."""
+TYPOGRAPHIC = {0x84, *range(0x91, 0x98)}
+"""Bytes of quotation marks, a bullet and dashes in code page 1252 of Windows."""
 
 _log = getLogger("axistwin.state")
 
@@ -397,7 +399,8 @@ def encoding_of(data: bytes) -> str:
     """Return the encoding of a text file, e.g. UTF-8.
 
     A byte order mark decides; without one, the encoding is UTF-8 if possible, otherwise a code page.
-    In code pages 437 and 850 most national letters are bytes from 80h to 9Fh, which are no letters in Latin-1.
+    In code pages 437 and 850 most national letters are bytes from 80h to 9Fh, which are no letters in Latin-1, but
+    typographic characters of Windows: a pair of quotation marks or a dash among nothing else decides for Windows.
     """
     for mark, encoding in MARKS.items():
         if data.startswith(mark):
@@ -405,5 +408,7 @@ def encoding_of(data: bytes) -> str:
     try:
         data.decode()
     except UnicodeDecodeError:
-        return DOS if any(0x80 <= byte <= 0x9F for byte in data) else WINDOWS
+        high = {byte for byte in data if 0x80 <= byte <= 0x9F}
+        typographic = high <= TYPOGRAPHIC and (high >= {0x93, 0x94} or 0x96 in high)
+        return "cp1252" if typographic else DOS if high else WINDOWS
     return "utf-8"

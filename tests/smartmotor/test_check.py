@@ -1,13 +1,18 @@
 """The checker: errors of programs and conversations on 4.76, and changes of meaning since older firmware."""
 
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from axistwin.bench import product
 from axistwin.controllers import Sent, Session
-from axistwin.controllers.smartmotor import COMMANDS, rules
+from axistwin.controllers.smartmotor import COMMANDS
 from axistwin.controllers.smartmotor.checker import check
-from axistwin.controllers.smartmotor.language import class5, read
+from axistwin.controllers.smartmotor.language import class5
+from axistwin.diagnostics import diagnose_text
+from axistwin.diagnostics.fix import fix_text
 
 from .test_program import FAULT_HANDLING
 
@@ -72,8 +77,8 @@ WRONG = {
     "g=5 endif": "1:5 error: unknown command endif: commands are upper case",
     "a = 1": "1:1 error: a is a value, not a command: Ra reports it",
     # commands removed
-    "KGON": "1:1 error: KGON has been removed in firmware 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
-    "MFRATIO": "1:1 error: MFRATIO has been removed in firmware 4.76: set the ratio with MFMUL= and MFDIV=, then MFR",
+    "KGON": "1:1 error: KGON has been removed in firmware 4.76: KG acts whenever it is not 0: remove this command",
+    "MFRATIO": "1:1 error: MFRATIO has been removed in firmware 4.76: write e.g. MFMUL=1 MFDIV=2 MFR",
     # words of Class 5
     "PT=100": "1:1 error: PT= is a word of Class 5, which sets Bs here: 4.76 uses P=100",
     "PRT=a+1": "1:1 error: PRT= is a word of Class 5, which sets Bs here: 4.76 uses D=a+1",
@@ -187,7 +192,7 @@ def test_a_program_that_does_not_fit():
 def test_what_a_host_sends():
     assert shown("UCI UDI ZS A=8*25\nRP g=-1 GOSUB4", stored=False) == []
     assert shown("ZS KGON A100\naw[0] 1 2 3. WHILE", stored=False) == [
-        "1:4 error: KGON has been removed in firmware 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
+        "1:4 error: KGON has been removed in firmware 4.76: KG acts whenever it is not 0: remove this command",
         "1:9 error: A100: an assignment needs its equal sign, A=100",
         "2:19 error: a value is missing at the end of the expression: expected e.g. a+1",
     ]
@@ -209,21 +214,84 @@ def test_a_command_that_is_never_ended():
     assert [(d.column, d.message) for d in found] == [(4, "this command has no end: a space or <CR> is missing")]
 
 
-@pytest.mark.parametrize("text", ["PT=5", "ADT=5", "AT=5", "EL=5", "EIGN(0)", "EIGN(3)", "EILN", "EISM(6)", "EOBK(6)",
-                                  "OS(3)", "RIN(4)", "RPA", "REA", "RCTR(0)", "G(0)", "MFR(1)", "PRINT0(a)",
-                                  "BAUD(0)=9600", "ADDR=2", "ADDR=CADDR", "GOSUB(10)", "GOTO(a)", "G:3", "PTS()", "GS",
-                                  "TSWAIT", "VTS=5", "SRAND=4"])  # fmt: skip
-def test_what_4_76_has_for_a_word_of_class_5_can_be_read(text):
-    assert read(text).problem.rule is rules.LATER
-    here = class5.find(text, class5.COMMANDS).here
-    assert [read(word).problem for word in here.split()] == [None] * len(here.split())
+CLASS5 = {
+    "PT=PA+100": "P=@P+100", "PRT=a+1": "D=a+1", "EL=5": "E=5", "VT=5": "V=5", "ADT=5": "A=5", "AT=5": "A=5",
+    "PTS(100;1,200;2)": "P=100", "PRTS(a;1,b;2)": "D=a", "PTS()": "e.g. P=1000", "PRTSS()": "e.g. D=1000",
+    "VTS=5": "V=5", "ADTS=5": "A=5", "GS": "G", "TSWAIT": "TWAIT", "GOSUB(10)": "GOSUB10", "GOTO(10)": "GOTO10",
+    "GOSUB(a)": "e.g. SWITCH a CASE 1 GOSUB1 BREAK ENDS", "G:3": 'PRINT(#131,"G ")', "PT:3=5": 'PRINT(#131,"P=5 ")',
+    "RPA:120": 'PRINT(#248,"RP ")', "G:a": 'e.g. PRINT(#129,"G ")', "G:121": 'e.g. PRINT(#129,"G ")',
+    "EIGN(0)": "UAI", "EIGN(2)": "UCI", "EIGN(3)": "UDI", "EIGN(W,0)": "UCI UDI", "EIGN(9)": "e.g. UCI",
+    "EILP": "UCP", "EILN": "UDM", "EISM(6)": "UG", "EOBK(6)": "BRKG", "EOBK(-1)": "BRKI", "EOBK(2)": "BRKC",
+    "EOBK(0)": "e.g. BRKI",
+    "OUT(1)=a": "UB=a", "OUT(9)=1": "e.g. UG=1", "OS(3)": "UD=1", "OR(3)": "UD=0", "OS(9)": "e.g. UG=1",
+    "RIN(4)": "RUE", "RIN(W,0)": "RU", "RINA(V1,3)": "RUDA", "RINA(A,9)": "e.g. RUAA",
+    "RPA": "RP", "RPC": "RP", "RPT": "PRINT(P,#13)", "RPRT": "RD", "RVT": "PRINT(V,#13)", "RAT": "RA", "REA": "RPE",
+    "REL": "RE", "RTRQ": "RT", "RVA": "RV", "RCTR(0)": "RCTR", "RTMR(0)": "RCLK", "RW(3)": "RW", "RB(0,6)": "RBe",
+    "RB(2,14)": "e.g. RBt", "G(0)": "G", "OFF(1)": "OFF", "MFR(1)": "MFR", "MFA(100)": "e.g. MFMUL=1 MFDIV=1 MFR",
+    "CTE(1)": "e.g. SIZE=4 BASE=4000 aw[0] 0 1 2 1 0.", "OSH(0)=5": "O=@P+(5)", "O(0)=5": "O=5", "MINV(0)": "F=0",
+    "MINV(1)": "F=2", 'PRINT0(PA,"PA")': 'PRINT(@P,"PA")', "ECHO0": "ECHO",
+    "EITR(0)": "e.g. F=96", "FSA(1,2)": "e.g. F=0",
+    "Z(0,2)": "e.g. ZS", "BAUD(0)=9600": "BAUD9600", "BAUD(0)=115200": "e.g. BAUD38400", "ADDR=2": "SADDR2",
+    "ADDR=CADDR": "e.g. SADDR1", "TMR(0,1000)": "e.g. CLK=0", "SRAND=4": "e.g. a=CLK", "af[0]=5": "al[0]=5",
+    "MDE": "", "SLM(1)": "", "CADDR=3": "", "VL=5": "",
+}  # fmt: skip
+VALUES5 = {
+    "PA": "@P", "PC": "@P", "EA": "@PE", "VA": "@V", "PT": "P", "PRT": "D", "VT": "V", "AT": "A", "AC": "A", "EL": "E",
+    "TRQ": "T", "CTR(1)": "CTR", "CTR(0)": "@P", "INA(V1,3)": "UDA", "INA(A,9)": "e.g. UAA", "IN(2)": "UC",
+    "IN(W,0)": "e.g. UA", "B(0,1)": "Bo", "B(0,2)": "Bt", "B(0,15)": "Bm", "B(3,1)": "e.g. Bt", "W(0)": "e.g. Bt",
+    "RAND": "CLK", "RANDOM": "CLK", "TMR(0)": "CLK", "ABS(PA-5)": "(@P-5)*(((@P-5)>0)-((@P-5)<0))", "CADDR": "ADDR",
+    "SQRT(a)": "e.g. al[0]", "af[1]": "e.g. al[0]", "PA:3": 'e.g. PRINT(#129,"RP ")', "b:3": 'e.g. PRINT(#129,"RP ")',
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("text", ["a=RAND", "a=B(0,1)", "a=PA", "a=EL"])
-def test_what_4_76_has_for_a_value_of_class_5_can_be_read(text):
-    assert read(text).problem.rule is rules.LATER
-    found = class5.find(text[2:].partition("(")[0], class5.VALUES)
-    assert read(f"a={found.here}").problem is None
+def refusals(text):
+    """Return the errors of a program that has the labels of the hints."""
+    return [line for line in shown(f"{text} END C1 RETURNF C2 RETURNI C10 RETURN") if " error: " in line]
+
+
+@pytest.mark.parametrize("text", CLASS5)
+def test_what_4_76_has_for_a_word_of_class_5_is_accepted(text):
+    (error,), here = refusals(text), CLASS5[text]
+    assert f"4.76 uses {here}" in error if here else "4.76 has nothing like it, so remove it" in error
+    assert refusals(here.removeprefix(class5.EXAMPLE)) == []
+
+
+@pytest.mark.parametrize("text", VALUES5)
+def test_what_4_76_has_for_a_value_of_class_5_is_accepted(text):
+    (error,), here = refusals(f"IF {text} ENDIF"), VALUES5[text]
+    assert f"4.76 uses {here}" in error
+    here = here.removeprefix(class5.EXAMPLE)
+    assert refusals(here if here.startswith("PRINT") else f"IF {here} ENDIF") == []
+
+
+def test_every_word_of_class_5_has_a_row_here():
+    for table, rows in ((class5.COMMANDS, CLASS5), (class5.VALUES, VALUES5)):
+        left = [
+            each.form
+            for each in table
+            if not any(re.fullmatch(each.form, x) for text in rows for x in (text, text[:2]))
+        ]
+        assert left == []
+
+
+@pytest.mark.parametrize(
+    ("text", "written", "printed"),
+    [("1RP", r"\x81RP", 'PRINT(#129,"RP ")'), ("0ZS", r"\x80ZS", 'PRINT(#128,"ZS ")'),
+     ("12A=100", r"\x8CA=100", 'PRINT(#140,"A=100 ")')],
+)  # fmt: skip
+def test_an_address_is_one_byte(text, written, printed):
+    """Communications: "128 + address"; what the message says is accepted, and --fix writes it."""
+    said = f"is one byte before the command: in a conversation write {written}, in a program {printed}"
+    assert said in shown(text)[0] and said in shown(f"{text} ", stored=False)[0]
+    assert refusals(printed) == []
+    talk, made = f"> {text}\\r\n", product("smartmotor")
+    fixed, done, left = fix_text(talk, lambda each: diagnose_text(each, ".talk", made))
+    assert (fixed, [each.code for each in done], left) == (f"> {written}\\r\n", ["SM120"], [])
+
+
+@pytest.mark.parametrize("text", ["121RP", "1FOO", "1", "1a"])
+def test_what_is_no_command_behind_digits_is_no_address(text):
+    assert not any("one byte" in line for line in shown(text))
 
 
 def test_no_command_of_4_76_is_taken_for_one_of_class_5():

@@ -94,7 +94,7 @@ def test_what_is_no_command(text):
     [
         ("A100", (0, "A100: an assignment needs its equal sign, A=100")),
         ("zz-3", (0, "zz-3: an assignment needs its equal sign, zz=-3")),
-        ("KGON", (0, "KGON has been removed in firmware 4.76: KG acts whenever it is not 0, KG=0 F switches it off")),
+        ("KGON", (0, "KGON has been removed in firmware 4.76: KG acts whenever it is not 0: remove this command")),
         ("a=b+", (4, "a value is missing at the end of the expression: expected e.g. a+1")),
         ("a=b+A1", (4, "there is no variable A1: expected e.g. aa, al[0] or CLK")),
         ("a=A1+ZZ", (2, "there is no variable A1: expected e.g. aa, al[0] or CLK")),

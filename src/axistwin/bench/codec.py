@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from axistwin.bench import rules
+from axistwin.bench.typography import refuse
 from axistwin.controllers.product import Language, Product
 from axistwin.errors import ProgramError
 
@@ -69,6 +70,7 @@ class Characters:
                 out += text[at].encode()
                 at += 1
             else:
+                refuse(text)
                 raise ProgramError(
                     rf"{text[at]!r} is not a printable ASCII character: write \xNN with two hex digits, e.g. \x1B",
                     column=at + 1,
@@ -102,10 +104,12 @@ class Hex:
 
     def read(self, text: str) -> bytes:
         """Convert a command, written in hex or by name, to bytes."""
+        refuse(text)
         return self.language.read(text)
 
     def hear(self, text: str) -> bytes:
         """Convert a message in hex to bytes.  If bytes are missing at the end, append zero bytes."""
+        refuse(text)
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:

@@ -43,6 +43,12 @@ RULES = (
         "The valid escape sequences are \\r, \\n, \\\\ and \\xNN, where NN is two hex digits.",
         "> X100\\q", ".talk",
     ),
+    TYPOGRAPHIC := Rule(
+        "AX106", "a quotation mark, a minus or a space is a typographic character", E, PAGE,
+        "A text from a word processor or a web page may have typographic characters, for example `−` for `-`.  Write "
+        "the character of the keyboard, or let `axistwin check --fix` write it.",
+        "X−100$", ".if1",
+    ),
     NO_TOML := Rule(
         "SC101", "the file is not valid TOML", E, SCENES,
         "The file cannot be read as TOML.  After a TOML error, axistwin does not check the rest of the file.",

@@ -22,6 +22,7 @@ from typing import Any
 from axistwin.bench import FAMILIES, product, rules
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
+from axistwin.bench.typography import refuse
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.numbers import NumberError, decimal, real, shortened
 from axistwin.storage import encoding_of, split_at_end
@@ -199,6 +200,8 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
             "unknown kind of line: expected `;`, `+`, `>`, `<`, `!` or `=` at the beginning, e.g. `> K`",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
+    if found["mark"] != ";":
+        refuse(line if found["mark"] in "<>" else line.partition(";")[0], file, number)
     rest = found["rest"].strip()
     column = indent + len(found[0]) - len(found["rest"].lstrip())
     try:

@@ -13,10 +13,12 @@ from pathlib import Path
 from axistwin.bench import FAMILIES, product, rules
 from axistwin.bench.acts import Act, Comment, Do, Say
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
+from axistwin.bench.typography import as_ascii
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Edit, Fix, Sent, Session, Severity
 from axistwin.controllers.product import Product
 from axistwin.conversations import conversation
 from axistwin.conversations.conversation import named_model, parse_line
+from axistwin.diagnostics.typed import typographic
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.programs.command_lines import command_line, named_keyboard
 from axistwin.programs.hex_commands import command_string
@@ -107,7 +109,8 @@ def host_programs(
 
     `endpoint`: the endpoint of lines that do not name one; `models`: the product at each endpoint.
     """
-    lines, model = text.splitlines(), named_model(text.splitlines()) if suffix == ".talk" else ""
+    lines, typed = as_ascii(text).splitlines(), list(typographic(text.splitlines(), suffix))
+    model = named_model(lines) if suffix == ".talk" else ""
     made = product(model) if model else models.get(endpoint)
     codec = CHARACTERS if made is None else codec_of(made)
     acts, unread = read_acts(lines, suffix, codec, file)
@@ -116,11 +119,12 @@ def host_programs(
     else:
         (only,) = sessions(acts, lines, suffix, codec)
         sent = {endpoint: only}
-    return [
-        HostProgram(file, name, suffix, listed, checker(listed))
+    programs = [
+        HostProgram(file, name, suffix, listed, [*checker(listed), *(typed if suffix == ".sms" else ())])
         for name, listed in sent.items()
         if name in models and (checker := models[name].check) is not None
-    ], unread
+    ]
+    return programs, unread if suffix == ".sms" and programs else [*unread, *typed]
 
 
 def diagnose_named(
@@ -165,10 +169,11 @@ def as_diagnostic(error: PlacedError) -> Diagnostic:
 
 
 def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str) -> list[Diagnostic]:
-    lines = text.splitlines()
+    lines = as_ascii(text).splitlines()
     acts, unread = read_acts(lines, suffix, codec, file)
     hosts = sessions(acts, lines, suffix, codec)
-    return sorted([*unread, *(diagnostic for each in hosts for diagnostic in checker(each))])
+    typed = typographic(text.splitlines(), suffix)
+    return sorted([*unread, *typed, *(diagnostic for each in hosts for diagnostic in checker(each))])
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:

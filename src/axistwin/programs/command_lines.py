@@ -14,6 +14,7 @@ from functools import partial
 from axistwin.bench import FAMILIES, Bench, Controller, rules
 from axistwin.bench.actions import action
 from axistwin.bench.acts import Act, Do, Say, Wait
+from axistwin.bench.typography import refuse
 from axistwin.controllers.digiplan.interface import is_request
 from axistwin.conversations import conversation
 from axistwin.errors import ProgramError, UsageError
@@ -218,6 +219,7 @@ class _LineSender:
 
 
 def _characters(words: str, number: int, file: str) -> bytes:
+    refuse(words, file, number)
     if odd := re.search(r"[^ -~\t]", words):
         character, keyboard_hint = odd[0], ""
         if character in NATIONAL:

@@ -12,6 +12,7 @@ from axistwin.bench import FAMILIES, Bench, Controller, product
 from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.bench.controller import on_a_bus
 from axistwin.bench.hosts import Host, host_of
+from axistwin.bench.typography import refuse
 from axistwin.controllers.product import Language
 from axistwin.conversations import conversation
 from axistwin.errors import ProgramError
@@ -52,6 +53,7 @@ def command_string(line: str, number: int, file: str, read: Callable[[str], byte
     text = line.partition(";")[0].rstrip()
     if text.lstrip().startswith(("+", "!")):
         return conversation.parse_line(text, number, file)
+    refuse(text, file, number)
     try:
         return Say(read(text), line=number) if text else None
     except ProgramError as error:

@@ -13,7 +13,7 @@ from typing import Any, Self
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from axistwin.bench import rules
+from axistwin.bench import rules, typography
 from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError
 from axistwin.numbers import HIGHEST, LOWEST, NumberError, check_values
 from axistwin.scenes import toml_places
@@ -127,7 +127,8 @@ class Source:
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
         line, column = (int(found[1]), int(found[2])) if found else end
-        message = f"not TOML: {what[:1].lower()}{what[1:]}"
+        wrong = (self.text.splitlines()[line - 1 : line] or [""])[0][column - 1 : column]
+        message = f"not TOML: {typography.named(wrong) or what[:1].lower() + what[1:]}"
         return SceneError(message, file=str(self.file), line=line, column=column, code=rules.NO_TOML.code)
 
     @contextmanager

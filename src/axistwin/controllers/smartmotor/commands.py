@@ -291,13 +291,13 @@ COMMANDS = CommandSet(
     # Commands that firmware 4.76 has removed (manual, section 1.3)
     I("ES400",     "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
     I("ES1000",    "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's filter is fixed: remove this command"),
-    I("KGON",      "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0, KG=0 F switches it off"),
-    I("KGOFF",     "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0, KG=0 F switches it off"),
+    I("KGON",      "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0: remove this command"),
+    I("KGOFF",     "removed",                            REMOVED,  (),              GONE,   None, instead="KG acts whenever it is not 0: write KG=0 F"),
     I("LIMH",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always active high: remove this command and wire normally closed switches to ground (3.1)"),
-    I("LIML",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always active high, wire normally closed switches to ground (3.1)"),
-    I("LIMN",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always directional (3.1); UCI and UDI make pins C and D ordinary inputs"),
-    I("MFRATIO",   "removed",                            REMOVED,  (),              GONE,   None, instead="set the ratio with MFMUL= and MFDIV=, then MFR"),
+    I("LIML",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always active high: remove this command and wire normally closed switches to ground (3.1)"),
+    I("LIMN",      "removed",                            REMOVED,  (),              GONE,   None, instead="limits are always directional (3.1): remove this command, or write UCI UDI for pins C and D as ordinary inputs"),
+    I("MFRATIO",   "removed",                            REMOVED,  (),              GONE,   None, instead="write e.g. MFMUL=1 MFDIV=2 MFR"),
     I("RES=",      "removed",                            REMOVED,  (),              GONE,   None, instead="the encoder's resolution is fixed: remove this command"),
-    I("MD50",      "removed",                            REMOVED,  (),              GONE,   None, instead="read a pin's voltage with UAA…UGA and set T= in mode torque, MT"),
+    I("MD50",      "removed",                            REMOVED,  (),              GONE,   None, instead="write e.g. MT T=UAA G, again and again"),
 )
 # fmt: on

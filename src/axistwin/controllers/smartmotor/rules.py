@@ -132,6 +132,12 @@ RULES = (
         "measured per sample, so convert these values for firmware 4.76.",
         "PT=1000",
     ),
+    ADDRESS := Rule(
+        "SM120", "the address of a motor is written in digits", E, HOST,
+        "An address is one byte before a command, 128 plus the number of the motor: 81h for motor 1, 80h for all "
+        "motors.  In a conversation write `\\x81RP`; in a program, for example `PRINT(#129,\"RP \")`.",
+        "> 1RP\\r", ".talk",
+    ),
     BLOCK := Rule(
         "SM201", "the beginning or the end of a block is missing", E, FLOW,
         "Each IF needs an ENDIF, each WHILE needs a LOOP, and each SWITCH needs an ENDS.  A statement of an incomplete "

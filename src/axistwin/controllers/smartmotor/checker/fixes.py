@@ -8,7 +8,7 @@ from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.checker.findings import Findings
 from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.language.expressions import Problem
-from axistwin.controllers.smartmotor.language.language import read
+from axistwin.controllers.smartmotor.language.language import digits_as_address, read
 
 WITHOUT = frozenset({"ES400", "ES1000"})
 """Commands removed in 4.76 without a replacement."""
@@ -26,6 +26,9 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
         return fixing("end the values with a period", put_behind(sent[-1], "."))
     if problem.rule is rules.LATER and (later := class5.find(text, class5.COMMANDS)) is not None:
         return _of_class5(sent, later)
+    if problem.rule is rules.ADDRESS and (address := digits_as_address(text)) is not None:
+        written = rf"\x{address[0]:X}{address[1]}"
+        return fixing(f"write {written}", replaced(sent, written))
     return None
 
 
@@ -92,6 +95,15 @@ def _upper_case(findings: Findings, number: int) -> Fix | None:
     return fixing(f"write {better}", replaced(findings.text(number), better), sure)
 
 
+def _printed(findings: Findings, number: int) -> Fix | None:
+    """Return a fix by which the program sends a command to another motor, which may be meant instead of its own."""
+    address = digits_as_address(findings.statements[number].text)
+    if address is None:
+        return None
+    better = f'PRINT(#{address[0]},"{address[1]} ")'
+    return fixing(f"write {better}", replaced(findings.text(number), better), sure=False)
+
+
 def _comment(findings: Findings, number: int) -> Fix | None:
     """Return a fix that turns the statement into a comment.
 
@@ -108,4 +120,5 @@ _IN_PROGRAM: dict[str, Callable[[Findings, int], Fix | None]] = {
     rules.EXPRESSION.code: _unfinished,
     rules.CASE.code: _upper_case,
     rules.NO_COMMENT.code: _comment,
+    rules.ADDRESS.code: _printed,
 }

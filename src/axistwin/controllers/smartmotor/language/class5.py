@@ -11,15 +11,29 @@ from axistwin.numbers import clipped
 
 PINS = "ABCDEFG"
 """Letters of the pins in the order of their Class 5 numbers, from 0."""
+FLAGS = {1: "Bo", 2: "Bt", 4: "Ba", 5: "Bh", 6: "Be", 12: "Br", 13: "Bl", 14: "Bp", 15: "Bm"}
+"""Flags of 4.76 that Class 5 calls B(0,n)."""
+HIGHEST_ADDRESS = 120
 RATES = "its value is for 8000 samples/s, 4.76 has 4069"
 RAMPS = f"one acceleration for both ramps; {RATES}"
+OUTPUT = "U{pin}O makes the pin an output"
+PATH = "each motor of the path has its own"
+LETTERS = "the flags have letters"
+TABLE = "a table of values, computed beforehand"
+REMOTE = "for another motor of the chain, its address byte first"
+EXAMPLE = "e.g. "
+_PIN, _VALUE = r"\((?P<pin>[0-6])\)", r"(?P<v>.+)"
+_NAME = r"[A-Za-z]\w*(?:\([^():]*\))?"
+_ARGUMENT = r"\((?P<v>(?:[^()]|\([^()]*\))*)\)"
+_word = re.compile(r'"[^"]*"|[A-Z][A-Z0-9]*(?:\([^()]*\))?', re.ASCII)
 
 
 class Later(NamedTuple):
     """Table entry: a command or variable of newer SmartMotors (Class 5), and its equivalent in firmware 4.76.
 
-    `form`: pattern that finds the word of Class 5.  `here`: the word of firmware 4.76.  `sure`: True if the values of
-    both words are in the same unit.
+    `form`: pattern that finds the word of Class 5.  `here`: statements or a value of firmware 4.76, which it accepts as
+    they stand; behind `e.g. ` an example; "" if there is no equivalent.  `sure`: True if the values of both words are
+    in the same unit.
     """
 
     form: str
@@ -38,78 +52,119 @@ class Found(NamedTuple):
 
 
 COMMANDS = (
-    Later(r"PT=(?P<v>.+)", r"P=\g<v>", sure=True),
-    Later(r"PRT=(?P<v>.+)", r"D=\g<v>", sure=True),
-    Later(r"EL=(?P<v>.+)", r"E=\g<v>", sure=True),
-    Later(r"VT=(?P<v>.+)", r"V=\g<v>", RATES),
-    Later(r"(?:ADT|AT|DT)=(?P<v>.+)", r"A=\g<v>", RAMPS),
+    Later(rf"(?P<remote>{_NAME}):(?P<address>0*(?:\d{{1,2}}|1[01]\d|120))(?P<assigned>=.*)?", "", REMOTE),
+    Later(rf"{_NAME}:\w+(?:=.*)?", f'{EXAMPLE}PRINT(#129,"G ")', REMOTE),
+    Later(rf"PT={_VALUE}", r"P=\g<v>", sure=True),
+    Later(rf"PRT={_VALUE}", r"D=\g<v>", sure=True),
+    Later(rf"EL={_VALUE}", r"E=\g<v>", sure=True),
+    Later(rf"VT={_VALUE}", r"V=\g<v>", RATES),
+    Later(rf"(?:ADT|AT|DT)={_VALUE}", r"A=\g<v>", RAMPS),
+    Later(rf"VTS={_VALUE}", r"V=\g<v>", f"{PATH} V=; {RATES}"),
+    Later(rf"(?:ADTS|ATS|DTS)={_VALUE}", r"A=\g<v>", f"{PATH} A=; {RATES}"),
+    Later(r"PTSS?\((?P<v>[^;:,()]+)[;:,].*\)", r"P=\g<v>", f"{PATH} P= and G"),
+    Later(r"PRTSS?\((?P<v>[^;:,()]+)[;:,].*\)", r"D=\g<v>", f"{PATH} D= and G"),
+    Later(r"PTSS?\(.*\)", f"{EXAMPLE}P=1000", f"{PATH} P= and G"),
+    Later(r"PRTSS?\(.*\)", f"{EXAMPLE}D=1000", f"{PATH} D= and G"),
+    Later(r"GS", "G", f"{PATH} G"),
+    Later(r"TSWAIT", "TWAIT", f"{PATH} TWAIT"),
+    Later(r"(GOSUB|GOTO)\((\d{1,3})\)", r"\1\2", sure=True),
+    Later(r"(GOSUB|GOTO)\(.*\)", rf"{EXAMPLE}SWITCH a CASE 1 \g<1>1 BREAK ENDS", "a CASE for each label"),
     Later(r"EIGN\(2\)", "UCI", sure=True),
     Later(r"EIGN\(3\)", "UDI", sure=True),
     Later(r"EIGN\(W,0(?:,12)?\)", "UCI UDI", sure=True),
-    Later(r"EIGN\((?P<pin>[0-6])\)", "U{pin}I", sure=True),
+    Later(rf"EIGN{_PIN}", "U{pin}I", sure=True),
+    Later(r"EIGN\(.*\)", f"{EXAMPLE}UCI"),
     Later(r"EILP", "UCP", sure=True),
     Later(r"EILN", "UDM", sure=True),
     Later(r"EISM\(6\)", "UG", sure=True),
     Later(r"EOBK\(-1\)", "BRKI", sure=True),
     Later(r"EOBK\(2\)", "BRKC", sure=True),
     Later(r"EOBK\(6\)", "BRKG", sure=True),
-    Later(r"EOBK\(.*\)", "BRKI, BRKC or BRKG"),
-    Later(r"OUT\((?P<pin>[0-6])\)=(?P<v>.+)", r"U{pin}=\g<v>", "U{pin}O makes the pin an output"),
-    Later(r"OS\((?P<pin>[0-6])\)", "U{pin}=1", "U{pin}O makes the pin an output"),
-    Later(r"OR\((?P<pin>[0-6])\)", "U{pin}=0", "U{pin}O makes the pin an output"),
-    Later(r"RIN\((?P<pin>[0-6])\)", "RU{pin}", sure=True),
+    Later(r"EOBK\(.*\)", f"{EXAMPLE}BRKI", "or BRKC or BRKG, for a brake on pin C or G"),
+    Later(rf"OUT{_PIN}={_VALUE}", r"U{pin}=\g<v>", OUTPUT),
+    Later(rf"OS{_PIN}", "U{pin}=1", OUTPUT),
+    Later(rf"OR{_PIN}", "U{pin}=0", OUTPUT),
+    Later(r"(?:OUT\(.*\)=.*|(?:OS|OR)\(.*\))", f"{EXAMPLE}UG=1", OUTPUT.replace("{pin}", "G")),
+    Later(rf"RIN{_PIN}", "RU{pin}", sure=True),
+    Later(r"RIN\(.*\)", "RU"),
+    Later(r"RINA\([AV]1?,(?P<pin>[0-6])\)", "RU{pin}A", "the units differ"),
+    Later(r"RINA\(.*\)", f"{EXAMPLE}RUAA", "the units differ"),
     Later(r"RPA", "RP", sure=True),
+    Later(r"RPC(?:\(\d\))?", "RP", "the measured position"),
+    Later(r"RPT", "PRINT(P,#13)", sure=True),
+    Later(r"RPRT", "RD", sure=True),
+    Later(r"RVT", "PRINT(V,#13)", RATES),
+    Later(r"R(?:ADT|AT|DT)", "RA", RAMPS),
     Later(r"REA", "RPE", sure=True),
-    Later(r"RVA", "RV", RATES),
+    Later(r"REL", "RE", sure=True),
+    Later(r"RTRQ", "RT", sure=True),
+    Later(r"RV[AC]", "RV", RATES),
     Later(r"RCTR\([01]\)", "RCTR", sure=True),
+    Later(r"R(?:TMR\(.*\)|RAND(?:OM)?)", "RCLK"),
     Later(r"RW\(\d+\)", "RW", "the bits differ"),
-    Later(r"RB\(\d+,\d+\)", "RBx with the flag's letter"),
-    Later(r"(MV|MP|MT|MC|G|X|S|TWAIT)\((?:\d+)?\)", r"\1"),
+    Later(r"RB\(0,(?P<flag>\d+)\)", "R{flag}"),
+    Later(r"RB\(.*\)", f"{EXAMPLE}RBt", LETTERS),
+    Later(r"(MV|MP|MT|MC|G|X|S|OFF|TWAIT)\((?:\d+)?\)", r"\1"),
     Later(r"(MFR|MSR)\(\d+\)", r"\1"),
-    Later(r"(?:MFA|MFD|MFSLEW|MFH|MFL|MFCTP|MFSDC)\(.*\)", "MFMUL=, MFDIV= and MFR"),
-    Later(r"(?:CTE|CTA|CTW)\(.*\)", "aw[], SIZE= and BASE="),
-    Later(r"PRINT0(?P<v>\(.*\))", r"PRINT\g<v>", sure=True),
-    Later(r"(?:EITR|DITR|ITR|ITRE|ITRD)(?:\(.*\))?", "F=32 with label C1 and F=64 with C2"),
-    Later(r"FSA\(.*\)", "F="),
-    Later(r"Z\(.*\)", "ZS, or Z with the flag's letter"),
-    Later(r"BAUD\([01]\)=(?P<v>.+)", r"BAUD\g<v>"),
-    Later(r"ADDR=(?P<v>\d+)", r"SADDR\g<v>", sure=True),
-    Later(r"ADDR=.+", "SADDR1", "with the number of the motor; a motor has no other address before"),
-    Later(r"(GOSUB|GOTO)\((?P<n>\d+)\)", r"\1\g<n>", sure=True),
-    Later(r"(GOSUB|GOTO)\(.+\)", r"\g<1>1", "the label is a number"),
+    Later(r"(?:MFA|MFD|MFSLEW|MFH|MFL|MFCTP|MFSDC|MFHTP|MFLTP)\(.*\)", f"{EXAMPLE}MFMUL=1 MFDIV=1 MFR"),
+    Later(r"(?:CTE|CTA|CTW)\(.*\)", f"{EXAMPLE}SIZE=4 BASE=4000 aw[0] 0 1 2 1 0.", "the table is in aw[]"),
+    Later(rf"OSH(?:\(\d*\))?={_VALUE}", r"O=@P+(\g<v>)", sure=True),
+    Later(rf"O\(\d+\)={_VALUE}", r"O=\g<v>", sure=True),
+    Later(r"MINV\(0\)", "F=0", "F= sets all functions at once"),
+    Later(r"MINV\(1\)", "F=2", "F= sets all functions at once"),
+    Later(r"PRINT[08](?P<v>\(.*\))", r"PRINT\g<v>", sure=True),
+    Later(r"(ECHO|ECHO_OFF|SLEEP|WAKE|SILENT|TALK)0", r"\1", sure=True),
+    Later(r"(?:EITR|DITR|ITR|ITRE|ITRD)(?:\(.*\))?", f"{EXAMPLE}F=96", "F=32 calls C1 at a fault, F=64 C2 by pin G"),
+    Later(r"FSA\(.*\)", f"{EXAMPLE}F=0"),
+    Later(r"Z\(.*\)", f"{EXAMPLE}ZS", "or Z with the flag's letter"),
+    Later(r"BAUD\([01]\)=(2400|4800|9600|19200|38400)", r"BAUD\1"),
+    Later(r"BAUD\(.*\)=.*", f"{EXAMPLE}BAUD38400", "the highest rate"),
+    Later(r"ADDR=(0*(?:\d{1,2}|1[01]\d|120))", r"SADDR\1"),
+    Later(r"ADDR=.*", f"{EXAMPLE}SADDR1", "the address is a number, 0 to 120"),
+    Later(r"TMR\(.*\)", f"{EXAMPLE}CLK=0", "CLK counts samples"),
+    Later(r"S?RAND(?:OM)?(?:=.*|\(.*\))", f"{EXAMPLE}a=CLK"),
+    Later(rf"af(?P<i>\[[^\]]*\])={_VALUE}", r"al\g<i>=\g<v>", "whole numbers only"),
     Later(
-        r"(?P<word>[A-Z]+):\d+(?P<v>.*)",
-        r"\g<word>\g<v>",
-        "the address byte of the motor, 128 + its number, comes before it",
+        r"(?:MDE|MDT|MDS|MDC|MDB|MDH|MDHV|EIRE|EIRI|GROUP|LFS|CCHN8?|RESUME|PAUSE|USB"
+        r"|(?:SLM|DEL|DELM|VL|KII|KPI|CADDR|CBAUD|MCMUL|MCDIV|SRC|CANCTL|COMCTL|ETHCTL|IPCTL|ENCCTL|ENCD|NMT|SDORD|SDOWR"
+        r"|PMA|PML|SNAME|STDOUT|IDENT|TS|ERRC|MODE|UID)\b.*)",
+        "",
     ),
-    Later(r"(?:PTS|PRTS|PTSS|PRTSS)\(.*\)", "P=0", "in each motor, with its own target"),
-    Later(r"VTS=(?P<v>.+)", r"V=\g<v>", "in each motor, in proportion to its distance"),
-    Later(r"(?:ADTS|ATS|DTS)=(?P<v>.+)", r"A=\g<v>", "in each motor, in proportion to its distance"),
-    Later(r"GS", "G", "the global address 128 before it starts all motors"),
-    Later(r"TSWAIT", "TWAIT", "in each motor"),
-    Later(r"SRAND\(.*\)|SRAND=.*", "a=CLK", "4.76 has no random numbers"),
 )
 """Class 5 commands, in the order in which the patterns are tried."""
 VALUES = (
+    Later(r".*:\w+", f'{EXAMPLE}PRINT(#129,"RP ")', f"{REMOTE}; GETCHR reads the answer"),
     Later(r"PA", "@P", sure=True),
+    Later(r"PC(?:\(\d\))?", "@P", "the measured position"),
     Later(r"EA", "@PE", sure=True),
-    Later(r"VA", "@V", RATES),
+    Later(r"V[AC]", "@V", RATES),
     Later(r"PT", "P", sure=True),
     Later(r"PRT", "D", sure=True),
     Later(r"VT", "V", RATES),
-    Later(r"(?:AT|DT)", "A", RAMPS),
+    Later(r"(?:ADT|AT|DT|AC)", "A", RAMPS),
     Later(r"EL", "E", sure=True),
-    Later(r"INA", "UAA to UGA"),
-    Later(r"IN", "UA to UG"),
-    Later(r"RAND", "CLK", "4.76 has no random numbers"),
-    Later(r"B", "Bt", "or another letter of the manual's status flags"),
+    Later(r"TRQ", "T"),
+    Later(r"CTR\(1\)", "CTR", sure=True),
+    Later(r"CTR\(0\)", "@P"),
+    Later(r"INA\([AV]1?,(?P<pin>[0-6])\)", "U{pin}A", "the units differ"),
+    Later(r"INA(?:\(.*\))?", f"{EXAMPLE}UAA", "the units differ"),
+    Later(rf"IN{_PIN}", "U{pin}", sure=True),
+    Later(r"IN(?:\(.*\))?", f"{EXAMPLE}UA"),
+    Later(r"B\(0,(?P<flag>\d+)\)", "{flag}"),
+    Later(r"[BW]\(.*\)", f"{EXAMPLE}Bt", LETTERS),
+    Later(r"(?:RAND(?:OM)?|TMR\(.*\))", "CLK", "the sample counter"),
+    Later(rf"ABS{_ARGUMENT}", r"(\g<v>)*(((\g<v>)>0)-((\g<v>)<0))", sure=True),
+    Later(r"(?:SQRT|SIN|COS|TAN|ASIN|ACOS|ATAN|PI|F?ABS|FSQRT)(?:\(.*\))?", f"{EXAMPLE}al[0]", TABLE),
+    Later(r"af", f"{EXAMPLE}al[0]", "whole numbers only"),
+    Later(r"CADDR", "ADDR"),
 )
 
 
 def message(found: Found) -> str:
     """Return an error message about a command or variable of Class 5 (later SmartMotors)."""
     note = f" ({found.note})" if found.note else ""
-    return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 uses {found.here}{note}"
+    here = f"4.76 uses {found.here}" if found.here else "4.76 has nothing like it, so remove it"
+    return f"{found.word} is a word of Class 5, which sets Bs here: {here}{note}"
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:
@@ -118,9 +173,32 @@ def find(text: str, table: tuple[Later, ...]) -> Found | None:
     Return the word and its equivalent in firmware 4.76, or None if no entry of `table` matches `text`.
     """
     for later in table:
-        if match := re.fullmatch(later.form, text, re.ASCII):
-            pin = PINS[int(match["pin"])] if "pin" in match.re.groupindex else ""
-            here = match.expand(later.here.replace("{pin}", pin))
-            word = text[: match.start("v")] if "v" in match.re.groupindex else text
-            return Found(clipped(word), here, later.note.replace("{pin}", pin), later.sure)
+        if (match := re.fullmatch(later.form, text, re.ASCII)) and (found := _made(later, match)):
+            return found
     return None
+
+
+def _made(later: Later, match: re.Match[str]) -> Found | None:
+    """Return the equivalent of a matched word, or None for a flag that 4.76 does not have."""
+    given = match.groupdict()
+    if "remote" in given:
+        return _remote(given["remote"] + (given["assigned"] or ""), int(given["address"]), match.string)
+    flag, pin = FLAGS.get(int(given.get("flag", 2)), ""), PINS[int(given.get("pin", 0))]
+    if not flag:
+        return None
+    here = match.expand(later.here.replace("{pin}", pin).replace("{flag}", flag).replace(r"\g<v>", "\0"))
+    here = here.replace("\0", _word.sub(lambda word: _value(word[0]), given.get("v", "")))
+    word = match.string[: match.start("v")] if later.form.endswith(_VALUE) else match.string
+    return Found(clipped(word), here, later.note.replace("{pin}", pin), later.sure)
+
+
+def _value(word: str) -> str:
+    """Return the value of 4.76 for a value of Class 5; every other word stays as it is."""
+    found = find(word, VALUES)
+    return word if found is None or found.here.startswith(EXAMPLE) else found.here
+
+
+def _remote(command: str, address: int, word: str) -> Found:
+    known = find(command, COMMANDS)
+    here = command if known is None or known.here.startswith(EXAMPLE) else known.here
+    return Found(clipped(word), f'PRINT(#{0x80 + address},"{here} ")', REMOTE, sure=False)

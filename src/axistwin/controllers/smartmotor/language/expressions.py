@@ -36,6 +36,8 @@ LEVELS = (
 OPERATIONS = {token: (level, code) for level, listed in enumerate(LEVELS) for token, code in listed.items()}
 """Level of precedence and operation by token."""
 
+_later = re.compile(r"[A-Za-z]+\d*(?:\((?:[^()]|\([^()]*\))*\))?(?::\w+)?", re.ASCII)
+"""A value of Class 5, perhaps with arguments and the address of another motor, e.g. `B(0,1)` or `PA:3`."""
 _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
 
 
@@ -249,7 +251,7 @@ class Reader:
             self._nested(")")
         elif token in ARRAY_SIZES:
             self._array(token)
-        elif (variable := find(token)) is not None:
+        elif (variable := find(token)) is not None and not (token.isupper() and self._later(token)):
             self._names.append(token)
             if variable.fetch is None:
                 taken = self._assigned and variable.operation == ops.PIN
@@ -261,14 +263,20 @@ class Reader:
         else:
             self._refuse(token)
 
+    def _later(self, token: str) -> tuple[str, class5.Found] | None:
+        """Return a value of Class 5 that begins with a token, perhaps with arguments, and its equivalent."""
+        word = _later.match(self.text, self.at)
+        texts = (word[0], token) if word else (token,)
+        return next(((text, later) for text in texts if (later := class5.find(text, class5.VALUES))), None)
+
     def _refuse(self, token: str) -> NoReturn:
         if not self.text[self.at :]:
             raise Malformed("a value is missing at the end of the expression: expected e.g. a+1", self.at)
         if not token or not token[-1].isalnum():
             character = self.text[self.at]
             raise Malformed(f"a value is missing before {character!r}: expected a number or a variable", self.at)
-        if later := class5.find(token, class5.VALUES):
-            raise Malformed(message=class5.message(later), position=self.at, rule=rules.LATER, end=self.at + len(token))
+        if later := self._later(token):
+            raise Malformed(class5.message(later[1]), self.at, rule=rules.LATER, end=self.at + len(later[0]))
         examples = token.lower() if find(token.lower()) else "aa, al[0] or CLK"
         raise Malformed(
             f"there is no variable {token}: expected e.g. {examples}",

@@ -201,6 +201,8 @@ def _find(text: str) -> tuple[Instruction | None, int]:
 
 REMOVED = tuple(entry for entry in COMMANDS if isinstance(entry, Instruction) and Accept.REMOVED in entry.accepted)
 
+ADDRESSED, HIGHEST_ADDRESS = 0x80, 120
+_address = re.compile(r"(\d{1,3})([A-Za-z].*)", re.ASCII)
 _with_number = re.compile(r"([A-Z]+|[a-z]+)-?\d+", re.ASCII)
 
 
@@ -213,6 +215,13 @@ def _unknown(text: str) -> tuple[Rule, str]:
         return rules.LATER, class5.message(later)
     if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
         return rules.NO_COMMENT, f"{text[:20]} is neither a command nor a comment: a comment begins with '"
+    if address := digits_as_address(text):
+        byte, rest = address
+        motors = f"motor {byte - ADDRESSED}" if byte > ADDRESSED else "all motors"
+        return rules.ADDRESS, (
+            f"{text}: the address of {motors} is one byte before the command: in a conversation write "
+            rf'\x{byte:X}{rest}, in a program PRINT(#{byte},"{rest} ")'
+        )
     if text.startswith("="):
         return rules.BLANKS, f"{text}: blanks around = are not allowed"
     if find(text) is not None:
@@ -220,6 +229,14 @@ def _unknown(text: str) -> tuple[Rule, str]:
     if _find(text.upper())[0] is not None:
         return rules.CASE, f"unknown command {text[:40]}: commands are upper case"
     return rules.UNKNOWN, f"unknown command {text[:40]}"
+
+
+def digits_as_address(text: str) -> tuple[int, str] | None:
+    """Return the address byte and the command of a text such as `1RP`, in which digits stand for the byte."""
+    match = _address.fullmatch(text)
+    if match is None or int(match[1]) > HIGHEST_ADDRESS or read(match[2]).problem is not None:
+        return None
+    return ADDRESSED + int(match[1]), match[2]
 
 
 # Parsing the operands of a command
@@ -245,6 +262,8 @@ def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, as
 
 def _expect_end(reader: Reader, found: Instruction) -> None:
     extra = reader.text[reader.at :]
+    if extra.startswith(":") and (later := class5.find(extra, class5.VALUES)):
+        raise Malformed(class5.message(later), reader.at, found.chapter, rules.LATER)
     if extra:
         raise Malformed(
             f"{extra[:20]} is not valid after an expression: expected a space or the end of the line",
