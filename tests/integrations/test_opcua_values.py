@@ -25,7 +25,7 @@ VARIABLES = {"speed": "Speed", "acceleration": "Acceleration"}
 KINDS = {bool: ua.VariantType.Boolean, str: ua.VariantType.String, type(None): ua.VariantType.Null}
 
 
-def with_client(test, *models):
+def with_client(test, *models, speed=None):
     """Run a test with a client of a served bench."""
 
     async def run():
@@ -34,7 +34,7 @@ def with_client(test, *models):
             bench.add(model, name=model)
         async with (
             await of_scene(
-                bench, {}, speed=None, registers=["smartmotor.a"] if "smartmotor" in models else ()
+                bench, {}, speed=speed, registers=["smartmotor.a"] if "smartmotor" in models else ()
             ) as machine,
             server.serving(machine, port=free_port()) as url,
             Client(url, timeout=20) as client,

@@ -185,17 +185,20 @@ class AxisNodes:
         goal = axis.goal or axis.ended
         if goal is not None and goal.failure:
             self._error = goal.failure
+        ended = axis.ended
+        arrived = ended is not None and (ended.target is not None or ended.homing) and not ended.failure
         return {
             "Position": (float(self._units(axis.status.position)), code),
             "Target": (float(status.setpoint), state),
             "Velocity": (float(status.velocity), state),
-            "Busy": (axis.busy, state),
             "Moving": (status.moving, state),
             "LimitPlus": (status.limit_plus, state),
             "LimitMinus": (status.limit_minus, state),
             "AtHome": (status.at_home, state),
             "Faults": ([str(fault) for fault in status.faults] + ([status.lost] if status.lost else []), state),
             "LastError": (axis.error or self._error, GOOD),
+            "Arrived": (arrived and not axis.busy and not status.missed, state),
+            "Busy": (axis.busy, state),  # the last one: what a client reads when it is false is final
         }
 
     def _units(self, counts: float) -> float:
