@@ -5,6 +5,7 @@ security, and even before a channel is opened; no permission rule covers them.  
 than that of its channel.  The token of a session is a small number.  Every client may register other servers.
 """
 
+import logging
 import secrets
 from typing import Any
 
@@ -13,6 +14,7 @@ from asyncua.common.utils import ServiceError
 from asyncua.server.binary_server_asyncio import BinaryServer, OPCUAProtocol
 from asyncua.server.internal_server import InternalServer
 from asyncua.server.internal_session import InternalSession, SessionState
+from asyncua.server.subscription_service import SubscriptionService
 from asyncua.server.uaprocessor import UaProcessor
 from asyncua.ua.ua_binary import struct_from_binary
 
@@ -31,11 +33,24 @@ REGISTRATION = (
 )
 
 
+LOGGER = logging.getLogger("asyncua.server.monitored_item_service")
+
+
+class _Subscriptions(SubscriptionService):
+    """Subscriptions; the library makes a logger for each, and the module `logging` would keep it for ever."""
+
+    async def create_subscription(self, *arguments: Any, **named: Any) -> ua.CreateSubscriptionResult:
+        made = await super().create_subscription(*arguments, **named)
+        logging.Logger.manager.loggerDict.pop(f"{LOGGER.name}.{made.SubscriptionId}", None)
+        return made
+
+
 class _Sessions(InternalServer):
     """The sessions of a server; their tokens cannot be guessed."""
 
     def __init__(self, user_manager: Any) -> None:
         super().__init__(user_manager)
+        self.subscription_service = _Subscriptions(self.aspace, iserver=self)
         self.allow_remote_admin = False
         self.max_connections = MOST_CLIENTS
         self.max_session_timeout_ms = LONGEST_ABSENCE_MS
