@@ -164,3 +164,26 @@ def test_an_invalid_marker_is_an_error(run, marker, message):
     code, told = run(f"{marker}def test_it(axistwin_port): pass")
     assert code == 1
     assert message in told
+
+
+def test_the_report_says_that_virtual_time_stood_still_and_why_nothing_moves(run):
+    code, told = run("""
+@pytest.mark.axistwin("if1")
+def test_a_host_called_directly(axistwin_port, axistwin_twin):
+    axistwin_twin.advance(1.5)
+    with serial.serial_for_url(axistwin_port, timeout=0) as host:
+        host.write(b"(")
+        assert host.read(2) == b"U\\r"
+
+@pytest.mark.axistwin("smartmotor")
+def test_a_motor_without_switches(axistwin_port, axistwin_twin):
+    axistwin_twin.advance(1)
+    with serial.serial_for_url(axistwin_port, timeout=0) as host:
+        axistwin_twin.call(host.write, b"A=100 V=100000 P=4000 G ")
+        axistwin_twin.advance(1)
+        assert axistwin_twin.bench["smartmotor"].axes["shaft"].position == 4000
+""")
+    assert code == 1
+    assert told.count("virtual time has stood still since the host's last data") == 1
+    assert "twin.call(host.read, 2)" in told
+    assert "smartmotor: in a limit fault, as pins C and D are not held low" in told

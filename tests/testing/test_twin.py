@@ -400,3 +400,29 @@ def test_one_long_sleep_is_not_silence(twin):
 def test_a_sleep_by_the_wall_clock_is_told(twin):
     with pytest.warns(UserWarning, match="sleeps by the wall clock, and virtual time has advanced by 10 s"):
         twin.call(lambda: SLEEP(0.1))
+
+
+def test_an_exception_says_that_virtual_time_stood_still():
+    def test():
+        with axistwin.serve("if1", speed="manual") as twin:
+            twin.advance(1.5)
+            with serial.serial_for_url(twin.ports["if1"], timeout=0) as host:
+                host.write(b"(")
+                assert host.read(2) == b"U\r"
+
+    with pytest.raises(AssertionError) as raised:
+        test()
+    assert ["twin.call" in note for note in raised.value.__notes__] == [True]
+
+
+def test_a_motor_says_once_why_it_does_not_move():
+    """`axistwin serve` logs what `subscribe_hint` reports."""
+    bench = axistwin.Bench()
+    motor, told = bench.add("smartmotor"), []
+    motor.subscribe_hint(told.append)
+    bench.run(1)
+    assert told == []
+    motor.serial.write(b"A=100 V=100000 P=4000 G G ")
+    bench.run(1)
+    assert told == [motor.hint]
+    assert motor.hint.startswith("in a limit fault, as pins C and D are not held low")

@@ -82,7 +82,7 @@ def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """List the recorded files in the report of a failed test.
+    """List the recorded files, and what may explain the failure, in the report of a failed test.
 
     The files of a test that has passed are deleted.
     """
@@ -92,7 +92,9 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
         item.stash[VERDICT] = (report.outcome, report.longreprtext)
     if report.failed and files:
         item.stash[FAILED] = True
-        report.sections.append(("axistwin", "\n".join(f"kept: {_shown(path)}" for path in files)))
+        twin: Twin | None = getattr(item, "funcargs", {}).get("axistwin_twin") if report.when == "call" else None
+        notes = [] if twin is None else twin.notes()
+        report.sections.append(("axistwin", "\n".join([*notes, *(f"kept: {_shown(path)}" for path in files)])))
     if report.when == "teardown" and not item.stash.get(FAILED, False):
         for path in files:
             path.unlink(missing_ok=True)

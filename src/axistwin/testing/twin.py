@@ -38,6 +38,10 @@ Speed = float | Literal["manual", "max"]
 FREE_PORTS = {"tcp": "tcp://127.0.0.1:0", "rfc2217": "rfc2217://127.0.0.1:0", "pty": "pty:", "bus": "bus://127.0.0.1:0"}
 SCHEMES = ("tcp", "rfc2217", "pty")
 HOST_TIMEOUT_S = 10.0
+STOOD_STILL = (
+    "virtual time has stood still since the host's last data, so that no answer could come: call the host by "
+    "twin.call, e.g. twin.call(host.read, 2), or let time pass by twin.advance"
+)
 
 
 class Url(str):
@@ -112,6 +116,7 @@ class Twin:
         """URLs of controllers, second channels and lines of motors, by name."""
         self._wanted, self._speed, self._writers = wanted, speed, writers
         self._written = ExitStack()
+        self._sent_ns = -1
         self._served: _Service | None = None
 
     @property
@@ -139,6 +144,7 @@ class Twin:
             for name, url in self._wanted:
                 found = loop.run(self._served.server.open(name, url))
                 self.ports.setdefault(name, _url(found))
+            self.do(self._watch_hosts)
             self.do(self._served.server.start)
         except BaseException:
             self._close()
@@ -146,6 +152,8 @@ class Twin:
         return self
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        for note in () if error is None else self.notes():
+            error.add_note(f"axistwin: {note}")
         try:
             self.do(self._written.close)
             for controller in self.bench.controllers.values():
@@ -155,6 +163,26 @@ class Twin:
         for problem in self._service.loop.problems:
             if error is None and not isinstance(problem.get("exception"), OSError):
                 raise problem.get("exception") or RuntimeError(problem["message"])
+
+    def notes(self) -> list[str]:
+        """Return what may explain a failure: why a controller does not move, and that virtual time has stood still."""
+
+        def read() -> list[str]:
+            hints = [f"{name}: {made.hint}" for name, made in self.bench.controllers.items() if made.hint]
+            return hints + [STOOD_STILL] * (self._speed == "manual" and self._sent_ns == self.bench.clock.now)
+
+        pacer = self._service.server.pacer
+        if isinstance(pacer, ManualPacer):
+            self._service.loop.run(pacer.receive_all())
+        return self._service.loop.do(read)
+
+    def _watch_hosts(self) -> None:
+        def sent(_: bytes) -> None:
+            self._sent_ns = self.bench.clock.now
+
+        for name in endpoints.names(self.bench):
+            if not endpoints.at_a_bus(self.bench, name):
+                self.bench.port(name).subscribe_sent(sent)
 
     def _close(self) -> None:
         self.do(self._service.server.close)

@@ -24,6 +24,7 @@ from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
     from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
@@ -44,6 +45,7 @@ class SmartMotor:
         brake, uarts = self.pins["brake"], (self.uart, self.rs485)
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
+        self._hints: Signal[[str]] = Signal()
         self._motor: Motor | None = None
         # After power-off, the shaft of the motor may still turn.  `_before` simulates this movement of the shaft.
         self._before: Motor | None = None
@@ -55,6 +57,7 @@ class SmartMotor:
             uart=self.uart, rs485=self.rs485, alarms=self.alarms, registers=self._registers.table,
             follow=self._registers.follow, programs=self._lines.listings,
             subscribe_lines=self._lines.progress.subscribe, hint=self.hint, assign=self.assign,
+            subscribe_hint=self._hints.subscribe,
         )  # fmt: skip
 
     def power(self, on: bool) -> None:
@@ -72,6 +75,7 @@ class SmartMotor:
                 self._before.leave()
             self._motor = Motor(self._fittings, self.options, self._restart)
             self._motor.on_fault = self.alarms.report
+            self._motor.on_refusal = self._hints.emit
             self._lines.connect(self._motor)
             self._registers.connect(self._motor)
             self._index.connect(self._motor)

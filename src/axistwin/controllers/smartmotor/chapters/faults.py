@@ -105,7 +105,10 @@ def may_move(motor: Processor, way: int) -> bool:
     limit requires a new acknowledgement.
     """
     allowed = _allowed(motor, way)
-    motor.refused |= not allowed
+    if not (allowed or motor.refused):
+        motor.refused = True
+        if reason := inhibition(motor):
+            motor.on_refusal(reason)
     return allowed
 
 
