@@ -247,3 +247,13 @@ def test_fifty_controllers_on_fifty_ports():
         for number, host in enumerate(hosts):
             served.until(lambda number=number: served.bench[f"if1-{number}"].axes["X"].position == number + 1)
             host.close()
+
+
+def test_nul_after_cr_is_told_once(served, port, caplog):
+    with dial(port) as telnet:
+        assert ask(telnet, b"E\r", b"C\r") == b"C\r"
+        telnet.sendall(b"\0E\r\0E\r")
+        served.until(lambda: caplog.records)
+    (told,) = [record.getMessage() for record in caplog.records]
+    assert "sends NUL after CR, as a telnet client does" in told
+    assert told.endswith(f"use axistwin term socket://{port.address}")

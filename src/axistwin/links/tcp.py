@@ -28,6 +28,8 @@ RECEIVE_BUFFER = 16 * 1024
 """Size of the system's receive buffer; a client that sends too fast is soon blocked, as on a real line."""
 STALLED = 64 * 1024
 """Largest number of bytes that are buffered for a client that does not read."""
+NUL_LINE = b"\r\0"
+"""End of a line that a telnet client sends."""
 LINGER_S = 1.0
 """Seconds for which answers are still sent to a client that has closed its side, such as `nc -N`."""
 IDLE_S = 60
@@ -183,6 +185,7 @@ class TcpClient(Connection):
         super().__init__(plug)
         self.plug: SerialConnector = plug
         self.dropped = 0
+        self._last, self._has_told = b"", False
 
     def resume_writing(self) -> None:
         """Log the number of characters that were lost while the client did not read.
@@ -200,7 +203,18 @@ class TcpClient(Connection):
 
     def received(self, data: bytes) -> None:
         """Process bytes from the client."""
+        if not self._has_told and NUL_LINE in self._last + data:
+            self._tell_nul()
+        self._last = data[-1:]
         self.plug.send(data)
+
+    def _tell_nul(self) -> None:
+        self._has_told = True
+        host, port, *_ = self._socket.getsockname()
+        log.warning(
+            "%s: %s sends NUL after CR, as a telnet client does, and the controller receives both: "
+            "use axistwin term socket://%s:%d", self.plug.name, self.name, host, port,
+        )  # fmt: skip
 
     def write(self, data: bytes) -> None:
         """Send bytes to the client; discard the bytes if the client does not read."""
