@@ -53,6 +53,9 @@ from .talking import arrivals, ask, command, gaps, play, positions, ready, scrip
         "D5; :%:Y1:$; 0.09 s; receives %; estop low; 0.1 s; receives <CR>; estop released; E; 0.2 s; receives F<CR>",
         'Busy status: a run that the host begins in a hand-over is "busy"; `%` and `#` are obeyed meanwhile':
         ":%:Y10:A:$; 0.1 s; receives %<CR>; X@500G$; 0.5 s; K: 3; E: E; %; 0.1 s; X runs at 500; #; 1 s; E: C; Y at 0",
+        "Acceleration rate: ramp data wait for the end of a run that goes on into the next hand-over":
+        ":%:%:A:Y5@400:$; 0.1 s; receives %<CR>; X@500G$; 0.1 s; ^20; %; 0.1 s; receives %<CR>; K: 3; E: E; %; 3 s; "
+        "Y at 5; E: C",
         "Acceleration rate: data sent during a run in a hand-over; the ramp is calculated after the run":
         ":%:Y10:$; 0.1 s; receives %<CR>; X@500G$; 0.5 s; ^20; K: 3; #; 1.2 s; K: 0; E: C",
     }
