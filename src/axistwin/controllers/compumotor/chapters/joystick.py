@@ -61,8 +61,5 @@ def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
 
 
 def request_joystick(board: State) -> bytes:
-    """Command 95h: report FF if the joystick requests control, otherwise 00.
-
-    The joystick requests control with a high level at the terminal `remote_enable`.
-    """
+    """Command 95h: report the level of the input `remote_enable`: 00 (low) is a request for control, FF is none."""
     return b"\xff" if board.pins["remote_enable"].level else b"\0"
