@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
+from .scenarios import points
 from .talking import SAMPLE_NS, advance, load, positions, ready, send, value
 
 FAST = "A=100*65536 V=100*65536 "
@@ -372,6 +373,28 @@ def test_a_mode_or_g_after_a_stop_ends_its_effect_on_p_and_d(bench, motor, betwe
     cruise(bench, motor, "MV")
     send(bench, motor, f"S {between} P=7", 0)
     assert send(bench, motor, "G RMODE", 0) == b"V\r"
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+def test_mt_after_a_stop_ends_its_effect_too(bench, motor, stop):
+    """Base 5: MT acts at once, and the buffered mode is then T, with P= as without."""
+    cruise(bench, motor, "MV")
+    send(bench, motor, stop, 0)
+    positions(bench, motor, 20)
+    assert send(bench, motor, "MT T=0 P=7 G RMODE", 0) == b"T\r"
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+def test_p_after_a_stop_and_md_is_for_the_mode_after_host_mode(bench, motor, stop):
+    """10.2: host mode is left for the buffered mode; P= after MD does not take the G from it."""
+    cruise(bench, motor, "MV")
+    send(bench, motor, stop, 0)
+    positions(bench, motor, 20)
+    send(bench, motor, "MD " + points((0, 0), (0, 4), (0, 4)) + "P=7", 0)
+    assert send(bench, motor, "Q", 0)[1] == 0x01  # G pending
+    send(bench, motor, "G", 0)
+    positions(bench, motor, 8)
+    assert send(bench, motor, "RMODE", 0) == b"P\r"
 
 
 @pytest.mark.parametrize("stop", ["S", "X"])

@@ -269,6 +269,22 @@ def test_the_answer_of_host_mode_wakes_no_motor_down_the_chain(bench):
     assert chain.read() == b"\x9eRa 0\r"
 
 
+def test_a_motor_above_the_one_that_is_asked_takes_four_bytes_of_the_host_as_data(bench):
+    """11: F9h and the four bytes after it are data for a motor that is not asked; four CR keep the next address."""
+    motors = [clear(bench, bench.add("smartmotor", name=f"m{n}")) for n in (1, 2)]
+    chain = bench.chain(*motors)
+    for setup in (b"\x80SADDR1 ECHO ", b"\x81SLEEP \x80SADDR2 ECHO \x81WAKE "):
+        chain.write(setup)
+        bench.run(0.2)
+    for filler, answer in ((b"", b""), (b"\r" * 4, b"0\r")):
+        chain.write(b"\x82\xf9")
+        bench.run(0.1)
+        assert chain.read().endswith(b"\xf9\x00\x20\x00\x00")
+        chain.write(filler + b"\x81RP ")
+        bench.run(0.1)
+        assert chain.read() == filler + b"\x81RP " + answer
+
+
 # Speed and format
 
 

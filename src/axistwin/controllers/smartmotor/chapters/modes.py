@@ -259,7 +259,7 @@ def _stopped(motor: Processor) -> None:
 def _buffer_position(motor: Processor) -> None:
     """Select position mode for the next command G after S or X."""
     if motor.i[s.AFTER_STOP]:
-        buffer(motor, s.M_POSITION)
+        motor.i[s.BUFFERED_MODE], motor.i[s.AFTER_STOP] = s.M_POSITION, 0
 
 
 def torque(motor: Processor) -> None:
@@ -268,7 +268,7 @@ def torque(motor: Processor) -> None:
     T sets the PWM value, -1023 to 1023.  A fault that is not cleared inhibits MT.
     """
     if may_move(motor, motor.i[s.T]):
-        motor.i[s.BUFFERED_MODE] = s.M_TORQUE
+        motor.i[s.BUFFERED_MODE], motor.i[s.AFTER_STOP] = s.M_TORQUE, 0
         turn_on(motor, s.M_TORQUE)
 
 
