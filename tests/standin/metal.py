@@ -18,13 +18,14 @@ BLOCK = 5
 class Metal:
     """A Board and a simulated board that advance together; `lines` is the journal, `wire` may change bytes."""
 
-    def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), tick_s=TICK_S, **wiring):
+    def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), tick_s=TICK_S, journal=None,
+                 **wiring):  # fmt: skip
         self.small, self.wire, self.lines, self.now, self.alive = small or SmallBoard(), wire, [], 10.0, True
         self.tick_s = tick_s
         self.small.levels |= {8: 1, 9: 1}
         self.small.run_to(self.now)
         made = Wiring("small", axes, wiring.pop("inputs", (LIMIT, INPUT)), wiring.pop("outputs", (OUTPUT,)), **wiring)
-        self.board = Board(made, horizon_s, self.lines.append)
+        self.board = Board(made, horizon_s, journal or self.lines.append)
         self.events = []
 
     def run(self, seconds, each=lambda now: None):

@@ -90,15 +90,21 @@ def test_after_a_limit_the_controller_has_the_position_of_the_board(if1):
 
 def test_after_a_stop_the_user_must_continue(if1):
     if1.say(b"X2000 @ 1000 $ \r", 0.7)
+    assert not if1.driver.still
     if1.driver.stop("stopped by the user")
     if1.run(3.0)
     made = len(if1.metal.small.pulses[2])
     assert if1.lines == ["stopped: small: stopped by the user"]
+    if1.driver.stop("end of the run")  # the positions at the end of a run that was stopped before
+    if1.run(0.1)
+    assert if1.driver.still
+    assert if1.driver.positions["table.X"] == made
     if1.say(b"X100 $ \r", 1.0)
     assert len(if1.metal.small.pulses[2]) == made
     if1.driver.go_on(if1.metal.now)
     if1.run(0.1)
     assert if1.controller.axes["X"].position == made
+    assert not if1.driver.still
     if1.say(b"X100 $ \r", 1.0)
     assert len(if1.metal.small.pulses[2]) == made + 100
     assert if1.controller.axes["X"].position == made + 100
@@ -151,7 +157,10 @@ def test_axes_of_one_controller_on_two_boards_stop_together(event, reason):
     [(_, said, groups)] = second.stops()
     assert reason in said
     assert groups == ("table",)
+    assert not driver.still
     driver.handle(second, Stopped(said, {"table.Y": 3}))
+    driver.handle(third, Stopped(said, {"third.X": 0}))
+    assert driver.still is (type(event) is Stopped)
     assert first.stops() == third.stops() == []
     assert (bench["table"].axes["Y"].position, driver.positions["table.Y"]) == (3, 3)
     driver.go_on(11.0)

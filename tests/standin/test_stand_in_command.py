@@ -1,5 +1,6 @@
 """`axistwin stand-in` and `axistwin boards`."""
 
+import asyncio
 import json
 import os
 import re
@@ -8,12 +9,15 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
+import click
 import pytest
 
 from axistwin.cli import main
-from axistwin.errors import UsageError
-from axistwin.standin import Journal, last_positions
+from axistwin.cli.serving.stand_in import _echo, _Run
+from axistwin.scenes import Scene
+from axistwin.standin import Failed, Journal, last_positions, reading
 
 SCENE = """
 [[controller]]
@@ -140,11 +144,13 @@ def test_a_dry_run_prints_the_pins_of_the_hal_component(scene, capsys, tmp_path)
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root is refused")
 def test_hal_refuses_root_and_the_position_stays_known(scene, capsys, tmp_path):
-    (tmp_path / "table.journal").write_text("end table.X=3\n")
+    journal = Journal(tmp_path / "table.journal", "table.X")
+    journal.end({"table.X": 3})
+    journal.close()
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE))
     assert code == 1
     assert re.search(r"(cannot run as root: start axistwin as another user|halcmd is missing: install LinuxCNC)", err)
-    assert last_positions(tmp_path / "table.journal") == {"table.X": 3}
+    assert last_positions(tmp_path / "table.journal", ["table.X"]) == {"table.X": 3}
 
 
 def test_a_missing_board(scene, capsys, tmp_path):
@@ -157,18 +163,31 @@ def test_a_missing_board(scene, capsys, tmp_path):
     assert out.count("\n") == 1
 
 
-def test_positions_are_known_only_after_a_completed_run(tmp_path):
-    path = tmp_path / "table.journal"
-    assert last_positions(path) == {}
-    journal = Journal(path)
-    journal.begin("table.X")
-    journal.note("pulses table.X +1 100 100 2 0")
-    assert last_positions(path) is None
-    journal.end({"table.X": 2})
-    journal.close()
-    assert last_positions(path) == {"table.X": 2}
-    with pytest.raises(UsageError, match="cannot be written"):
-        Journal(tmp_path)
+@pytest.mark.parametrize(("gone", "code"), [(True, 1), (False, None)])
+def test_a_board_that_has_gone_ends_the_run(scene, gone, code):
+    """A board whose firmware has stopped waits for `go`; without a board `go` can do nothing."""
+
+    async def serve():
+        loaded = Scene.load(scene())
+        bench = loaded.build(served=True)
+        plan = reading.read(loaded, bench)
+        run = _Run(bench, plan, None, None)
+        run._connect([None], lambda line: None)
+        run._ended = asyncio.get_running_loop().create_future()
+        ((_, wiring),) = plan.boards
+        run._handle(SimpleNamespace(wiring=wiring), Failed("the board has disappeared", gone))
+        run._terminal.close()
+        return run._ended.result() if run._ended.done() else None
+
+    assert asyncio.run(serve()) == code
+
+
+def test_a_closed_terminal_ends_no_run(monkeypatch):
+    def write(*_, **__):
+        raise BrokenPipeError
+
+    monkeypatch.setattr(click, "echo", write)
+    _echo("axistwin: stopped")
 
 
 def test_a_start_from_an_unknown_position_is_refused(scene, capsys, tmp_path):
@@ -206,5 +225,5 @@ def test_a_run_on_a_pseudo_terminal_ends_with_known_positions(scene, tmp_path):
     finally:
         board.terminate()
         board.wait(10)
-    assert last_positions(tmp_path / "table.journal") == {"table.X": 0}
+    assert last_positions(tmp_path / "table.journal", ["table.X"]) == {"table.X": 0}
     assert json.loads((tmp_path / "pulses").read_text())["levels"]["4"] == 1  # the drive is off

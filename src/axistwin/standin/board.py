@@ -108,17 +108,17 @@ class Board:
                 self.stop(f"late by {late_s * 1e3:.0f} ms, with a horizon of {self.horizon_s * 1e3:.0f} ms")
         return self.connection.channel.due(now_s)
 
-    def fail(self, reason: str) -> None:
+    def fail(self, reason: str, *, gone: bool = False) -> None:
         """Mark the board as failed for the given reason.
 
-        The board is not used until `restart` is called.
+        The board is not used until `restart` is called.  `gone`: nothing serves its port any more.
         """
-        if self.state is not State.FAILED:
+        if self.state is not State.FAILED or gone:
             self.state = State.FAILED
             self.connection.drop()
             self._drop_pulses(self.wiring.groups)
+            self.events.append(Failed(reason, gone))
             self._note(f"failed {reason}")
-            self.events.append(Failed(reason))
 
     # Start
 
@@ -152,9 +152,9 @@ class Board:
         for given in self.wiring.inputs:
             if given.stops is None:
                 self._report_change(given)
-        self._note(f"ready {connection.dictionary.version}")
         positions = {axis: motor.position for axis, motor in self._stream.motors.items()}
         self.events.append(Ready(positions, dict(self._levels)))
+        self._note(f"ready {connection.dictionary.version}")
 
     def _identify(self) -> Procedure:
         connection, data = self.connection, bytearray()
@@ -301,19 +301,19 @@ class Board:
         at_s = yield from self._trigger_s(given)
         yield from self._read_positions((group,))
         self._levels[given.to] = given.stops_at
-        self._note(f"stopped by {given.to}")
         self.events.append(InputChanged(given.to, given.stops_at, at_s))
         self.events.append(Stopped(f"{given.to} stopped the motion", self._positions((group,)), given.to))
+        self._note(f"stopped by {given.to}")
 
     def _changed(self, given: InputPin) -> Procedure:
         at_s = yield from self._trigger_s(given)
         level = self._levels[given.to] = not self._levels[given.to]
-        self._note(f"input {given.to} {int(level)}")
         self.events.append(InputChanged(given.to, level, at_s))
         if given.stops is None:
             self._report_change(given)
         elif given.controller not in self.stopped:
             self._stop_at_change(given)
+        self._note(f"input {given.to} {int(level)}")
 
     # Stopping and resuming the axes of a controller
 
@@ -326,8 +326,8 @@ class Board:
         if self.state is State.READY and stopping:
             self._stopping |= set(stopping)
             self._drop_pulses(stopping)
-            self._note(f"stop {reason}")
             self.connection.begin(self._stop_now(reason, stopping))
+            self._note(f"stop {reason}")
 
     def _stop_now(self, reason: str, groups: tuple[str, ...]) -> Procedure:
         for group in groups:

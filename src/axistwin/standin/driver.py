@@ -93,6 +93,8 @@ class Driver:
         self._motors: dict[str, Motor] = {}
         self._origin: dict[str, int] = {}
         self._held: set[str] = set()
+        self._still: set[str] = set()
+        """Axes whose motors have been stopped and not released; their positions are those of the boards."""
         self._at_rest_ns: dict[str, int] = {}
         """Time at which the interrupted motion of a held controller was first seen to have ended."""
         self._failed: set[str] = set()
@@ -126,6 +128,11 @@ class Driver:
     def all_ready(self) -> bool:
         """True if all boards accept pulses."""
         return len(self._ready) == len(self.boards)
+
+    @property
+    def still(self) -> bool:
+        """True if all motors are stopped, at the positions in `positions`."""
+        return self._still >= self._board.keys()
 
     @property
     def failed(self) -> bool:
@@ -174,6 +181,7 @@ class Driver:
                 # All axes were at rest at two consecutive checks, so the interrupted motion has ended.
                 del self._at_rest_ns[group]
                 self._held.discard(group)
+                self._still -= set(wholes)
                 for whole in wholes:
                     self._motors[whole].let_go()
                 for board in {id(board): board for board in self.boards if group in board.wiring.groups}.values():
@@ -192,12 +200,14 @@ class Driver:
                 for to, level in inputs.items():
                     self._pin(to).drive(level)
                 if self.live:
+                    self._still |= positions.keys()
                     self._hold(positions)
             case InputChanged(to, level, at_s):
                 due_ns = round((at_s - self._offset_s + INPUT_S) * S)
                 self.bench.clock.call_last(max(due_ns, self.bench.now), partial(self._pin(to).drive, level))
             case Stopped(reason, positions, by):
                 self.positions |= positions
+                self._still |= positions.keys()
                 self._stop_others(board, reason, positions)
                 self._hold(positions)
                 if not by:
@@ -209,6 +219,7 @@ class Driver:
                 self._ready.discard(board.wiring.name)
                 if self.live:
                     positions = {axis.axis: self.positions[axis.axis] for axis in board.wiring.axes}
+                    self._still -= positions.keys()
                     self._stop_others(board, reason, positions)
                     self._hold(positions)
                 self._wait_for_user(board, reason)
@@ -237,9 +248,10 @@ class Driver:
                 self._at_rest_ns.pop(whole.rpartition(".")[0], None)
 
     def stop(self, reason: str) -> None:
-        """Stop all motors on all boards immediately."""
+        """Stop all motors on all boards immediately, until `go_on`."""
         for board in self.boards:
             board.stop(reason)
+        self.stopped |= {group: reason for board in self.boards for group in board.wiring.groups}
 
     def go_on(self, now_s: float) -> None:
         """Allow stopped motors to move again, and reconnect motion boards that have failed.

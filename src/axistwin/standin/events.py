@@ -43,10 +43,11 @@ class Stopped:
 class Failed:
     """Event: the board has failed.
 
-    The stand-in does not use the board until the user continues.
+    The stand-in does not use the board until the user continues.  `gone`: that is impossible, and the run must end.
     """
 
     reason: str
+    gone: bool = False
 
 
 Event = Ready | InputChanged | Stopped | Failed

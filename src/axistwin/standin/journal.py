@@ -1,72 +1,135 @@
 """The journal of a stand-in: one line for each step command that is sent and each position that is read.
 
-The last line of a completed run begins with `end` and has the positions; without this line the positions are unknown.
+The last line of a completed run begins with `end` and has the positions and a check sum.  If the file does not end in
+such a line, complete, the positions are unknown.
 """
 
-from collections.abc import Mapping
+import os
+import re
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TextIO
+from typing import BinaryIO
+from zlib import crc32
 
 from axistwin.errors import UsageError
+from axistwin.standin.writer import Writer
 from axistwin.storage import reason
 
-MOST_TAIL = 4096
+MOST_TAIL = 65_536
 """Largest number of bytes that the last line of a journal can have."""
+LOST = "\nlost: lines are missing here\n"
+END, FORMER_END = b"end ", b"was "
 
 
 class Journal:
-    """An open journal file, to which lines are appended."""
+    """An open journal file.  `note` never waits for the disk: a thread writes.
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file: TextIO = _open(path)
+    `tell` is called, perhaps in this thread, when the file cannot be written.
+    """
+
+    def __init__(self, path: Path, title: str, tell: Callable[[str], None] = lambda line: None) -> None:
+        """Write the start time and a title; the positions of the former run no longer count.
+
+        Raises UsageError, and leaves the disk as it was, if the file cannot be written.
+        """
+        self.path, self._tell = path, tell
+        self._lost = self._told = False
+        try:
+            new = not path.exists()
+            self._file: BinaryIO = path.open("x+b" if new else "r+b", buffering=0)
+            self._begin(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}\n", new=new)
+        except OSError as error:
+            raise UsageError(f"journal {path} cannot be written: {reason(error)}") from None
+        self._writer = Writer("journal", self._append)
+
+    def _begin(self, line: str, *, new: bool) -> None:
+        size = self._file.seek(0, os.SEEK_END)
+        tail = self._file.seek(max(0, size - MOST_TAIL))
+        found = self._file.read()
+        try:
+            self._write("\n" * (size > 0 and not found.endswith(b"\n")) + line)
+            os.fsync(self._file.fileno())
+            self._forget(tail + found.rstrip(b"\n").rfind(b"\n") + 1)
+        except OSError:
+            with suppress(OSError):
+                self._file.truncate(size)
+            self._file.close()
+            if new:
+                self.path.unlink()
+            raise
+
+    def _forget(self, former: int) -> None:
+        """Change the `end` of the former run: a file that loses its last lines must not end in it again."""
+        self._file.seek(former)
+        if self._file.read(len(END)) == END:
+            self._file.seek(former)
+            self._write(FORMER_END.decode())
+        self._file.seek(0, os.SEEK_END)
 
     def note(self, line: str) -> None:
-        """Append a line to the journal file, and flush the file."""
-        self._file.write(f"{line}\n")
-        self._file.flush()
+        """Append a line.  The method returns at once and raises nothing, whatever the disk does."""
+        if not self._writer.put(line):
+            self._lost = True
 
-    def begin(self, title: str) -> None:
-        """Write the start time and a title into the journal file."""
-        self.note(f"begin {datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {title}")
-
-    def end(self, positions: Mapping[str, int]) -> None:
-        """Append the last line of the journal file, with the final positions of the axes."""
-        self.note("end " + " ".join(f"{axis}={position}" for axis, position in positions.items()))
+    def end(self, positions: Mapping[str, int]) -> bool:
+        """Append the last line, with the final positions of the axes.  False: the positions could not be written."""
+        self._writer.close()
+        self._told = True
+        if not self._writer.is_alive():
+            self._append(f"{_end_line(positions)}\n")
+            with suppress(OSError):
+                os.fsync(self._file.fileno())
+                return not self._lost
+        return False
 
     def close(self) -> None:
         """Close the journal file."""
-        self._file.close()
+        self._writer.close()
+        if not self._writer.is_alive():
+            self._file.close()
+
+    def _append(self, text: str) -> None:
+        """Write lines.  After a failure, perhaps in the middle of a line, the next lines begin with `LOST`."""
+        lost, self._lost = self._lost, False
+        try:
+            self._write(LOST * lost + text)
+        except OSError as error:
+            self._lost = True
+            if not self._told:
+                self._told = True
+                self._tell(
+                    f"journal {self.path} cannot be written ({reason(error)}): the run goes on; "
+                    "make room on the disk before its end, or the next start needs --unhomed"
+                )
+
+    def _write(self, text: str) -> None:
+        data = memoryview(text.encode())
+        while data:
+            data = data[self._file.write(data) :]
 
 
-def _open(path: Path) -> TextIO:
-    try:
-        return path.open("a", encoding="utf-8")
-    except OSError as error:
-        raise UsageError(f"journal {path} cannot be written: {reason(error)}") from None
+def _end_line(positions: Mapping[str, int]) -> str:
+    line = " ".join(["end", *(f"{axis}={position}" for axis, position in positions.items())])
+    return f"{line} crc32={crc32(line.encode()):08x}"
 
 
-def last_positions(path: Path) -> dict[str, int] | None:
-    """Return the axis positions from the last line of a journal file.
+def last_positions(path: Path, axes: Collection[str]) -> dict[str, int] | None:
+    """Return the positions from the last line of a journal file; without a file, 0 for each axis.
 
-    The result is None if the positions are unknown after an interrupted run, and {} if there was no run.
+    The result is None if the positions are unknown: after an interrupted run, in a damaged file, or if the line has
+    not all axes.
     """
     try:
         with path.open("rb") as file:
-            size = file.seek(0, 2)
+            size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - MOST_TAIL))
-            lines = file.read().decode(errors="replace").splitlines()
+            lines = file.read().decode(errors="replace").split("\n")
     except FileNotFoundError:
-        return {}
+        return dict.fromkeys(axes, 0)
     except OSError as error:
         raise UsageError(f"journal {path} cannot be read: {reason(error)}") from None
-    if not lines:
-        return {}
-    word, *pairs = lines[-1].split()
-    if word != "end":
-        return None
-    try:
-        return {axis: int(position) for axis, _, position in (pair.partition("=") for pair in pairs)}
-    except ValueError:
-        return None
+    line = lines[-2] if len(lines) > 1 and not lines[-1] else ""
+    positions = {axis: int(position) for axis, position in re.findall(r"(\S+)=(-?[0-9]{1,30})(?= )", line)}
+    return positions if line == _end_line(positions) and positions.keys() >= set(axes) else None

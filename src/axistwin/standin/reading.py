@@ -39,6 +39,11 @@ class Plan:
     watchdog_s: float
     journal: Path
 
+    @property
+    def axes(self) -> list[str]:
+        """Names of all axes."""
+        return [axis.axis for _, wiring in self.boards for axis in wiring.axes]
+
 
 def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
     """Read the table [stand-in] of a scene file: the settings to drive real motors.

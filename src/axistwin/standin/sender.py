@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 WAIT_S = 0.002
 """Longest time to wait for a byte from the board; commands are sent at least at this interval."""
+WRITE_S = 1.0
+"""Longest time in seconds for a board to take its bytes."""
 IDENTIFY_S = 3.0
 _CHUNK = 40
 
@@ -28,7 +30,7 @@ _CHUNK = 40
 def open_port(port: str, baud: int) -> serial.Serial:
     """Open the serial port of a board.  Raises LinkError if the port cannot be opened."""
     try:
-        return serial.Serial(port, baud, timeout=WAIT_S, exclusive=True)
+        return serial.Serial(port, baud, timeout=WAIT_S, write_timeout=WRITE_S, exclusive=True)
     except (OSError, ValueError) as error:  # OSError also catches its subclass `serial.SerialException`.
         number = getattr(error, "errno", None)
         reason = os.strerror(number).lower() if number else str(error)
@@ -68,16 +70,22 @@ class Sender(Thread):
         self._lock, self._end = Lock(), Flag()
 
     def run(self) -> None:
-        """Exchange bytes with the board until `close` is called."""
-        while not self._end.is_set():
-            try:
+        """Exchange bytes with the board until `close` is called or the port fails."""
+        try:
+            while not self._end.is_set():
                 self._turn(self._port.read(max(1, self._port.in_waiting)))
-            except OSError as error:
-                with self._lock:
-                    self._board.fail(f"the board has disappeared ({error}): connect it, then start again")
-                self._report()
-                return
-        self._port.close()
+        except OSError as error:
+            self._gone(f"the board has disappeared ({error}): connect it, then start again")
+        except Exception as error:
+            self._gone(f"internal error ({error!r}): start again")
+            raise
+        finally:
+            self._port.close()
+
+    def _gone(self, reason: str) -> None:
+        with self._lock:
+            self._board.fail(reason, gone=True)
+        self._report()
 
     def _turn(self, data: bytes) -> None:
         with self._lock:

@@ -5,13 +5,14 @@ import gc
 import sys
 import threading
 from collections.abc import Callable, Coroutine, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
 import click
+import serial
 
 from axistwin.bench import Bench
 from axistwin.cli.serving import served
@@ -23,7 +24,7 @@ from axistwin.scenes.scene import Scene
 from axistwin.standin import reading
 from axistwin.standin.board import Board
 from axistwin.standin.driver import Driver
-from axistwin.standin.events import Event
+from axistwin.standin.events import Event, Failed
 from axistwin.standin.hal.board import HalBoard
 from axistwin.standin.hal.sender import HalSender
 from axistwin.standin.hal.wiring import HalWiring
@@ -31,6 +32,7 @@ from axistwin.standin.journal import Journal, last_positions
 from axistwin.standin.real_time import real_time_priority
 from axistwin.standin.sender import Sender, open_port
 from axistwin.standin.stop_page import StopPage
+from axistwin.standin.writer import Writer
 
 AnySender = Sender | HalSender
 
@@ -73,11 +75,11 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
             click.echo(line)
         return 0
     click.echo(WARNING, err=True)
-    known = last_positions(plan.journal)
+    known = last_positions(plan.journal, plan.axes)
     if known is None and not unhomed:
         journal_file = plan.journal
         raise UsageError(
-            f"the motor positions are unknown after an interrupted run (see {journal_file}): "
+            f"the motor positions are unknown: {journal_file} does not end in the positions of a completed run; "
             "start with --unhomed, then home the machine"
         )
     ports = served.scene(scene, [], alone=False).ports(bench)
@@ -99,48 +101,66 @@ class _Run:
         self._positions: dict[str, int] = {}
         self._changed = asyncio.Event()
         self._ending = self._proper_end = False
+        self._terminal = Writer("terminal", _echo)
 
     async def serve(self, ports: served.Ports, prepared: threading.Event) -> int:
         lines = [open_port(table.port, table.baud) if table.port is not None else None for table, _ in self.plan.boards]
-        journal = Journal(self.plan.journal)
+        journal = Journal(self.plan.journal, ", ".join(self.plan.axes), self._tell)
+        self._connect(lines, journal.note)
+        try:
+            with self._page(), self._real_time():
+                code = await self._drive(ports, prepared)
+        finally:
+            written = self._close(journal)
+        return code if written else 1
+
+    def _connect(self, lines: Sequence[serial.Serial | None], note: Callable[[str], None]) -> None:
+        """Connect the bench to the boards.  `lines`: the port of each board; None for LinuxCNC HAL."""
         loop = asyncio.get_running_loop()
-        server = Server(self.bench)
 
         def deliver(sender: AnySender, event: Event) -> None:
             loop.call_soon_threadsafe(self._handle, sender, event)
 
-        options = self.plan.horizon_s, journal.note, self._at_start
+        options = self.plan.horizon_s, note, self._at_start
         senders = self._senders
         for line, (_, wiring) in zip(lines, self.plan.boards, strict=True):
             if isinstance(wiring, HalWiring):
                 senders.append(HalSender(HalBoard(wiring, *options), deliver))
             elif line is not None:
                 senders.append(Sender(Board(wiring, *options), line, deliver))
-        self._driver, self._server = Driver(self.bench, senders, _tell), server
+        self._driver, self._server = Driver(self.bench, senders, self._tell), Server(self.bench)
         for sender in senders:
             if isinstance(sender, HalSender):
                 self._driver.collected.subscribe(sender.complete)
+
+    @contextmanager
+    def _page(self) -> Iterator[None]:
+        """Serve the page with the stop button, if the user wants one."""
         page = None if self._panel is None else StopPage(self._panel, self._state, self._stop_from_page)
-        if page is not None:
-            click.echo(f"panel on {page.url}")
-        journal.begin(", ".join(self._driver.axes))
         try:
-            with self._real_time():
-                return await self._drive(senders, ports, prepared)
+            if page is not None:
+                click.echo(f"panel on {page.url}")
+            yield
         finally:
-            self._ending = True
             if page is not None:
                 page.close()
-            server.close()
-            for sender in senders:
-                sender.close()
-            if self._proper_end:
-                journal.end(self._driver.positions)
-            elif not self._driver.live and self._at_start is not None:
-                journal.end(self._at_start)  # No motor has moved: the end positions are the start positions.
-            journal.close()
-            for controller in self.bench.controllers.values():
-                controller.power(False)
+
+    def _close(self, journal: Journal) -> bool:
+        """Close all ports, and write the positions; return False if they cannot be written."""
+        self._ending, written = True, True
+        self._server.close()
+        for sender in self._senders:
+            sender.close()
+        # If no motor has moved, the positions at the end are those at the start.
+        positions = self._driver.positions if self._proper_end else None if self._driver.live else self._at_start
+        if positions is not None and not journal.end(positions):
+            self._tell(f"the positions cannot be written to {journal.path}: the next start needs --unhomed")
+            written = False
+        journal.close()
+        for controller in self.bench.controllers.values():
+            controller.power(False)
+        self._terminal.close()
+        return written
 
     @contextmanager
     def _real_time(self) -> Iterator[None]:
@@ -153,12 +173,12 @@ class _Run:
             return
         with real_time_priority() as granted:
             if not granted:
-                _tell("no permission for real-time priority: a busy computer may stop the motors (docs: Time)")
+                self._tell("no permission for real-time priority: a busy computer may stop the motors (docs: Time)")
             yield
 
-    async def _drive(self, senders: Sequence[AnySender], ports: served.Ports, prepared: threading.Event) -> int:
-        ended = ending()
-        for sender in senders:
+    async def _drive(self, ports: served.Ports, prepared: threading.Event) -> int:
+        ended = self._ended = ending()
+        for sender in self._senders:
             sender.start()
         while not ((self._driver.all_ready and prepared.is_set()) or self._driver.failed):
             await self._change_or(asyncio.sleep(POLL_S))
@@ -174,12 +194,13 @@ class _Run:
             click.echo(f"{name} listening on {await self._server.open(name, url)}")
         self._server.start()
         self._driver.begin(monotonic())
-        click.echo(f"LIVE: {', '.join(self._driver.axes)}; `stop` or Enter stops, `go` goes on", err=True)
+        self._terminal.put(f"LIVE: {', '.join(self._driver.axes)}; `stop` or Enter stops, `go` goes on")
         self._collect()
         _read_words(self._said)
-        code = await ended
-        await self._end(senders)
-        return code
+        try:
+            return await ended
+        finally:
+            await self._end()
 
     def _state(self) -> dict[str, Any]:
         """Return the values that the web page of `axistwin stand-in` shows, e.g. the positions of the motors.
@@ -199,18 +220,17 @@ class _Run:
         for sender in self._senders:
             sender.stop("stopped from the page")
 
-    async def _end(self, senders: Sequence[AnySender]) -> None:
+    async def _end(self) -> None:
         """Stop the motors, read their positions, and switch the drives off."""
         if not self._driver.failed:
-            self._driver.stopped.clear()
             self._driver.stop("end of the run")
             for _ in range(50):
-                if self._driver.stopped:
+                if self._driver.still:
                     break
                 await self._change_or(asyncio.sleep(POLL_S))
-            self._proper_end = bool(self._driver.stopped) and not self._driver.failed
+            self._proper_end = self._driver.still and not self._driver.failed
         self._ending = True
-        for sender in senders:
+        for sender in self._senders:
             sender.shut_down()
         await asyncio.sleep(0.05)
 
@@ -233,6 +253,8 @@ class _Run:
         self._driver.handle(sender, event)
         self._server.pacer.work()
         self._changed.set()
+        if isinstance(event, Failed) and event.gone and not self._ended.done():
+            self._ended.set_result(1)
 
     def _collect(self) -> None:
         self._server.pacer.inspect(self._driver.collect)
@@ -243,13 +265,17 @@ class _Run:
         """Execute a command that the user has typed: `go` continues, any other text stops the motors."""
         if word == "go":
             self._driver.go_on(monotonic())
-            _tell("going on")
+            self._tell("going on")
         else:
             self._driver.stop("stopped by hand")
 
+    def _tell(self, line: str) -> None:
+        self._terminal.put(f"axistwin: {line}")
 
-def _tell(line: str) -> None:
-    click.echo(f"axistwin: {line}", err=True)
+
+def _echo(text: str) -> None:
+    with suppress(OSError):  # A closed terminal must not end the run.
+        click.echo(text, nl=False, err=True)
 
 
 def _read_words(said: Callable[[str], None]) -> None:

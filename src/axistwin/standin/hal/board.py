@@ -78,8 +78,8 @@ class HalBoard:
                 return
         self._tracks = {axis: Track(position) for axis, position in self.positions.items()}
         self.ready = True
-        self._note("ready LinuxCNC HAL")
         self.events.append(Ready(dict(self.positions), dict(self._levels)))
+        self._note("ready LinuxCNC HAL")
 
     def _update(self, found: Mapping[str, int]) -> None:
         for axis, position in found.items():
@@ -88,11 +88,11 @@ class HalBoard:
 
     def _input(self, to: str, level: bool, at_s: float) -> None:
         self._levels[to] = level
-        self._note(f"input {to} {int(level)}")
         self.events.append(InputChanged(to, level, at_s))
         given = next(each for each in self.wiring.inputs if each.to == to)
         if given.stops is not None and level is given.stops_at:
             self.stopped.add(given.controller)
+        self._note(f"input {to} {int(level)}")
 
     def _stopped(self, group: str, by: str, late_s: float) -> None:
         self.stopped.add(group)
@@ -101,9 +101,9 @@ class HalBoard:
             reason = f"{by} stopped the motion"
         elif late_s:
             reason = f"late by {ceil(late_s * 1e3)} ms, with a horizon of {self.horizon_s * 1e3:.0f} ms"
-        self._note(f"stopped {group} {reason}")
         positions = {axis.axis: self.positions[axis.axis] for axis in self.wiring.axes if axis.controller == group}
         self.events.append(Stopped(reason, positions, by))
+        self._note(f"stopped {group} {reason}")
 
     def fail(self, reason: str) -> None:
         """Record that the HAL board has failed, and report `reason` as the cause.
@@ -113,8 +113,8 @@ class HalBoard:
         if not self.has_failed:
             self.ready, self.has_failed = False, True
             self.stopped |= set(self.wiring.groups)
-            self._note(f"failed {reason}")
             self.events.append(Failed(reason))
+            self._note(f"failed {reason}")
 
     # Stopping and resuming the axes of a controller
 
@@ -127,8 +127,8 @@ class HalBoard:
         if self.ready and stopping:
             self._reasons |= dict.fromkeys(stopping, reason)
             self.stopped |= set(stopping)
-            self._note(f"stop {reason}")
             self.commands.append({"stop": stopping})
+            self._note(f"stop {reason}")
 
     def resume(self, group: str) -> None:
         """Accept step pulses again for all axes of a stopped controller."""
