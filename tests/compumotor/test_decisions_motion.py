@@ -94,6 +94,7 @@ def test_a_stream_begins_in_a_correction_and_maintenance_waits_for_its_end(bench
     assert board.axes["motor"].velocity == pytest.approx(17_066.67)
     bench.run(0.05)
     assert board.axes["motor"].velocity == 0
+    assert number(bench, board, 0x99) == 0
 
 
 def test_9bh_calculates_with_the_count_that_9ah_reports(bench):
