@@ -11,8 +11,7 @@ from axistwin.controllers import Sent, Session
 from axistwin.controllers.smartmotor import COMMANDS
 from axistwin.controllers.smartmotor.checker import check
 from axistwin.controllers.smartmotor.language import class5
-from axistwin.diagnostics import diagnose_text
-from axistwin.diagnostics.fix import fix_text
+from axistwin.diagnostics import diagnose_text, fix
 
 from .test_program import FAULT_HANDLING
 
@@ -285,7 +284,7 @@ def test_an_address_is_one_byte(text, written, printed):
     assert said in shown(text)[0] and said in shown(f"{text} ", stored=False)[0]
     assert refusals(printed) == []
     talk, made = f"> {text}\\r\n", product("smartmotor")
-    fixed, done, left = fix_text(talk, lambda each: diagnose_text(each, ".talk", made))
+    fixed, done, left = fix.fix_text(talk, lambda each: diagnose_text(each, ".talk", made))
     assert (fixed, [each.code for each in done], left) == (f"> {written}\\r\n", ["SM120"], [])
 
 

@@ -152,8 +152,9 @@ class Twin:
         return self
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        for note in () if error is None else self.notes():
-            error.add_note(f"axistwin: {note}")
+        if error is not None:
+            for note in self.notes():
+                error.add_note(f"axistwin: {note}")
         try:
             self.do(self._written.close)
             for controller in self.bench.controllers.values():
