@@ -9,7 +9,8 @@ from errno import EDQUOT, EFBIG, EINVAL, EIO, ENOSPC, ENOTSUP
 from glob import escape
 from logging import getLogger
 from pathlib import Path
-from weakref import WeakValueDictionary
+from typing import TextIO
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 from axistwin.errors import AxistwinError, UsageError
 
@@ -20,6 +21,8 @@ MOST_BYTES = 1 << 20
 FULL = {ENOSPC, EDQUOT, EIO, EFBIG}
 """Error numbers of a full or broken disk."""
 LONGEST = 80
+STANDARD_INPUT = Path("-")
+"""This object, and no equal path, stands for the standard input."""
 MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 """Byte order marks with their encodings."""
 DOS, WINDOWS = "cp850", "latin-1"
@@ -385,6 +388,27 @@ def check_key(key: str, valid: bool, expected: str) -> None:
     """Raise ValueError if the value of a key in a memory file is not valid.  `expected`: e.g. "true or false"."""
     if not valid:
         raise ValueError(f"invalid value of the key {key!r}: expected {expected}")
+
+
+_piped: WeakKeyDictionary[TextIO, bytes] = WeakKeyDictionary()
+
+
+def contents(path: Path, most_mib: int) -> bytes:
+    """Return the bytes of an ordinary file, or of `STANDARD_INPUT`, which is read once.  Raises UsageError."""
+    if path is STANDARD_INPUT:
+        if sys.stdin is None:
+            raise UsageError("the standard input is closed: expected a program, e.g. axistwin check if1 - < a.if1")
+        if sys.stdin not in _piped:
+            _piped[sys.stdin] = sys.stdin.buffer.read()
+        return _piped[sys.stdin]
+    try:
+        if path.exists() and not path.is_file():
+            raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
+        if path.stat().st_size > most_mib << 20:
+            raise UsageError(f"{path} is too large: expected a file of at most {most_mib} MiB")
+        return path.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
 
 
 def split_at_end(data: bytes) -> tuple[bytes, bytes]:

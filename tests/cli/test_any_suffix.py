@@ -1,5 +1,7 @@
 """With MODEL, a program may have any suffix; a compiled program of a SmartMotor is named for what it is."""
 
+import os
+
 import pytest
 
 from axistwin import Bench
@@ -50,3 +52,44 @@ def test_a_text_at_the_serial_port_is_refused_with_what_is_expected():
         UsageError, match=r"write\('X100\$'\): expected bytes, e.g. write\(b'...'\) or write\(text.encode"
     ):
         Bench().add("if1").serial.write("X100$")
+
+
+@pytest.mark.parametrize("command", [("run", "if1"), ("check", "if1"), ("check", "if1", "--diff")])
+def test_a_program_may_come_by_the_standard_input(command):
+    done = run(*command, "-", typed="X100$\nx\n")
+    assert done.code == 1
+    assert "-:2:1" in done.out + done.err
+    assert "axistwin check if1 -" in done.err or command[0] == "check"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("if1",), "> (U61\\r\n> x\\r\n"),
+        (("1811",), "; model: 1811\n+1\n> 33 00 00 00 01\n+1\n"),
+        ((), "; model: if1\n> (U61\\r\n> x\\r\n"),
+        (("smartmotor",), "+1\nsmartmotor: > FLY\\r\n"),
+    ],
+)
+def test_a_conversation_is_recognised_by_its_lines(arguments, text, tmp_path):
+    (tmp_path / "a.txt").write_text(text)
+    by_input, by_file = run("check", *arguments, "-", typed=text), run("check", *arguments, tmp_path / "a.txt")
+    assert by_input.code == by_file.code == 1
+    assert by_input.out == by_file.out.replace(str(tmp_path / "a.txt"), "-")
+    assert by_input.out.count("\n") == 1
+    assert run("run", *arguments, "-", typed=text).code == 1 or not arguments
+
+
+def test_the_standard_input_cannot_be_fixed_but_its_fixes_are_shown():
+    done = run("check", "if1", "-", "--fix", typed="x1$\n")
+    assert (done.code, done.err) == (
+        2, "axistwin: the standard input cannot be fixed: expected a file, or --diff instead of --fix\n",
+    )  # fmt: skip
+    assert "+X1$" in run("check", "if1", "-", "--diff", typed="x1$\n").out
+
+
+def test_a_pipe_in_the_place_of_a_program_is_refused_at_once(tmp_path):
+    for name in ("a.sms", "a.if1", "a"):
+        os.mkfifo(tmp_path / name)
+        done = run("check", "smartmotor" if name == "a.sms" else "if1", tmp_path / name)
+        assert (done.code, "expected an ordinary file" in done.err) == (2, True)

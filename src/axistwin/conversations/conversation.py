@@ -12,7 +12,7 @@ With several controllers on the bench a line begins with the name of its control
 
 import re
 import shlex
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -25,16 +25,16 @@ from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 from axistwin.bench.typography import refuse
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.numbers import NumberError, decimal, real, shortened
-from axistwin.storage import encoding_of, split_at_end
+from axistwin.storage import contents, encoding_of, split_at_end
 from axistwin.units import MOST_NS, S
 
 MOST_MIB = 4
-MOST_BYTES = MOST_MIB << 20
 END_OF_FILE = "\x1a"
 """Ctrl-Z, the end-of-file mark of DOS editors."""
 MOST_S = 1e9
 """Longest accepted time in a header, about thirty years; a longer time is probably a typing error."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
+_HOST_LINE = re.compile(r"\s*(?:[\w.-]+:\s+)?>")
 _SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
 
@@ -133,16 +133,7 @@ def load(path: Path, codec: Codec | None = None) -> Conversation:
 
 def load_text(path: Path) -> str:
     """Read a text file.  Raises UsageError if the file cannot be read, ProgramError if the file is not text."""
-    try:
-        if path.exists() and not path.is_file():
-            raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
-        if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path} is too large: expected a file of at most {MOST_MIB} MiB")
-        data = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror
-        raise UsageError(f"{path} cannot be read: {reason}") from None
-    data, _ = split_at_end(data)
+    data, _ = split_at_end(contents(path, MOST_MIB))
     encoding = encoding_of(data)
     if encoding == "utf-16" or b"\0" in data:
         raise ProgramError("the file is not text: expected UTF-8, Latin-1, or code page 437 or 850", file=str(path))
@@ -160,6 +151,11 @@ def parse(text: str, file: str = "", codec: Codec | None = None, model: str = ""
     codec = codec or _codec(named_model(lines) or model)
     acts = (parse_line(line, number, file, codec) for number, line in enumerate(lines, start=1) if line.strip())
     return Conversation(tuple(acts), file, codec)
+
+
+def is_conversation(lines: Sequence[str]) -> bool:
+    """True for a text with a host's line, or with a header that names the model, whatever the name of its file."""
+    return bool(named_model(lines)) or any(_HOST_LINE.match(line) for line in lines)
 
 
 def named_model(lines: Iterable[str]) -> str:

@@ -8,8 +8,9 @@ from itertools import count
 from pathlib import Path
 
 from axistwin.controllers.diagnostics import Diagnostic, Edit
+from axistwin.conversations.conversation import MOST_MIB
 from axistwin.errors import AxistwinError, printable
-from axistwin.storage import encoding_of, reason, split_at_end, write_whole
+from axistwin.storage import contents, encoding_of, reason, split_at_end, write_whole
 
 MOST_ROUNDS = 10
 """Largest number of rounds of fixes, because a fix may reveal further errors."""
@@ -75,7 +76,7 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 
 def read_exactly(file: Path) -> tuple[str, bytes, str]:
     """Return the text of a file with unchanged line ends, the bytes from a Ctrl-Z on, and the encoding of the text."""
-    data, rest = split_at_end(file.read_bytes())
+    data, rest = split_at_end(contents(file, MOST_MIB))
     encoding = encoding_of(data)
     return data.decode(encoding, "surrogateescape"), rest, encoding
 

@@ -13,12 +13,13 @@ from pathlib import Path
 from axistwin.bench import FAMILIES, Bench, product
 from axistwin.bench.acts import Act
 from axistwin.bench.options import read_options
-from axistwin.conversations.conversation import Conversation, load_text, parse
+from axistwin.conversations.conversation import Conversation, is_conversation, load_text, parse
 from axistwin.conversations.player import Difference, open_channels, play
-from axistwin.errors import UsageError
+from axistwin.errors import AxistwinError, UsageError
 from axistwin.programs.command_lines import read_command_lines, run_until_quiet, send_lines
 from axistwin.programs.hex_commands import command_strings, language_of, send_commands
 from axistwin.programs.stored_programs import load_source, only_motor, store_program
+from axistwin.storage import STANDARD_INPUT
 from axistwin.units import S
 
 FORMS = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
@@ -82,13 +83,22 @@ def load(path: Path, target: str = "") -> Program:
 def form_of(path: Path, model: str = "") -> str:
     """Return the suffix that says how a program is read: its own, in lower case, or that of the model's programs.
 
-    Raises UsageError for a compiled program of a SmartMotor.
+    A conversation is recognised by its lines, too.  Raises UsageError for a compiled program of a SmartMotor.
     """
     suffix = path.suffix.lower()  # DOS writes suffixes in capitals
     if suffix == COMPILED:
         raise UsageError(f"{path} is a compiled SmartMotor program: expected its source, a .sms file")
-    own = FORMS.get(FAMILIES.get(model.lower(), ""), suffix)
-    return suffix if suffix in (*FORMS.values(), ".talk", ".toml") else own
+    if suffix in (*FORMS.values(), ".talk", ".toml"):
+        return suffix
+    talk = (path is STANDARD_INPUT or path.is_file()) and is_conversation(_text(path).splitlines())
+    return ".talk" if talk else FORMS.get(FAMILIES.get(model.lower(), ""), suffix)
+
+
+def _text(path: Path) -> str:
+    try:
+        return load_text(path)
+    except AxistwinError:
+        return ""
 
 
 def scene_program() -> Program:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from axistwin.bench import Bench, Controller, line_format
 from axistwin.bench.actions import motor_of
-from axistwin.conversations.conversation import END_OF_FILE
+from axistwin.conversations.conversation import END_OF_FILE, MOST_MIB
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.serial_port import SerialPort
-from axistwin.storage import encoding_of, split_at_end
+from axistwin.storage import contents, encoding_of, split_at_end
 
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
@@ -35,12 +35,7 @@ def load_source(path: Path) -> bytes:
 
 def read_source(path: Path) -> str:
     """Return the text of a source file, with LF after each line.  Raises UsageError if the file cannot be read."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror
-        raise UsageError(f"{path} cannot be read: {reason}") from None
-    data, _ = split_at_end(data)
+    data, _ = split_at_end(contents(path, MOST_MIB))
     try:
         return _lines(data.decode(encoding_of(data)))
     except UnicodeDecodeError as error:

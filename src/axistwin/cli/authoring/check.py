@@ -28,6 +28,7 @@ from axistwin.diagnostics.checking import (
 )
 from axistwin.diagnostics.formats import Checked, as_github, as_json, as_sarif, as_text
 from axistwin.errors import PlacedError, ProgramError, UsageError
+from axistwin.storage import STANDARD_INPUT
 
 __all__ = ["check", "diagnose"]
 
@@ -49,9 +50,10 @@ def check(
 
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
     commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene or a sweep
-    (.toml).  MODEL may be left out if the file gives the model: a conversation by `; model: if1`, other files by their
-    suffix (.if1 is checked for an IF1, .181x for an 1811).  With a scene, all programs, hosts and conversations that
-    the scene names are checked.  One line is printed for each diagnostic:
+    (.toml).  With a MODEL the file may have any other name, and `-` is the standard input.  MODEL may be left out if
+    the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is checked for an IF1,
+    .181x for an 1811).  With a scene, all programs, hosts and conversations that the scene names are checked.  One line
+    is printed for each diagnostic:
 
     \b
       moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]
@@ -76,6 +78,8 @@ def check(
         _explain(code, form)
         return 0
     made, files = _targets(arguments)
+    if fix and not diff and any(file is STANDARD_INPUT for file in files):
+        raise UsageError("the standard input cannot be fixed: expected a file, or --diff instead of --fix")
     with working(f"checking {len(files)} file{'s' * (len(files) != 1)}"):
         look = _look(fix, diff, quiet=form != "text")
         checked = [one for file in files for one in _check(file, made, look)]
@@ -90,9 +94,9 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     The model is None if the user has named only files.
     """
     first = arguments[0] if arguments else ""
-    named = first.lower() in FAMILIES or not Path(first).suffix
+    named = first.lower() in FAMILIES or not (Path(first).suffix or first == "-")
     made = product(first) if arguments and named else None
-    files = [Path(argument) for argument in arguments[named:]]
+    files = [STANDARD_INPUT if argument == "-" else Path(argument) for argument in arguments[named:]]
     if not files:
         raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:

@@ -6,9 +6,21 @@ from typing import Any
 import click
 
 from axistwin.numbers import NumberError, real, shortened
+from axistwin.storage import STANDARD_INPUT
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 """A file."""
+
+
+class ProgramFile(click.Path):
+    """Type of a parameter that is a file, or `-` for the standard input."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path of a file, or `STANDARD_INPUT`."""
+        return STANDARD_INPUT if str(value) == "-" else super().convert(value, param, ctx)
+
+
+PROGRAM = ProgramFile(dir_okay=False, path_type=Path)
 MOST_S = 1e9
 """Longest accepted time in seconds, about thirty years; a longer time is probably a typing error."""
 UNITS = {"kb": 1e3, "mb": 1e6, "gb": 1e9, "tb": 1e12, "": 1}

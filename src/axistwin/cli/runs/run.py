@@ -13,10 +13,11 @@ import click
 
 from axistwin.bench import FAMILIES, Bench, product
 from axistwin.cli.common.completing import complete_program, complete_target
-from axistwin.cli.common.parameters import FILE, TRACE_LIMIT, Number, Size
+from axistwin.cli.common.parameters import FILE, PROGRAM, TRACE_LIMIT, Number, Size
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.common.working import RunProgress, working
 from axistwin.controllers.product import Product
+from axistwin.conversations.conversation import MOST_MIB
 from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
 from axistwin.errors import UsageError
 from axistwin.programs import running
@@ -25,6 +26,7 @@ from axistwin.reports import transcript
 from axistwin.reports.page import Page, check_path, write_page
 from axistwin.reports.refusals import Refusal, models_at, refusals
 from axistwin.reports.run_record import RunRecord, recording_run
+from axistwin.storage import contents
 from axistwin.traces.provenance import provenance
 from axistwin.units import to_ns
 
@@ -39,7 +41,7 @@ INTERRUPTED = 130
 
 @click.command()
 @click.argument("target", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
-@click.argument("program", type=FILE, required=False, shell_complete=complete_program)
+@click.argument("program", type=PROGRAM, required=False, shell_complete=complete_program)
 @click.option("--for", "seconds", type=SECONDS, help="Total virtual time in seconds, from power-up.")
 @click.option(
     "--trace",
@@ -80,8 +82,9 @@ def run(
     endless run ends after 60 s, one of command lines after an hour.
 
     PROGRAM is a conversation (.talk), IF1/IF2 command lines as typed at a terminal (.if1), commands for an 1810 or 1811
-    in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  Before
-    command lines the initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
+    in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  With a
+    MODEL, a file of another name is such a program, too, and `-` is the standard input.  Before command lines the
+    initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
     `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
 
     Ctrl-C ends the run; the results up to then are printed and drawn, with the note that the run was interrupted.
@@ -153,9 +156,9 @@ def _page(
     ended = "interrupted" if code == INTERRUPTED else "failed" if code else "completed"
     verdict = f"{ended} at {record.bench.seconds:g} s of virtual time"
     reasons = [outcome.note, str(outcome.difference or "")]
-    about = (
-        {} if program is None else {"program": f"{program.name}, SHA-256 {sha256(program.read_bytes()).hexdigest()}"}
-    )
+    about = {}
+    if program is not None:
+        about["program"] = f"{program.name}, SHA-256 {sha256(contents(program, MOST_MIB)).hexdigest()}"
     return Page(
         title, verdict, not code, list(transcript.text(record, refused)), {**about, **provenance(record.bench)}, chart,
         [*transcript.summary(record), *transcript.extremes(record)], [reason for reason in reasons if reason],
