@@ -11,6 +11,7 @@ import serial
 
 from axistwin import Bench
 from axistwin.cli.serving import lines, served
+from axistwin.cli.serving.host_lines import bus
 from axistwin.links import PortUrl, Server
 from axistwin.sim import UartFormat
 
@@ -225,6 +226,23 @@ def test_the_lines_fit_the_port(url, expected):
     shown = "\n".join(lines("if1", url, LINE))
     for part in expected:
         assert part in shown
+
+
+def test_a_path_is_shown_so_that_it_works_in_every_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(serial, "Serial", lambda path, **_: path)
+    (shown, *_) = lines("if1", PortUrl("pty", path='a "b"'), LINE)
+    assert eval(shown.split(None, 1)[1]) == str(tmp_path / 'a "b"')
+
+
+def test_hosts_without_ipv6_are_told_so():
+    shown = list(lines("if1", PortUrl("tcp", "::1", 5001), LINE))
+    assert [line.split()[0] for line in shown if "not supported at ::1: use an IPv4 address" in line] == [
+        "PyVISA",
+        "asyn",
+    ]
+    assert len(shown) == 3
+    assert list(bus(PortUrl("bus", "::1", 1811)))[-1].split() == ["AXISTWIN_BUS=::1:1811", "./host"]
 
 
 def test_a_board_on_its_bus_and_what_a_c_host_needs():

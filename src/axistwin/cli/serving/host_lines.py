@@ -3,6 +3,8 @@
 import socket
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from shlex import quote
 
 from axistwin.bus_hosts import C_FILES
 from axistwin.links.urls import PortUrl
@@ -16,8 +18,7 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
     `url`: port of the controller.  `line`: format of the host's serial line.
     """
-    if url.host in ANY_ADDRESS:
-        url = replace(url, host=socket.gethostname())
+    url = _reachable(url)
     match url.scheme:
         case "tcp":
             yield from _tcp(name, url)
@@ -36,15 +37,32 @@ def bus(url: PortUrl) -> Iterator[str]:
 
     `url`: the address of the bus.
     """
-    if url.host in ANY_ADDRESS:
-        url = replace(url, host=socket.gethostname())
+    url = _reachable(url)
     yield f"by hand   nc {url.host} {url.port}     then: r 1"
-    yield f"C         cc -I{C_FILES} HOST.c {C_FILES / 'axistwin_bus.c'} -o host"
-    yield f"          AXISTWIN_BUS={url.address} ./host"
+    yield f"C         cc -I{quote(str(C_FILES))} HOST.c {quote(str(C_FILES / 'axistwin_bus.c'))} -o host"
+    yield f"          AXISTWIN_BUS={url.host}:{url.port} ./host"
+
+
+def _reachable(url: PortUrl) -> PortUrl:
+    """Return the URL with a name of this computer instead of "all addresses", and an absolute path."""
+    if url.scheme == "pty":
+        return replace(url, path=str(Path(url.path).absolute()))
+    if url.host not in ANY_ADDRESS:
+        return url
+    name = socket.gethostname()
+    try:
+        socket.getaddrinfo(name, url.port, socket.AF_INET)
+    except OSError:
+        name = "127.0.0.1"
+    return replace(url, host=name)
 
 
 def _tcp(name: str, url: PortUrl) -> Iterator[str]:
     yield f'pyserial  serial.serial_for_url("socket://{url.address}", timeout=2)'
+    if ":" in url.host:
+        yield f"PyVISA    not supported at {url.host}: use an IPv4 address, e.g. --tcp 127.0.0.1:{url.port}"
+        yield f"asyn      not supported at {url.host}: use an IPv4 address"
+        return
     yield f'PyVISA    pyvisa.ResourceManager().open_resource("TCPIP0::{url.host}::{url.port}::SOCKET", {_ENDS})'
     yield f'asyn      drvAsynIPPortConfigure("{name}", "{url.address}", 0, 0, 0)'
     yield from _asyn_ends(name)
@@ -53,19 +71,23 @@ def _tcp(name: str, url: PortUrl) -> Iterator[str]:
 def _rfc2217(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
     yield f'pyserial  serial.serial_for_url("rfc2217://{url.address}", {_pyserial(line)}, timeout=2)'
     yield "PyVISA    not supported: use a TCP port or a pty"
+    if ":" in url.host:
+        yield f"asyn      not supported at {url.host}: use an IPv4 address, e.g. --rfc2217 127.0.0.1:{url.port}"
+        return
     yield f'asyn      drvAsynIPPortConfigure("{name}", "{url.address} COM", 0, 0, 0)'
     yield from _asyn_format(name, line)
     yield from _asyn_ends(name)
 
 
 def _pty(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    yield f'pyserial  serial.Serial("{url.path}", {_pyserial(line)}, timeout=2)'
+    path = url.path.replace("\\", r"\\").replace('"', r"\"")
+    yield f'pyserial  serial.Serial("{path}", {_pyserial(line)}, timeout=2)'
     stop_bits = {1: "one", 1.5: "one_and_a_half", 2: "two"}[line.stopbits]
     yield (
-        f'PyVISA    pyvisa.ResourceManager().open_resource("ASRL{url.path}::INSTR", baud_rate={line.baudrate}, '
+        f'PyVISA    pyvisa.ResourceManager().open_resource("ASRL{path}::INSTR", baud_rate={line.baudrate}, '
         f"stop_bits=pyvisa.constants.StopBits.{stop_bits}, {_ENDS})"
     )
-    yield f'asyn      drvAsynSerialPortConfigure("{name}", "{url.path}", 0, 0, 0)'
+    yield f'asyn      drvAsynSerialPortConfigure("{name}", "{path}", 0, 0, 0)'
     yield from _asyn_format(name, line)
     yield from _asyn_ends(name)
 
