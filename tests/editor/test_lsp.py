@@ -246,3 +246,13 @@ def test_a_long_line_with_many_diagnostics_is_checked_fast(client):
     assert [each["code"] for each in client.open("file:///deep.toml", "[[controller]]\na=" + "[" * 3000)] == ["SC101"]
     lists = "[[controller]]\na=" + "[" * 300 + "]" * 300
     assert [each["code"] for each in client.open("file:///lists.toml", lists)] == ["SC101"]
+
+
+@pytest.mark.parametrize("length", [b"abc", b"-1", b"9" * 30])
+def test_a_wrong_length_ends_the_server_in_a_line(length):
+    ended = subprocess.run(
+        [sys.executable, "-c", "from axistwin.cli import main; main(['lsp'])"],
+        input=b"Content-Length: " + length + b"\r\n\r\n{}", capture_output=True, timeout=20, check=False,
+    )  # fmt: skip
+    assert (ended.returncode, ended.stderr.count(b"\n")) == (2, 1)
+    assert b"expected the number of bytes, e.g. Content-Length: 120" in ended.stderr

@@ -2,11 +2,15 @@
 
 import gc
 import os
+import re
 import sys
+from typing import BinaryIO, cast
 
 import click
 
-from axistwin.errors import require
+from axistwin.errors import UsageError, require
+
+LENGTH = re.compile(rb"Content-Length: [1-9][0-9]{0,8}\r\n")
 
 
 @click.command()
@@ -34,5 +38,20 @@ def lsp() -> int:
         server = make()
         # Shorten garbage collections: without gc.freeze(), a garbage collection delays a request by 50 ms.
         gc.freeze()
-        server.start_io(heard, said)
+        server.start_io(cast("BinaryIO", _Checked(heard)), said)
     return 0 if server.asked_to_end else 1
+
+
+class _Checked:
+    """The editor's messages.  A wrong length would lose all later messages, so it ends the server."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream, self.read, self.close = stream, stream.read, stream.close
+
+    def readline(self) -> bytes:
+        line = self._stream.readline()
+        if line.lower().startswith(b"content-length") and not LENGTH.fullmatch(line):
+            raise UsageError(
+                f"invalid header {line[:60]!r} from the editor: expected the number of bytes, e.g. Content-Length: 120"
+            )
+        return line
