@@ -1,5 +1,6 @@
 """`axistwin serve --panel` as a process: its URL, its end, and rejected options."""
 
+import asyncio
 import http.client
 import re
 import signal
@@ -13,7 +14,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from axistwin.panel import Address, listening_socket
+from axistwin import Bench
+from axistwin.panel import Address, Panel, listening_socket, web
+from axistwin.sessions import Session
 
 from ..command import PATIENCE_S, ended, refused, running
 
@@ -70,6 +73,30 @@ def test_frames_leave_without_delay():
         connection, _ = sock.accept()
         with connection:
             assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+def test_a_bounded_number_of_idle_connections(monkeypatch):
+    async def answered(reader):
+        with suppress(ConnectionError):
+            return (await asyncio.wait_for(reader.read(12), PATIENCE_S)).decode()
+
+    async def visit():
+        session = Session(Bench)
+        panel = Panel("", session, Address("127.0.0.1", 0, None))
+        port = urlsplit(await panel.open()).port
+        visitors = []
+        for _ in range(4):
+            visitors.append(await asyncio.open_connection("127.0.0.1", port))
+            visitors[-1][1].write(b"GET /none HTTP/1.1\r\nHost: localhost\r\n\r\n" if len(visitors) == 2 else b"")
+        found = [await answered(reader) for reader, _ in visitors]
+        for _, writer in visitors:
+            writer.close()
+        await panel.close()
+        return found
+
+    monkeypatch.setattr(web, "MOST_CONNECTIONS", 3)
+    monkeypatch.setattr(web, "IDLE_S", 0.1)
+    assert asyncio.run(visit()) == ["", "HTTP/1.1 404", "", ""]
 
 
 @pytest.mark.parametrize("place", ["here", "127.0.0.1:", "127.0.0.1:99999", "8080/"])

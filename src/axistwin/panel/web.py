@@ -11,6 +11,7 @@ import uvicorn
 from fastapi import FastAPI, Request
 from fastapi.middleware.gzip import GZipMiddleware
 from nicegui import app, ui
+from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.urls import LOOPBACK
@@ -27,6 +28,10 @@ from axistwin.sessions.session import Session
 RECONNECT_S = 30.0
 """Seconds after which a disconnected page is deleted."""
 GOODBYE_S = 1
+IDLE_S = 5
+"""Seconds for which a connection without a request stays open."""
+MOST_CONNECTIONS = 200
+"""Open connections of all browsers, some seven each: hosts in the same process need descriptors, too."""
 POLL_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
 
@@ -84,8 +89,11 @@ class Panel:
         server = self._server = _Server(
             uvicorn.Config(
                 Gate(_application(self, self._title), self.address.token),
+                http=_Connection,
+                backlog=MOST_CONNECTIONS,
                 log_level="warning",
                 access_log=False,
+                timeout_keep_alive=IDLE_S,
                 timeout_graceful_shutdown=GOODBYE_S,
                 ws_per_message_deflate=False,  # WebSocket messages are not compressed, because compression is slow.
             )
@@ -104,6 +112,17 @@ class Panel:
         if self._server is not None and self._task is not None:
             self._server.should_exit = True
             await self._task
+
+
+class _Connection(AutoHTTPProtocol):  # type: ignore[misc, valid-type]
+    """The connection of a browser; it is closed if there are too many, or if no request comes soon."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:
+        super().connection_made(transport)
+        if len(self.connections) > MOST_CONNECTIONS:
+            transport.abort()
+        else:
+            self.timeout_keep_alive_task = self.loop.call_later(IDLE_S, self.timeout_keep_alive_handler)
 
 
 class _Server(uvicorn.Server):
