@@ -1,6 +1,7 @@
 """What a client of Channel Access leaves behind."""
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
@@ -36,8 +37,17 @@ class Visitor:
         self.send(ca.VersionRequest(0, 13), channel.host_name("here"), channel.client_name("me"), channel.create())
         await self.until(ca.CreateChanResponse)
 
+    async def gone(self):
+        with suppress(ConnectionError):
+            await self._writer.wait_closed()
+
     def leave(self, *, abort):
         (self._writer.transport.abort if abort else self._writer.close)()
+
+
+def without_beacons(monkeypatch):
+    monkeypatch.setenv("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
+    monkeypatch.setenv("EPICS_CAS_BEACON_ADDR_LIST", "")
 
 
 async def until_gone(context, count):
@@ -45,6 +55,31 @@ async def until_gone(context, count):
         if not context.circuits and len(asyncio.all_tasks()) <= count:
             return
         await asyncio.sleep(0.01)
+
+
+def test_one_client_too_many_is_refused(monkeypatch):
+    async def visits():
+        port = free_port()
+        server = channel_access.ChannelAccess(port=port)
+        server.add_point("P", Point("P", None))
+        serving = asyncio.ensure_future(server.run())
+        await server.started()
+        first = Visitor(*await asyncio.open_connection("127.0.0.1", port), port)
+        await first.join()
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        refused = await reader.read()
+        writer.close()
+        first.send(first.channel.read())
+        await first.until(ca.ReadNotifyResponse)
+        first.leave(abort=False)
+        await first.gone()
+        serving.cancel()
+        await asyncio.gather(serving, return_exceptions=True)
+        return refused
+
+    monkeypatch.setattr(channel_access, "MOST_CLIENTS", 1)
+    without_beacons(monkeypatch)
+    assert asyncio.run(visits()) == b""
 
 
 @pytest.mark.parametrize("does", ["nothing", "subscribes", "writes"])
@@ -86,6 +121,5 @@ def test_nothing_is_left_of_a_client(monkeypatch, does):
         return left
 
     monkeypatch.setattr(channel_access, "_Context", Context)
-    monkeypatch.setenv("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
-    monkeypatch.setenv("EPICS_CAS_BEACON_ADDR_LIST", "")
+    without_beacons(monkeypatch)
     assert asyncio.run(visits()) == (0, 0)

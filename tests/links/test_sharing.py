@@ -44,6 +44,16 @@ def test_a_second_program_sees_the_conversation_of_a_driver(served):
         assert driver.axes["X"].wait(10).position == 0
 
 
+def test_one_client_too_many_is_refused(served, monkeypatch):
+    monkeypatch.setattr(sharing, "MOST_SEATS", 1)
+    url = served.open(served.add())
+    with dial(url) as first:
+        assert ask(first) == b"C\r"
+        with dial(url) as second:
+            assert second.recv(1) == b""
+        assert ask(first) == b"C\r"
+
+
 def test_only_tcp_ports_can_be_shared(served):
     board = served.add_board()
     for url in ("bus://127.0.0.1:0", "rfc2217://127.0.0.1:0"):

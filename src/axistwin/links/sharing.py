@@ -22,6 +22,7 @@ ENDS = b"\r\n "
 LONGEST_LINE = 256
 """Longest line in bytes that waits for its end."""
 SILENCE_S = 0.05
+MOST_SEATS = 100
 LONGEST_S = 2.0
 """Longest time from the end of a request to the request of a waiting client, for a controller that always transmits."""
 
@@ -104,7 +105,7 @@ class Hub:
 
     def enter(self, seat: Seat) -> bool:
         """Add a client; return False if the serial connector refuses new clients."""
-        if self.plug.refuses_because or not (self._seats or self.plug.connect(self)):
+        if len(self._seats) >= MOST_SEATS or self.plug.refuses_because or not (self._seats or self.plug.connect(self)):
             return False
         self._seats.append(seat)
         self._rename()

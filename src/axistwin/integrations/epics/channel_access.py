@@ -31,6 +31,7 @@ from axistwin.integrations.epics.motor_record import MotorRecord
 from axistwin.integrations.points import Point
 
 LOOPBACK = "127.0.0.1"
+MOST_CLIENTS = 200
 Put = Callable[[Any], Awaitable[None]]
 
 
@@ -181,6 +182,13 @@ class _Context(Context):
     """A caproto server whose connections are objects of the class `_Circuit`."""
 
     CircuitClass = _Circuit
+
+    async def tcp_handler(self, client: Any, addr: Any) -> None:
+        """Serve a client until it disconnects; refuse one too many."""
+        if len(self.circuits) < MOST_CLIENTS:
+            await super().tcp_handler(client, addr)
+        else:
+            client.close()
 
     async def subscription_queue_loop(self) -> None:
         """Distribute updates to the connections of the clients, for ever."""
