@@ -50,7 +50,7 @@ SLOW_FILES = {
     "motion": "expansion profile step_queue",
     "plant": "machine_units",
     "plots": "plot_trace",
-    "robustness": "mutated_files mutation same_instant",
+    "robustness": "mutated_files mutation options same_instant",
     "scenes": "scene_happenings",
     "sim": "clock sampling serial",
     "smartmotor": "arrays brake_model brakes cam cam_on_the_fly check decisions_motion encoder_edges f_functions"

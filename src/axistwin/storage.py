@@ -300,6 +300,19 @@ def write_whole(path: Path, contents: bytes) -> None:
     _sync(path.parent)
 
 
+def read_file(path: Path) -> bytes:
+    """Return the contents of a file that the user has named.
+
+    Raises UsageError for a directory, a pipe or a device, which may never end, and OSError for other reasons.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
+        return path.read_bytes()
+    except ValueError:  # The name contains a NUL.
+        raise UsageError(f"{str(path)!r} cannot be read: expected the name of a file") from None
+
+
 def write_file(path: Path, contents: bytes | str, text: str = "") -> None:
     """Write a file for the user completely or not at all; a device or a pipe is written directly.
 
@@ -402,11 +415,9 @@ def contents(path: Path, most_mib: int) -> bytes:
             _piped[sys.stdin] = sys.stdin.buffer.read()
         return _piped[sys.stdin]
     try:
-        if path.exists() and not path.is_file():
-            raise UsageError(f"{path} cannot be read: expected an ordinary file, not a directory or device")
-        if path.stat().st_size > most_mib << 20:
+        if path.is_file() and path.stat().st_size > most_mib << 20:
             raise UsageError(f"{path} is too large: expected a file of at most {most_mib} MiB")
-        return path.read_bytes()
+        return read_file(path)
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
 

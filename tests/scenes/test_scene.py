@@ -149,6 +149,10 @@ WRONG = {
     ),
     "no model": ("[[controller]]", "1:1: 'model' is missing: add model = …"),
     "an unknown model": (controllers("if9"), "2:1: no model 'if9': expected one of if1, if2"),
+    "a misspelt model": (
+        controllers("smartmotr", more='axes.shaft.motor = "frame17"'),
+        "2:1: no model 'smartmotr': expected one of if1, if2, 1810, 1811, smartmotor; did you mean 'smartmotor'?",
+    ),
     "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
     "a key like no other": (
         controllers("if1", more="zzz = 1"),

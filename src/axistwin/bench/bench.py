@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from axistwin.fault_injection.injector import Faults
 
 
+MOST_HISTORY = 1_000_000_000
+
+
 class SharedLine(NamedTuple):
     """A serial line that several motors share: a daisy chain or an RS-485 line.
 
@@ -176,11 +179,13 @@ class Bench:
         made = product(model)
         name = name or self._free_name(made.model)
         self._check_name(name)
+        if not isinstance(state, str | Path | None):
+            raise UsageError(f"invalid state={state!r}: expected a directory, e.g. './state'")
         given = {key: value for key, value in {**options, "line": line}.items() if value is not None}
         for_axes = {axis: axis_options(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = model_options(made, options)
-        if type(history) is not int or history < 2:
-            raise UsageError(f"invalid history={history!r}: expected a number of moves, 2 or more")
+        if type(history) is not int or not 2 <= history <= MOST_HISTORY:
+            raise UsageError(f"invalid history={history!r}: expected a number of moves, from 2 to {MOST_HISTORY}")
         if line is not None and made.line is None:
             raise UsageError(f"{made.model} has no serial port: leave out the option `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
@@ -246,6 +251,8 @@ class Bench:
         return port
 
     def _check_name(self, name: str) -> None:
+        if str(name) != name or not name.isprintable() or not {"/", "\\"}.isdisjoint(name):
+            raise UsageError(f"invalid name {name!r}: expected letters, digits, _ and -, e.g. table")
         if name in self.controllers or name in self.lines:
             owner = "a controller" if name in self.controllers else "a line"
             raise UsageError(f"the name {name!r} is in use by {owner}: choose another name")

@@ -18,10 +18,17 @@ def product(model: str) -> Product:
     """Return the controller model with the given name, e.g. "1811".  Raises UsageError for an unknown name."""
     try:
         family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
-    except KeyError:
-        raise UsageError(f"no model {model!r}: expected one of {', '.join(FAMILIES)}") from None
+    except (KeyError, AttributeError):
+        raise UsageError(f"no model {model!r}: expected one of {', '.join(FAMILIES)}{_similar(str(model))}") from None
     found: Product = family.PRODUCTS[model.lower()]
     return found
+
+
+def _similar(model: str) -> str:
+    from difflib import get_close_matches  # lazy import: only a misspelt model needs the module
+
+    letters = "".join(filter(str.isalnum, model.lower()))
+    return "".join(f"; did you mean {near!r}?" for near in get_close_matches(letters, FAMILIES, 1))
 
 
 def model_options(made: Product, given: Mapping[str, Any]) -> Any:

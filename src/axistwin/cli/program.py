@@ -86,6 +86,8 @@ COMMANDS = {command.name: command for commands in GROUPS.values() for command in
 
 OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
 """Error numbers for a full or broken output device."""
+NAME_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP}
+"""Error numbers for the name of a file that no file can have."""
 
 
 class LazyGroup(click.Group):
@@ -173,19 +175,27 @@ def execute(arguments: list[str] | None = None) -> int:
         _discard_output()
         return 1
     except OSError as error:
+        if error.errno in NAME_ERRORS:
+            return _tell(
+                UsageError(f"{error.filename}: {os.strerror(error.errno).lower()}: choose another name"), as_json
+            )
         if error.errno not in OUTPUT_ERRORS or error.filename is not None:
             raise
         _discard_output()
         print(f"axistwin: the output cannot be written: {os.strerror(error.errno).lower()}", file=sys.stderr)
         return 1
     except AxistwinError as error:
-        code = 2 if isinstance(error, UsageError | LinkError) else 1
-        if as_json:
-            _print_error(str(error), code, error if isinstance(error, PlacedError) else None)
-        else:
-            print(f"axistwin: {one_line(str(error))}", file=sys.stderr)
-        return code
+        return _tell(error, as_json)
     return result if isinstance(result, int) else 0
+
+
+def _tell(error: AxistwinError, as_json: bool) -> int:
+    code = 2 if isinstance(error, UsageError | LinkError) else 1
+    if as_json:
+        _print_error(str(error), code, error if isinstance(error, PlacedError) else None)
+    else:
+        print(f"axistwin: {one_line(str(error))}", file=sys.stderr)
+    return code
 
 
 def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from os.path import isfile
 from pathlib import Path
 
 from axistwin.bench import rules
@@ -43,7 +44,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
         return
     seen = set()
     for endpoint, file in loaded.named_programs():
-        if (endpoint, file) not in seen and kind_of(file) in PROGRAMS and file.is_file():
+        if (endpoint, file) not in seen and kind_of(file) in PROGRAMS and isfile(file):
             seen.add((endpoint, file))
             yield endpoint, file, loaded.models
 

@@ -1,7 +1,9 @@
 """Create axes from the options of `Bench.add`, and check these options."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from dataclasses import fields
+from numbers import Integral, Real
+from typing import Any, TypeVar
 
 from axistwin.errors import UsageError
 from axistwin.plant.encoder import EncoderData
@@ -15,6 +17,13 @@ Axis = StepperAxis | ServoAxis
 MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
 """Function that creates an axis from a clock, a name, options and the number of stored moves."""
 
+MOST = 1_000_000_000
+"""Largest number in the data of a stepper axis."""
+EXAMPLES = {
+    "encoder": "{'counts_per_rev': 4000, 'pulses_per_rev': 400}",
+    "motor": "{'torque': [[0, 1.2], [5000, 0.4]]}",
+    "load": "{'torque': 0.1, 'inertia': 1e-5}",
+}
 STEPPER = ("limits", "home", "encoder", "motor", "load", "units")
 SERVO = ("limits", "motor", "load", "units")
 
@@ -25,22 +34,57 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
     units = _units(name, given)
     limits, home = (_span(name, option, given.get(option), units) for option in ("limits", "home"))
     try:
-        encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
-        motor = given.get("motor")
-        if motor is not None:
-            points = tuple((float(rate), float(torque)) for rate, torque in motor["torque"])
-            motor = StepperMotor(**{**motor, "torque": points})
-        load = Load(**given["load"]) if given.get("load") is not None else None
+        encoder = _data(EncoderData, "encoder", given.get("encoder"))
+        motor = _data(StepperMotor, "motor", _with_points(given.get("motor")))
+        load = _data(Load, "load", given.get("load"))
     except KeyError:
         raise UsageError(
             f"the motor of axis {name} needs `torque`: expected pairs of speed (pulses/s) and torque (N·m), "
             "e.g. [[0, 1.2], [5000, 0.4]]"
         ) from None
-    except (TypeError, ValueError) as what_was_expected:
+    except ValueError as what_was_expected:
         raise UsageError(f"invalid option of axis {name}: {what_was_expected}") from None
     axis = StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, limits=limits, home=home, history=history)
     axis.units = units
     return axis
+
+
+T = TypeVar("T", EncoderData, StepperMotor, Load)
+
+
+def _data(kind: type[T], part: str, given: Any) -> T | None:
+    """Return the data sheet of a part of an axis.  Raises ValueError for an unknown key or a value of a wrong type."""
+    if given is None or isinstance(given, kind):
+        return given
+    if not isinstance(given, Mapping):
+        raise ValueError(f"invalid {part} {given!r}: expected a table, e.g. {EXAMPLES[part]}")
+    known = {field.name: field.type for field in fields(kind)}
+    for name, value in given.items():
+        if name not in known:
+            raise ValueError(f"unknown parameter {name!r} of the {part}: expected one of {', '.join(known)}")
+        if known[name] in (int, float):
+            _check_number(f"{name}={value!r} of the {part}", value, whole=known[name] is int)
+    return kind(**given)
+
+
+def _check_number(text: str, value: Any, *, whole: bool) -> None:
+    number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
+    if not number or not -MOST <= value <= MOST:
+        raise ValueError(f"invalid {text}: expected a {'whole ' * whole}number from {-MOST} to {MOST}")
+
+
+def _with_points(motor: Any) -> Any:
+    """Return the data of a motor with the points of its torque curve as pairs of numbers.  Raises ValueError."""
+    if not isinstance(motor, Mapping):
+        return motor
+    points = motor["torque"]
+    try:
+        pairs = tuple((rate, torque) for rate, torque in points)
+    except (TypeError, ValueError):
+        raise ValueError("invalid torque curve: expected pairs (pulses/s, N·m), e.g. [[0, 1.2], [5000, 0.4]]") from None
+    for number in (number for pair in pairs for number in pair):
+        _check_number(f"number {number!r} of the torque curve", number, whole=False)
+    return {**motor, "torque": tuple((float(rate), float(torque)) for rate, torque in pairs)}
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:

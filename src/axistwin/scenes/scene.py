@@ -165,7 +165,8 @@ class Scene:
         """
         found = {table.called: product(table.model) for table in self._contents.controller}
         found |= {f"{name}.rs485": made for name, made in found.items()}
-        return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}
+        lines = ((name, line.motors[0]) for _, name, line, _ in shared_lines(self._contents))
+        return found | {name: found[motor] for name, motor in lines if motor in found}
 
     def build(self, *, served: bool = False) -> Bench:
         """Build all controllers and machines of the scene; the controllers are switched on.

@@ -19,6 +19,7 @@ from axistwin.numbers import HIGHEST, LOWEST, NumberError, check_values
 from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
+from axistwin.storage import read_file
 
 _MESSAGES = {
     # The library pydantic reports the error "missing" for `limits = [0]`, because the second number is missing.
@@ -193,7 +194,7 @@ class Given(Source):
 def read_text(file: Path) -> str:
     """Return the text of a scene file.  Raises NoSceneError if the file cannot be read."""
     try:
-        return file.read_text(encoding="utf-8-sig")
+        return read_file(file).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except OSError as error:
         reason = error.strerror
         raise NoSceneError(f"the scene file cannot be read: {reason}", file=str(file)) from None

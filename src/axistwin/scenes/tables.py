@@ -225,7 +225,10 @@ class ControllerTable(Table):
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         """Validate the axes as stepper axes or as servo axes, depending on the model of the controller."""
-        adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
+        model = info.data.get("model")
+        if model is None or model.lower() not in FAMILIES:
+            return {}  # The model is the error, whatever its axes are.
+        adapter = _SERVOS if has_servo(model) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property

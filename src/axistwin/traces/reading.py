@@ -86,6 +86,8 @@ def read(path: Path) -> Trace:
     if path.suffix not in readers:
         raise UsageError(f"{path.name!r} is not a trace: expected a name that ends in .csv, .vcd or .parquet")
     try:
+        if path.exists() and not path.is_file():
+            raise UsageError(f"the trace {path} cannot be read: expected an ordinary file")
         return readers[path.suffix](path)
     except OSError as error:
         raise UsageError(f"the trace {path} cannot be read: {error.strerror or error}") from None
@@ -328,8 +330,7 @@ def _parquet_table(path: Path) -> Any:
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         read_error = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
         raise TraceError(f"{path} is damaged or is not a Parquet file ({read_error})") from None
-    # For a column that stores indices into a list of values, `value_type` is the type of the values.
-    types = {field.name: str(getattr(field.type, "value_type", field.type)) for field in table.schema}
+    types = {field.name: str(_values_type(field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
             found_type = types.get(name, "no such column")
@@ -341,6 +342,13 @@ def _parquet_table(path: Path) -> Any:
         if table[name].null_count:
             raise TraceError(f"{path} is not a trace: expected a value in each row of the column {name}")
     return table
+
+
+def _values_type(kind: Any) -> Any:
+    """Return the type of the values of a column, which may be stored as indices into a dictionary."""
+    import pyarrow as pa
+
+    return kind.value_type if pa.types.is_dictionary(kind) else kind
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:

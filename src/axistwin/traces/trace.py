@@ -68,9 +68,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._chosen = supported(path, choose(catalogue(bench), patterns))
 
     def __enter__(self) -> Self:
-        if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{self.path} is not a file: expected the name of a file, e.g. run.csv")
         try:
+            if self.path.exists() and not self.path.is_file():
+                raise UsageError(f"{self.path} is not a file: expected the name of a file, e.g. run.csv")
             self._output = Output(self.path, self._limit)
         except OSError as error:
             raise UsageError(f"the trace {self.path} cannot be written: {error.strerror}") from None

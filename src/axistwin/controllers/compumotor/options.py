@@ -6,6 +6,8 @@ from typing import Literal, get_args, get_type_hints
 
 from axistwin.errors import UsageError
 
+LEAST_MS = 0.001
+"""Shortest time to begin a command of a sequence."""
 Interrupt = Literal["message_ready", "input_ready", "failed"]
 
 
@@ -75,6 +77,8 @@ class Options:
 
     def __post_init__(self) -> None:
         valid_interrupts = ", ".join(get_args(Interrupt))
+        if not isinstance(self.interrupts, tuple | list):
+            raise UsageError(f"interrupts={self.interrupts!r}: expected a list, e.g. ['message_ready']")
         for interrupt in self.interrupts:
             if interrupt not in get_args(Interrupt):
                 raise UsageError(f"interrupts={interrupt!r}: expected one of {valid_interrupts}")
@@ -89,13 +93,12 @@ class Options:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type in (float, "float"):
-                _check_number(field.name, value, 0, 60_000, (int, float))
+                _check_number(field.name, value, LEAST_MS if field.name == "step_ms" else 0, 60_000, (int, float))
         _check_number("buffer_bytes", self.buffer_bytes, 16, 0xFFFF, (int,))
         _check_number("command_queue", self.command_queue, 1, 1000, (int,))
         _check_number("message_queue", self.message_queue, 1, 1000, (int,))
-        if self.step_ms == 0:
-            raise UsageError("step_ms=0: expected a number above 0, e.g. 1")
-        if not (self.part_number.isascii() and len(self.part_number) in (13, 14)):
+        number = self.part_number
+        if not (str(number) == number and number.isascii() and len(number) in (13, 14)):
             raise UsageError(f"part_number={self.part_number!r}: expected 13 or 14 characters, e.g. 94-003657-01A")
 
 
@@ -108,6 +111,6 @@ def _choices(option: str) -> tuple[str, ...]:
     return get_args(get_type_hints(Options)[option])
 
 
-def _check_number(option: str, value: object, low: int, high: int, types: tuple[type, ...]) -> None:
+def _check_number(option: str, value: object, low: float, high: int, types: tuple[type, ...]) -> None:
     if isinstance(value, bool) or not isinstance(value, types) or not low <= value <= high:  # type: ignore[operator]
         raise UsageError(f"{option}={value!r}: expected a number from {low} to {high}")

@@ -12,6 +12,8 @@ Wiring = Literal[
 Busy = Literal["hold", "ignore"]
 Limits = Literal["any motion", "motion ahead"]
 Unlock = Literal["last format", "lock format", "any format"]
+LEAST_MS = 0.001
+"""Shortest interval of transfers from the UART."""
 CHOICES = {
     "wiring": get_args(Wiring), "busy": get_args(Busy), "limits": get_args(Limits), "unlock": get_args(Unlock),
 }  # fmt: skip
@@ -47,12 +49,10 @@ class Options:
             if (given := getattr(self, option)) not in choices:
                 valid_values = ", ".join(map(repr, choices))
                 raise UsageError(f"{option}={given!r}: expected one of {valid_values}")
-        for option in ("self_test_s", "recalculation_s", "strobe_ms"):
+        for option, low in (("self_test_s", 0), ("recalculation_s", 0), ("strobe_ms", LEAST_MS)):
             value = getattr(self, option)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 60:
-                raise UsageError(f"{option}={value!r}: expected a number from 0 to 60")
-        if self.strobe_ms == 0:
-            raise UsageError("strobe_ms=0: expected a number above 0, e.g. 1")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= 60:
+                raise UsageError(f"{option}={value!r}: expected a number from {low} to 60")
         for option in ("fault_output", "strict_format"):
             if not isinstance(given := getattr(self, option), bool):
                 raise UsageError(f"{option}={given!r}: expected true or false")

@@ -14,6 +14,7 @@ from asyncua.crypto.validator import CertificateValidator, CertificateValidatorO
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
 from axistwin.errors import UsageError
+from axistwin.storage import excerpt, read_file
 
 APPLICATION = "urn:axistwin:server"
 ROLES = {"operator": UserRole.User, "viewer": UserRole.Anonymous}
@@ -40,7 +41,7 @@ def read_users(path: Path) -> dict[str, Account]:
     """
     found = {}
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_file(path).decode().splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"cannot read the names and passwords of users from {path}: {error}") from None
     for number, line in enumerate(lines, 1):
@@ -99,17 +100,33 @@ async def secure(server: Server, users: bool, folder: Path | None, host: str) ->
     if folder is None:
         server.set_security_policy([ua.SecurityPolicyType.NoSecurity], permission_ruleset=Rules())
         return
+    try:
+        await _load(server, folder, host)
+    except (OSError, ValueError, TypeError) as error:
+        raise UsageError(
+            f"cannot use the certificates in {folder} ({excerpt(error)}): delete key.pem and certificate.der, which "
+            "are then made again, and whatever is no certificate in the folder `trusted`"
+        ) from None
+    server.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt], permission_ruleset=Rules())
+
+
+async def _load(server: Server, folder: Path, host: str) -> None:
+    """Load the files of a folder of certificates.  Raises UsageError, or OSError, ValueError or TypeError."""
     folder.mkdir(parents=True, exist_ok=True)
-    key, certificate = folder / "key.pem", folder / "certificate.der"
+    key, certificate, trusted = folder / "key.pem", folder / "certificate.der", folder / "trusted"
     await setup_self_signed_certificate(
         key, certificate, APPLICATION, host, [ExtendedKeyUsageOID.SERVER_AUTH], {"commonName": "axistwin"}
     )
     key.chmod(0o600)
     await server.load_certificate(certificate)
     await server.load_private_key(key)
-    server.set_security_policy([ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt], permission_ruleset=Rules())
-    if (folder / "trusted").is_dir():
-        store = TrustStore([folder / "trusted"], [])
+    if trusted.is_dir():
+        if not any(path.suffix.lower() in (".der", ".pem") for path in trusted.iterdir()):
+            raise UsageError(
+                f"{trusted} contains no certificate, and no client could connect: expected files that end in .der or "
+                ".pem; delete the folder to accept every client"
+            )
+        store = TrustStore([trusted], [])
         await store.load()
         options = CertificateValidatorOptions.TRUSTED_VALIDATION | CertificateValidatorOptions.PEER_CLIENT
         server.set_certificate_validator(CertificateValidator(options, store))
