@@ -6,12 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from axistwin import Bench
 from axistwin.bench import product
 from axistwin.controllers import Sent, Session
 from axistwin.controllers.smartmotor import COMMANDS
 from axistwin.controllers.smartmotor.checker import check
 from axistwin.controllers.smartmotor.language import class5
 from axistwin.diagnostics import diagnose_text, fix
+from axistwin.programs import stored_programs
 
 from .test_program import FAULT_HANDLING
 
@@ -140,7 +142,9 @@ WRONG = {
         "1:4 warning: limits are active high since 4.76: unless normally closed switches pull C and D to ground "
         "nothing moves; UCI UDI ZS at the top makes them ordinary inputs"
     ),
-    "UCI UDI G": "1:9 warning: the limit faults of power-up are not cleared: ZS (or Zr and Zl) is missing",
+    "UCI UDI G": (
+        "1:9 warning: the limit faults of power-up are not cleared: ZS (or Zr and Zl) is missing behind UCI and UDI"
+    ),
     "F=2": (
         "1:1 warning: F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
     ),
@@ -311,7 +315,8 @@ def test_any_text_can_be_checked(text, stored):
         ("F=64 UCI UDI MP G END C2 ZS RETURNI", True),
         ("F=32 UCI UDI ZS MP G END C1 ZS RETURNF", False),
         ("F=32 UCI UDI GOSUB5 MP G END C1 GOSUB5 RETURNF C5 ZS RETURN", False),
-        ("UCI UDI MP G END C1 ZS RETURN", False),  # only a host can call this subroutine
+        ("UCI UDI MP G END C1 ZS RETURN", True),  # only a host can call this subroutine, and G comes before it
+        ("END C1 UCI UDI ZS RETURN C2 MP G RETURN", False),  # a host calls both
     ],
 )
 def test_a_zs_that_only_a_fault_reaches_does_not_clear_the_faults_from_switching_on(text, said):
@@ -319,7 +324,33 @@ def test_a_zs_that_only_a_fault_reaches_does_not_clear_the_faults_from_switching
     assert any("the limit faults of power-up are not cleared" in line for line in shown(text)) is said
 
 
-@pytest.mark.parametrize("text", ["ZS MP A=1 V=1 P=1 G END", "Zr Zl MP G END", "F=32 MP G END C1 UCI UDI ZS RETURNF"])
-def test_a_program_that_says_nothing_about_the_limit_pins_does_not_move(text):
-    """SM401, 3.1: "the pin must be released or reassigned first": an open input sets its fault again after ZS."""
-    assert any("limits are active high" in line for line in shown(text))
+BEFORE = (
+    "", "ZS", "SLE ZS", "UCI UDI", "ZS UCI UDI", "Zr Zl", "UCI ZS", "UDI ZS", "UCI UDI Zr", "UCI UDI Zl", "UCI UDI ZS",
+    "UCI UDI Zr Zl", "UCO ZS UDO", "UDO UCO ZS", "GOSUB7", "GOTO7", "IF 0 UCI UDI ZS ENDIF", "F=32",
+)  # fmt: skip
+AFTER = "TWAIT UCI UDI ZS END C1 UCI UDI ZS RETURNF C5 UCI UDI ZS RETURN C7 UCI ZS UDI RETURN"
+
+
+@pytest.mark.parametrize("move", ["A=100 V=100000 P=500 G", "A=100 V=100000 P=-500 G", "T=500 MT"])
+@pytest.mark.parametrize("before", BEFORE)
+def test_the_check_warns_of_every_limit_fault_that_a_run_meets(before, move):
+    """SM401 and SM402, 3.1: "the pin must be released or reassigned first", and ZS clears after that."""
+    text, bench = f"{before} {move} {AFTER}", Bench()
+    motor = bench.add("smartmotor")
+    bench.run(0.5)
+    stored_programs.store(stored_programs.as_sent(f"{text}\n"), "a.sms", motor)
+    bench.run(0.05)
+    motor.serial.write(b"RUN\r")
+    refused = bench.run_until(lambda: bool(motor.hint), 0.1)
+    warned = any("limits are active high" in line or "limit faults of power-up" in line for line in shown(text))
+    assert warned or not refused
+    assert warned is not (before in ("UCI UDI ZS", "UCI UDI Zr Zl", "UDO UCO ZS", "GOTO7"))
+
+
+@pytest.mark.parametrize("text", ["MP G", "UCI MP G", "UDO MP G", "ZS UCI UDI G", "GOTO5 UCI UDI ZS C5 MT END"])
+def test_who_writes_what_the_check_says_about_limits_is_rid_of_it(text):
+    for _ in range(3):
+        found = [d for d in check([session(text, stored=True)]) if d.code in ("SM401", "SM402")]
+        text = fix.apply(text, [edit for each in found for edit in each.fix.edits])
+    assert found == []
+    assert "UCI" in text or "UCO" in text

@@ -82,28 +82,21 @@ class Flow:
                 waiting += self._next(pc)
         return made
 
-    @cached_property
-    def interrupts_only(self) -> frozenset[int]:
-        """Indices of the statements that only an interrupt routine (C1 or C2) can execute.
+    def order(self) -> list[int]:
+        """Return the statements that the program executes from its top, in the order in which it first reaches them.
 
-        Statements in subroutines of the interrupt routines are included.  Statements that the main program can reach
-        are not included.
+        A subroutine comes where it is first called, and the first branch of a condition before the others.
         """
-        called = {number for label in self.interrupts for number in self._reached(label)}
-        return frozenset(called - self._reached(None))
-
-    def _reached(self, label: int | None) -> set[int]:
-        """Return the statements of a routine and of all subroutines that the routine calls."""
-        done: set[int | None] = set()
-        waiting, numbers = [label], set[int]()
+        numbers: dict[int, int] = {}
+        waiting = [0]
         while waiting:
-            here = waiting.pop()
-            if here not in done:
-                done.add(here)
-                routine = self.routines[here]
-                numbers |= {self.program.code[pc + 1] for pc in routine.pcs}
-                waiting += routine.calls.values()
-        return numbers
+            pc = waiting.pop()
+            if pc not in numbers:
+                numbers[pc] = self.program.code[pc + 1]
+                waiting += reversed(list(self._next(pc)))
+                if self.program.code[pc] == ops.S_GOSUB:
+                    waiting.append(self.program.code[pc + HEAD])
+        return [number for number in numbers.values() if number < len(self.findings.statements)]
 
     def _note(self, made: Routine, pc: int) -> None:
         operation, number = self.program.code[pc], self.program.code[pc + 1]

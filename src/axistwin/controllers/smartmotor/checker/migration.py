@@ -3,6 +3,9 @@
 The parser finds removed commands and assignments without an equal sign.
 """
 
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+
 from axistwin.controllers.diagnostics import fixing, put_before
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, REVERSE
@@ -10,8 +13,9 @@ from axistwin.controllers.smartmotor.checker.findings import Findings, constant_
 from axistwin.controllers.smartmotor.checker.flow import Flow
 
 MOTION = ("G", "MT", "MF1", "MF2", "MF4", "MS")
-CLEARING = ("ZS", "Zr", "Zl")
-LIMIT_ROLES = ("UCI", "UDI", "UCO", "UDO", "UCP", "UDM", "SLE")
+PLUS, MINUS = {"UCI", "UCO"}, {"UDI", "UDO"}
+"""Commands after which a pin is no limit input; UCP and UDM say that a switch is there."""
+CLEARING = {"UCI": {"ZS", "Zr"}, "UDI": {"ZS", "Zl"}}
 BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 
@@ -28,25 +32,45 @@ def check(findings: Findings) -> None:
 def _limits(findings: Findings, flow: Flow) -> None:
     """Warn if limit faults may prevent a motion that the program commands.
 
-    Unconnected limit inputs cause a fault at power-up.  The program must clear this fault, e.g. with ZS (manual,
-    sections 2.0 and 3.1).  The warning is at the first motion command.
+    Unconnected limit inputs cause a fault at power-up.  The program must clear this fault, e.g. with ZS, after it has
+    given the pins another role (manual, sections 2.0 and 3.1).  The warning is at the first motion command.
 
-    The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
+    The limit faults at power-up do not call C1, and no host has sent a command before the first motion of the program
+    itself.  A motion that only a host can call comes after everything else.
     """
-    moves = next(findings.all(*MOTION), None)
-    if moves is None:
+    order = flow.order()
+    moves = next((number for number in order if findings.words[number] in MOTION), None)
+    if moves is not None:
+        given = [findings.words[number] for number in order[: order.index(moves)]]
+    elif called := next(findings.all(*MOTION), None):
+        moves, given = called[0], findings.words
+    else:
         return
-    given = {word for number, word in enumerate(findings.words) if number not in flow.interrupts_only}
-    if given.isdisjoint(LIMIT_ROLES):
-        message = (
-            "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
-            "UCI UDI ZS at the top makes them ordinary inputs"
-        )
-        findings.report(rules.LIMITS, moves[0], message)
-    elif not given.isdisjoint(("UCI", "UDI", "UCO", "UDO")) and given.isdisjoint(CLEARING):
-        message = "the limit faults of power-up are not cleared: ZS (or Zr and Zl) is missing"
-        clearing = fixing("clear them with ZS", put_before(findings.text(moves[0])[0], "ZS "), sure=False)
-        findings.report(rules.LIMIT_FAULTS, moves[0], message, clearing)
+    silent = [role for role, words in (("UCI", {"UCP", *PLUS}), ("UDI", {"UDM", *MINUS})) if words.isdisjoint(given)]
+    if silent:
+        _unwired(findings, moves, silent)
+    elif any(_uncleared(given, words, CLEARING[role]) for role, words in (("UCI", PLUS), ("UDI", MINUS))):
+        message = "the limit faults of power-up are not cleared: ZS (or Zr and Zl) is missing behind UCI and UDI"
+        clearing = fixing("clear them with ZS", put_before(findings.text(moves)[0], "ZS "), sure=False)
+        findings.report(rules.LIMIT_FAULTS, moves, message, clearing)
+
+
+def _unwired(findings: Findings, number: int, silent: Sequence[str]) -> None:
+    pins, better = " and ".join(role[1] for role in silent), " ".join((*silent, "ZS"))
+    several = len(silent) > 1
+    message = (
+        f"limits are active high since 4.76: unless {'' if several else 'a '}normally closed "
+        f"{'switches pull' if several else 'switch pulls'} {pins} to ground nothing moves; "
+        f"{better} at the top makes {'them ordinary inputs' if several else 'it an ordinary input'}"
+    )
+    fix = fixing(f"write {better} at the top", put_before(findings.text(0)[0], f"{better} "), sure=False)
+    findings.report(rules.LIMITS, number, message, fix)
+
+
+def _uncleared(given: Sequence[str], roles: AbstractSet[str], clearing: AbstractSet[str]) -> bool:
+    """True if a pin gets another role, and no command clears its fault later in the text."""
+    begun = next((number for number, word in enumerate(given) if word in roles), None)
+    return begun is not None and clearing.isdisjoint(given[begun:])
 
 
 def _direction(findings: Findings) -> None:
