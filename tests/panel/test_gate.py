@@ -5,7 +5,8 @@ import asyncio
 import httpx
 import pytest
 
-from axistwin.panel import PERSON, Gate, is_loopback
+from axistwin.links import web_gate
+from axistwin.panel import PERSON, Gate
 
 
 async def page(scope, receive, send):
@@ -38,7 +39,7 @@ def asked(token, *requests, base="http://127.0.0.1:8080"):
     ],
 )
 def test_names_of_this_machine(host, own):
-    assert is_loopback(host) is own
+    assert web_gate.is_loopback(host) is own
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:8080", "localhost:8080", "[::1]:8080", "localhost:9999"])

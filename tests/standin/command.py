@@ -13,10 +13,10 @@ HOME = Path(__file__).resolve().parents[2]
 class StandInCommand:
     """The command and its board.  `program` is the process of the command; `first` is the first line that it prints."""
 
-    def __init__(self, folder: Path, scene: str) -> None:
+    def __init__(self, folder: Path, scene: str, *options: str) -> None:
         """Start both; the board's port in the scene is `board`.  Raises RuntimeError if the command ends at once."""
         self._folder = folder
-        self._command = [sys.executable, "-m", "axistwin", "stand-in", "table.toml"]
+        self._command = [sys.executable, "-m", "axistwin", "stand-in", "table.toml", *options]
         self._environment = {**os.environ, "PYTHONPATH": str(HOME / "src"), "PYTHONUNBUFFERED": "1"}
         (folder / "table.toml").write_text(scene)
         script = HOME / "tests" / "standin" / "pty_board.py"

@@ -8,10 +8,8 @@ from queue import SimpleQueue
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.standin import DrivenAxis, Journal, State, Stopped, last_positions
-from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.wiring import HalWiring
-from axistwin.standin.sender import Sender
+from axistwin.standin import DrivenAxis, Journal, Sender, State, Stopped, last_positions
+from axistwin.standin.hal import HalBoard, HalWiring
 
 from .metal import Metal
 

@@ -15,7 +15,7 @@ import click
 import pytest
 
 from axistwin.cli import main
-from axistwin.cli.serving.stand_in import _echo, _Run
+from axistwin.cli.serving import stand_in
 from axistwin.scenes import Scene
 from axistwin.standin import Failed, Journal, last_positions, reading
 
@@ -171,7 +171,7 @@ def test_a_board_that_has_gone_ends_the_run(scene, gone, code):
         loaded = Scene.load(scene())
         bench = loaded.build(served=True)
         plan = reading.read(loaded, bench)
-        run = _Run(bench, plan, None, None)
+        run = stand_in._Run(bench, plan, None, None)
         run._connect([None], lambda line: None)
         run._ended = asyncio.get_running_loop().create_future()
         ((_, wiring),) = plan.boards
@@ -187,7 +187,7 @@ def test_a_closed_terminal_ends_no_run(monkeypatch):
         raise BrokenPipeError
 
     monkeypatch.setattr(click, "echo", write)
-    _echo("axistwin: stopped")
+    stand_in._echo("axistwin: stopped")
 
 
 def test_a_start_from_an_unknown_position_is_refused(scene, capsys, tmp_path):

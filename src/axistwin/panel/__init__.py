@@ -10,7 +10,7 @@ from axistwin.lazy import lazy
 if TYPE_CHECKING:
     from axistwin.panel.actions import State
     from axistwin.panel.context import Common, Context, careful, together
-    from axistwin.panel.gate import PERSON, Gate, is_loopback
+    from axistwin.panel.gate import PERSON, Gate
     from axistwin.panel.lessons import Lessons
     from axistwin.panel.memory import AT_A_TIME, Memory, release
     from axistwin.panel.outbound import ELEMENTS_AT_A_TIME, Outbound
@@ -24,7 +24,7 @@ else:
         __name__,
         actions="State",
         context="Common Context careful together",
-        gate="Gate PERSON is_loopback",
+        gate="Gate PERSON",
         lessons="Lessons",
         memory="AT_A_TIME Memory release",
         outbound="ELEMENTS_AT_A_TIME Outbound",
@@ -38,5 +38,5 @@ else:
 __all__ = [
     "AT_A_TIME", "ELEMENTS_AT_A_TIME", "KEPT", "KEPT_PAGES", "PERSON", "Address", "Common", "Context", "Gate",
     "Lessons", "Memory", "Outbound", "Panel", "People", "Printer", "State", "Talk", "Visits", "breathe",
-    "build_page", "build_views", "careful", "in_turns", "is_loopback", "listening_socket", "release", "together",
+    "build_page", "build_views", "careful", "in_turns", "listening_socket", "release", "together",
 ]  # fmt: skip

@@ -7,12 +7,13 @@ URL; the answer is a cookie with the token, which scripts cannot read.
 
 import secrets
 from http.cookies import CookieError, SimpleCookie
-from ipaddress import ip_address
 from urllib.parse import parse_qsl, urlencode
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from axistwin.links.web_gate import is_loopback, refusal
 
 PERSON = "axistwin-person"
 """Name of the cookie that identifies a user."""
@@ -24,16 +25,6 @@ HEADERS = {
 }
 """Headers of every answer; with them, other web sites cannot embed the page or receive its URL as a referrer."""
 COOKIE_MAX_AGE_S = 30 * 24 * 3600
-
-
-def is_loopback(host: str) -> bool:
-    """True if a host name or an IP address belongs to the loopback interface."""
-    if host == "localhost" or host.endswith(".localhost"):
-        return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 class Gate:
@@ -78,15 +69,8 @@ class Gate:
 
     def _foreign(self, headers: Headers) -> str:
         """Return the reason for refusing a request; "" if the request is accepted."""
-        host, origin = headers.get("host", ""), headers.get("origin")
-        if self._token is None and not is_loopback(_name(host)):
-            return f"invalid host name {host!r}: expected a loopback name, e.g. localhost"
-        if origin is not None and origin.partition("://")[2] != host:
-            return f"invalid origin {origin}: expected a request from the panel's own page"
-        elsewhere = headers.get("sec-fetch-site") in ("cross-site", "same-site")
-        if elsewhere and headers.get("sec-fetch-mode") != "navigate":
-            return "invalid Sec-Fetch-Site: expected a request from the panel's own page"
-        return ""
+        known = is_loopback if self._token is None else lambda name: True
+        return refusal(headers.get, known, "a loopback name, e.g. localhost")
 
     # Functions that check the access token of an HTTP request
 
@@ -110,11 +94,6 @@ class Gate:
         address = scope["path"] + (f"?{urlencode(others)}" if others else "")
         response = RedirectResponse(address, 303, HEADERS | {"Set-Cookie": _set_cookie(_cookie(scope), token)})
         await response(scope, receive, send)
-
-
-def _name(host: str) -> str:
-    """Return a host name without its port: `localhost` for `localhost:8080`, `::1` for `[::1]:8080`."""
-    return host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
 
 
 def _cookie(scope: Scope) -> str:

@@ -15,10 +15,11 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.urls import LOOPBACK
+from axistwin.links.web_gate import is_loopback
 from axistwin.numbers import NumberError, shortened, whole
 from axistwin.panel import layout
 from axistwin.panel.context import Common, Context
-from axistwin.panel.gate import Gate, is_loopback
+from axistwin.panel.gate import Gate
 from axistwin.panel.memory import Memory
 from axistwin.panel.page import build_page, rehearse
 from axistwin.panel.people import People, Person

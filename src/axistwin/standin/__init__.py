@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from axistwin.standin.journal import Journal, last_positions
     from axistwin.standin.motors import Motor, motor
     from axistwin.standin.real_time import PRIORITY, real_time_priority
+    from axistwin.standin.sender import Sender
     from axistwin.standin.stop_page import StopPage
     from axistwin.standin.timetable import Timetable
     from axistwin.standin.wiring import AxisPins, BoardPin, DrivenAxis, InputPin, OutputPin, Sensed, Switched, Wiring
@@ -32,6 +33,7 @@ else:
         journal="Journal last_positions",
         motors="Motor motor",
         real_time="PRIORITY real_time_priority",
+        sender="Sender",
         stop_page="StopPage",
         timetable="Timetable",
         wiring="AxisPins BoardPin DrivenAxis InputPin OutputPin Sensed Switched Wiring",
@@ -39,6 +41,6 @@ else:
 
 __all__ = [
     "PRIORITY", "AxisPins", "Board", "BoardPin", "Channel", "ClockFit", "Dictionary", "DrivenAxis", "Driver",
-    "Failed", "InputChanged", "InputPin", "Journal", "Motor", "OutputPin", "Ready", "Sensed", "State", "StopPage",
-    "Stopped", "Switched", "Timetable", "Wiring", "last_positions", "motor", "real_time_priority",
+    "Failed", "InputChanged", "InputPin", "Journal", "Motor", "OutputPin", "Ready", "Sender", "Sensed", "State",
+    "StopPage", "Stopped", "Switched", "Timetable", "Wiring", "last_positions", "motor", "real_time_priority",
 ]  # fmt: skip
