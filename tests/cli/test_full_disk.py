@@ -1,15 +1,20 @@
 """On a full disk each command that writes a file ends with exit code 1 and one line; old contents are kept."""
 
+import io
 import os
 import signal
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from axistwin.cli.serving import probe
+from axistwin import Bench
+from axistwin.cli.serving import learn, probe
+from axistwin.errors import AxistwinError
+from axistwin.probing import VirtualEnd
+from axistwin.probing.rescue import Found, rescue
 
 from ..command import ended, run, serving
 from ..sweeps.scenes import motor, stepper
@@ -127,3 +132,24 @@ def test_a_server(files, size, what):
     ) as (program, _):  # fmt: skip
         code, messages = ended(program, signal.SIGTERM)
     assert (code, "file too large" in messages.lower(), "Traceback" in messages) == (1, True, False)
+
+
+def test_a_rescue(files):
+    bench = Bench()
+    end = VirtualEnd(bench, bench.add("1811"))
+    bench.run(1.5)
+    message = r"^cannot write to out \(file too large\): choose another directory$"
+    with full_after(0), pytest.raises(AxistwinError, match=message) as told:
+        rescue(end, Found("1811", None), Path("out"))
+    assert type(told.value) is AxistwinError
+    assert ([path.name for path in files.glob(".*")], Path("out").exists()) == ([], False)
+
+
+def test_the_progress_of_a_learner(files):
+    """The old progress is kept."""
+    progress, told = Path("lessons.json"), io.StringIO()
+    assert learn._save(progress, {"if1": 1}) == 0
+    with full_after(0), redirect_stderr(told):
+        assert learn._save(progress, {"if1": 2}) == 1
+    assert told.getvalue() == "axistwin: cannot save your progress in lessons.json: file too large\n"
+    assert learn._load(progress) == {"if1": 1}

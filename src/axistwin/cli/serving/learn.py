@@ -11,7 +11,8 @@ import click
 from axistwin.bench import Bench, product
 from axistwin.cli.common.parameters import FILE
 from axistwin.cli.serving.term import ENDS, converse_with
-from axistwin.errors import UsageError
+from axistwin.errors import AxistwinError, UsageError
+from axistwin.storage import write_file
 from axistwin.teaching import course
 from axistwin.terminal.state import state_file
 
@@ -52,7 +53,7 @@ def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) 
         if not over:
             return code
         done[model] = max(done.get(model, 0), number)
-        _save(file, done)
+        code = code or _save(file, done)
         if number == len(lessons):
             click.echo(f"axistwin: lesson {number} is done: this was the last lesson")
             return code
@@ -82,9 +83,12 @@ def _load(file: Path) -> dict[str, int]:
     return {str(model): int(number) for model, number in found.items()} if isinstance(found, dict) else {}
 
 
-def _save(file: Path, done: dict[str, int]) -> None:
+def _save(file: Path, done: dict[str, int]) -> int:
+    """Save the user's progress, and return the exit code."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(done), encoding="utf-8")
-    except OSError as error:
-        click.echo(f"axistwin: cannot save your progress in {file}: {error.strerror}", err=True)
+        write_file(file, json.dumps(done), f"cannot save your progress in {file}")
+    except (OSError, AxistwinError) as error:
+        click.echo(f"axistwin: {error}", err=True)
+        return 1
+    return 0
