@@ -30,11 +30,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 from axistwin import Bench, Scene
 from axistwin.bench import FAMILIES, Controller, host_at, product
 from axistwin.errors import AxistwinError
-from axistwin.fault_injection.kinds import KINDS
-from axistwin.plant.axes import SERVO, STEPPER, servo_axis
-from axistwin.plant.encoder import EncoderData
-from axistwin.plant.servo import SERVO_MOTORS, ServoLoad, ServoMotor
-from axistwin.plant.torque import Load, StepperMotor
+from axistwin.fault_injection import KINDS
+from axistwin.plant import SERVO_MOTORS, EncoderData, Load, ServoLoad, StepperMotor, axes, servo, servo_axis
 
 BOUND_S = 20.0
 """Processor time of a case, unless it asks for more virtual time."""
@@ -142,7 +139,7 @@ class Chooser:
             "load": lambda: self.table(ServoLoad if servo else Load),
             "unknown": self.any,
         }
-        names = [*(SERVO if servo else STEPPER), "unknown"]
+        names = [*(axes.SERVO if servo else axes.STEPPER), "unknown"]
         return {name: made[name]() for name in self.chance.sample(names, self.chance.randint(1, 3))}
 
     def stepper_motor(self) -> Any:
@@ -154,7 +151,7 @@ class Chooser:
 
     def servo_motor(self) -> Any:
         """Return the data sheet of a servo motor."""
-        return self.any(*SERVO_MOTORS) if self.chance.random() < 0.4 else self.table(ServoMotor, "model")
+        return self.any(*SERVO_MOTORS) if self.chance.random() < 0.4 else self.table(servo.ServoMotor, "model")
 
 
 class Campaign:

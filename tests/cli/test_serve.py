@@ -10,8 +10,7 @@ import pytest
 import serial
 
 from axistwin import Bench
-from axistwin.cli.serving import lines, served
-from axistwin.cli.serving.host_lines import bus
+from axistwin.cli.serving import host_lines, lines, served
 from axistwin.links import PortUrl, Server
 from axistwin.sim import UartFormat
 
@@ -242,7 +241,7 @@ def test_hosts_without_ipv6_are_told_so():
         "asyn",
     ]
     assert len(shown) == 3
-    assert list(bus(PortUrl("bus", "::1", 1811)))[-1].split() == ["AXISTWIN_BUS=::1:1811", "./host"]
+    assert list(host_lines.bus(PortUrl("bus", "::1", 1811)))[-1].split() == ["AXISTWIN_BUS=::1:1811", "./host"]
 
 
 def test_a_board_on_its_bus_and_what_a_c_host_needs():

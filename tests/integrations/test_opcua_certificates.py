@@ -10,9 +10,9 @@ asyncua = pytest.importorskip("asyncua", reason="the extra [opcua] is not instal
 
 
 def secured(folder):
-    from axistwin.integrations.opcua.security import secure
+    from axistwin.integrations.opcua import security
 
-    asyncio.run(secure(asyncua.Server(), users=False, folder=folder, host="127.0.0.1"))
+    asyncio.run(security.secure(asyncua.Server(), users=False, folder=folder, host="127.0.0.1"))
 
 
 def test_an_empty_folder_of_trusted_clients(tmp_path):
