@@ -24,6 +24,7 @@ def visitors():
 
 
 @pytest.mark.parametrize("name", ["tcp", "shared", "rfc2217", "pty", "bus", "panel", "ca", "pva", "opcua", "lsp"])
+@pytest.mark.timeout(240)
 def test_nothing_is_left_of_twelve_clients(visitors, name, monkeypatch):
     if name in NEEDS:
         pytest.importorskip(NEEDS[name], reason=f"{NEEDS[name]} is not installed")
