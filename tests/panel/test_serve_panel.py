@@ -19,6 +19,7 @@ from axistwin.panel import Address, Panel, listening_socket, web
 from axistwin.sessions import Session
 
 from ..command import PATIENCE_S, ended, refused, running
+from .showing import stage
 
 WITHOUT = (
     "import sys; sys.modules['nicegui'] = None\nfrom axistwin.cli import main; main(['serve', 'if1', '--panel', '0'])"
@@ -76,6 +77,8 @@ def test_frames_leave_without_delay():
 
 
 def test_a_bounded_number_of_idle_connections(monkeypatch):
+    stage.close()  # a process can have only one NiceGUI server at a time
+
     async def answered(reader):
         with suppress(ConnectionError):
             return (await asyncio.wait_for(reader.read(12), PATIENCE_S)).decode()
