@@ -180,6 +180,15 @@ def test_the_child_of_a_fork_is_a_process_of_its_own(tmp_path):
 # Whole files
 
 
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
+    file = tmp_path / "a"
+    file.write_bytes(b"old")
+    file.chmod(0o640)
+    write_whole(file, b"new")
+    assert (file.read_bytes(), file.stat().st_mode & 0o777) == (b"new", 0o640)
+    assert list(tmp_path.iterdir()) == [file]
+
+
 def test_two_writers_do_not_meet_in_one_name(tmp_path, monkeypatch):
     """Each writer renames only the file that it has written, even if another one begins meanwhile."""
     file, fsync, left = tmp_path / "a.json", os.fsync, ["second"]

@@ -284,7 +284,7 @@ def _program() -> str:
 def write_whole(path: Path, contents: bytes) -> None:
     """Write a file completely or not at all: write a temporary file, flush it to disk, and rename it.
 
-    Raises OSError; the file is then unchanged.
+    A file that is there keeps its permissions.  Raises OSError; the file is then unchanged.
     """
     beside = path.with_name(f"{path.name}.{os.urandom(6).hex()}.new")
     try:
@@ -292,6 +292,8 @@ def write_whole(path: Path, contents: bytes) -> None:
             file.write(contents)
             file.flush()
             os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            os.chmod(beside, path.stat().st_mode & 0o7777)
         os.replace(beside, path)
     except OSError:
         with suppress(OSError):

@@ -2,7 +2,6 @@
 
 import difflib
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import count
 from pathlib import Path
@@ -84,24 +83,16 @@ def read_exactly(file: Path) -> tuple[str, bytes, str]:
 def replace(file: Path, text: str, rest: bytes, encoding: str) -> Path:
     """Write a new text to a file, then the bytes `rest`; return the file beside it that keeps the old contents.
 
-    A temporary file replaces the old file, so the file is never incomplete.  Raises AxistwinError if a file cannot be
-    written; the old file is then unchanged.
+    Raises AxistwinError if a file cannot be written; the old file is then unchanged.
     """
     target = file.resolve()
-    backup = beside = None
+    backup = None
     try:
         backup = _backup(target)
-        handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-        with os.fdopen(handle, "wb") as new:
-            new.write(text.encode(encoding, "surrogateescape") + rest)
-            new.flush()
-            os.fsync(new.fileno())
-        os.chmod(beside, target.stat().st_mode & 0o7777)
-        os.replace(beside, target)
+        write_whole(target, text.encode(encoding, "surrogateescape") + rest)
     except OSError as error:
-        for left in (beside, backup):
-            if left is not None:
-                Path(left).unlink(missing_ok=True)
+        if backup is not None:
+            backup.unlink(missing_ok=True)
         raise AxistwinError(f"{file} cannot be written: {reason(error)}") from None
     return backup
 
