@@ -12,11 +12,11 @@ from functools import partial
 from axistwin.controllers.product import Store
 from axistwin.controllers.smartmotor.chapters import brakes, faults, flow, host_mode, io, limits, modes
 from axistwin.controllers.smartmotor.chapters.faults import LATCHED
-from axistwin.controllers.smartmotor.chapters.functions import CALL_C2, CLEAR_INTEGRAL
+from axistwin.controllers.smartmotor.chapters.functions import CLEAR_INTEGRAL
 from axistwin.controllers.smartmotor.chapters.inputs import Inputs
 from axistwin.controllers.smartmotor.kernel import kernel, machine
 from axistwin.controllers.smartmotor.kernel import state as s
-from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
+from axistwin.controllers.smartmotor.kernel.interpreter import CALL_C2, HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.kernel.machine import MACHINE
 from axistwin.controllers.smartmotor.kernel.servo_law import clear_integral
 from axistwin.controllers.smartmotor.language.language import Statement, command

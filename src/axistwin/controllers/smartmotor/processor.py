@@ -97,8 +97,9 @@ class Processor(Dispatcher, ABC):
         self.on_pin_use: Signal[[]] = Signal()
         """Event: pins A and B become the inputs of an encoder, or of steps and direction."""
         self.on_fault: Callable[[str], None] = lambda name: None
-        self.on_refusal: Callable[[str], None] = lambda reason: None
         """Function that is called with the name of the flag when a fault of table 4.1 occurs."""
+        self.on_refusal: Callable[[str], None] = lambda reason: None
+        """Function that is called with the reason at the first motion that a fault prevents."""
 
     @property
     @abstractmethod

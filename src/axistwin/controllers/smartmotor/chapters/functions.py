@@ -5,7 +5,7 @@ from axistwin.controllers.smartmotor.kernel.cam import DWELLING, invalidate
 from axistwin.controllers.smartmotor.kernel.position import position
 from axistwin.controllers.smartmotor.processor import Processor
 
-DECELERATE, REVERSE, CHANNEL_1, CLEAR_INTEGRAL, _, CALL_C1, CALL_C2, _ = (1 << n for n in range(8))
+DECELERATE, REVERSE, CHANNEL_1, CLEAR_INTEGRAL, _, CALL_C1, _, _ = (1 << n for n in range(8))
 ALL = 255
 
 

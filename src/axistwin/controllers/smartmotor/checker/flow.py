@@ -9,7 +9,7 @@ from functools import cached_property
 
 from axistwin.controllers.diagnostics import fixing, replaced
 from axistwin.controllers.smartmotor import rules
-from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, CALL_C2
+from axistwin.controllers.smartmotor.chapters.functions import CALL_C1
 from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel.interpreter import HEAD
@@ -55,7 +55,7 @@ class Flow:
     @cached_property
     def interrupts(self) -> dict[int, Routine]:
         """The interrupt routines C1 and C2 that the program contains and enables by F=."""
-        wanted = {FAULT: CALL_C1, INPUT: CALL_C2}
+        wanted = {FAULT: CALL_C1, INPUT: ops.CALL_C2}
         return {
             label: self.routine(label)
             for label, bit in wanted.items()
@@ -255,7 +255,7 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
 
     Also report each STACK that GOTO does not follow at once.
     """
-    for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
+    for label, bit in ((FAULT, CALL_C1), (INPUT, ops.CALL_C2)):
         for number, statement in findings.all("F="):
             if (constant_value(statement) or 0) & bit and label not in flow.program.labels:
                 findings.report(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which does not exist")

@@ -13,7 +13,6 @@ PINS = "ABCDEFG"
 """Letters of the pins in the order of their Class 5 numbers, from 0."""
 FLAGS = {1: "Bo", 2: "Bt", 4: "Ba", 5: "Bh", 6: "Be", 12: "Br", 13: "Bl", 14: "Bp", 15: "Bm"}
 """Flags of 4.76 that Class 5 calls B(0,n)."""
-HIGHEST_ADDRESS = 120
 RATES = "its value is for 8000 samples/s, 4.76 has 4069"
 RAMPS = f"one acceleration for both ramps; {RATES}"
 OUTPUT = "U{pin}O makes the pin an output"
@@ -23,6 +22,7 @@ TABLE = "a table of values, computed beforehand"
 REMOTE = "for another motor of the chain, its address byte first"
 EXAMPLE = "e.g. "
 _PIN, _VALUE = r"\((?P<pin>[0-6])\)", r"(?P<v>.+)"
+_ADDRESS = r"0*(?:\d{1,2}|1[01]\d|120)"
 _NAME = r"[A-Za-z]\w*(?:\([^():]*\))?"
 _ARGUMENT = r"\((?P<v>(?:[^()]|\([^()]*\))*)\)"
 _word = re.compile(r'"[^"]*"|[A-Z][A-Z0-9]*(?:\([^()]*\))?', re.ASCII)
@@ -52,7 +52,7 @@ class Found(NamedTuple):
 
 
 COMMANDS = (
-    Later(rf"(?P<remote>{_NAME}):(?P<address>0*(?:\d{{1,2}}|1[01]\d|120))(?P<assigned>=.*)?", "", REMOTE),
+    Later(rf"(?P<remote>{_NAME}):(?P<address>{_ADDRESS})(?P<assigned>=.*)?", "", REMOTE),
     Later(rf"{_NAME}:\w+(?:=.*)?", f'{EXAMPLE}PRINT(#129,"G ")', REMOTE),
     Later(rf"PT={_VALUE}", r"P=\g<v>", sure=True),
     Later(rf"PRT={_VALUE}", r"D=\g<v>", sure=True),
@@ -119,7 +119,7 @@ COMMANDS = (
     Later(r"Z\(.*\)", f"{EXAMPLE}ZS", "or Z with the flag's letter"),
     Later(r"BAUD\([01]\)=(2400|4800|9600|19200|38400)", r"BAUD\1"),
     Later(r"BAUD\(.*\)=.*", f"{EXAMPLE}BAUD38400", "the highest rate"),
-    Later(r"ADDR=(0*(?:\d{1,2}|1[01]\d|120))", r"SADDR\1"),
+    Later(rf"ADDR=({_ADDRESS})", r"SADDR\1"),
     Later(r"ADDR=.*", f"{EXAMPLE}SADDR1", "the address is a number, 0 to 120"),
     Later(r"TMR\(.*\)", f"{EXAMPLE}CLK=0", "CLK counts samples"),
     Later(r"S?RAND(?:OM)?(?:=.*|\(.*\))", f"{EXAMPLE}a=CLK"),

@@ -21,6 +21,7 @@ from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.language.expressions import Computed, Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
 from axistwin.controllers.smartmotor.processor import Processor
+from axistwin.controllers.smartmotor.serial.channel import GLOBAL, LAST_ADDRESS
 
 LEXICAL = "Lexical rules"
 EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
@@ -201,7 +202,6 @@ def _find(text: str) -> tuple[Instruction | None, int]:
 
 REMOVED = tuple(entry for entry in COMMANDS if isinstance(entry, Instruction) and Accept.REMOVED in entry.accepted)
 
-ADDRESSED, HIGHEST_ADDRESS = 0x80, 120
 _address = re.compile(r"(\d{1,3})([A-Za-z].*)", re.ASCII)
 _with_number = re.compile(r"([A-Z]+|[a-z]+)-?\d+", re.ASCII)
 
@@ -217,7 +217,7 @@ def _unknown(text: str) -> tuple[Rule, str]:
         return rules.NO_COMMENT, f"{text[:20]} is neither a command nor a comment: a comment begins with '"
     if address := digits_as_address(text):
         byte, rest = address
-        motors = f"motor {byte - ADDRESSED}" if byte > ADDRESSED else "all motors"
+        motors = f"motor {byte - GLOBAL}" if byte > GLOBAL else "all motors"
         return rules.ADDRESS, (
             f"{text}: the address of {motors} is one byte before the command: in a conversation write "
             rf'\x{byte:X}{rest}, in a program PRINT(#{byte},"{rest} ")'
@@ -234,9 +234,9 @@ def _unknown(text: str) -> tuple[Rule, str]:
 def digits_as_address(text: str) -> tuple[int, str] | None:
     """Return the address byte and the command of a text such as `1RP`, in which digits stand for the byte."""
     match = _address.fullmatch(text)
-    if match is None or int(match[1]) > HIGHEST_ADDRESS or read(match[2]).problem is not None:
+    if match is None or GLOBAL + int(match[1]) > LAST_ADDRESS or read(match[2]).problem is not None:
         return None
-    return ADDRESSED + int(match[1]), match[2]
+    return GLOBAL + int(match[1]), match[2]
 
 
 # Parsing the operands of a command
