@@ -229,10 +229,8 @@ class Interface(State):
         last = self.buffer.last_typed or self._last_typed
         if not waits or terminator != self.frame.ends_message or last != ord(CANCEL):
             return
-        if self.work.held is not None:
-            self.buffer.drop_messages(self.frame.ends_message, is_heeded)
         self._cancelled = True
-        self.work.cancel()
+        self._drop_waiting()
 
     def _obey(self, text: str) -> Procedure | None:
         if not text.strip(" "):
@@ -272,7 +270,7 @@ class Interface(State):
         return None
 
     def _drop_waiting(self) -> None:
-        """Delete the held message and all that waits behind it, because an input has stopped the motion."""
+        """Cancel the work, and delete the held message and all that waits behind it."""
         if self.work.held is not None:
             self.buffer.drop_messages(self.frame.ends_message, is_heeded)
         self.work.cancel()

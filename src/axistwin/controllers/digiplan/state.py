@@ -125,10 +125,10 @@ class State(ABC):
         before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
-            if self._ramp_before is None and (self.work.occupied or self.motion.running):
-                self._ramp_before = before
-            elif not self.work.occupied and not self.motion.running:
+            if not (self.work.occupied or self.motion.running):
                 self.calculate_ramp()
+            elif self._ramp_before is None:
+                self._ramp_before = before
 
     @property
     def in_force(self) -> Parameters:
