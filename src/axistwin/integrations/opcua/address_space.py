@@ -13,7 +13,16 @@ from asyncua import Node, Server, ua
 from axistwin.drivers.axis import Scale
 from axistwin.drivers.errors import RefusedError
 from axistwin.integrations.driven_axis import DrivenAxis, Goal
-from axistwin.integrations.opcua.attributes import BAD_VALUE, Attributes, Write, number, stamped, status_code
+from axistwin.integrations.opcua.attributes import (
+    BAD_VALUE,
+    LOST,
+    NO_ANSWER,
+    Attributes,
+    Write,
+    number,
+    stamped,
+    status_code,
+)
 from axistwin.integrations.points import Point
 from axistwin.integrations.station import Station
 
@@ -21,12 +30,7 @@ NAMESPACE, MACHINERY = "urn:axistwin:axes", "http://opcfoundation.org/UA/Machine
 MANUFACTURERS = {"if1": "Digiplan", "if2": "Digiplan", "1810": "Compumotor", "1811": "Compumotor"}
 BEGIN_S = 3.0
 """Longest time for which a method waits for the beginning of a motion; clients wait for 4 s by default."""
-GOOD, NO_ANSWER, LOST, ESTIMATED = (
-    ua.StatusCodes.Good,
-    ua.StatusCodes.BadNoCommunication,
-    ua.StatusCodes.BadSensorFailure,
-    ua.StatusCodes.UncertainSensorNotAccurate,
-)
+GOOD, ESTIMATED = ua.StatusCodes.Good, ua.StatusCodes.UncertainSensorNotAccurate
 DOUBLE, BOOL, TEXT, INT = ua.VariantType.Double, ua.VariantType.Boolean, ua.VariantType.String, ua.VariantType.Int64
 
 

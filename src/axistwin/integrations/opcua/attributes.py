@@ -9,8 +9,9 @@ from asyncua import ua
 from asyncua.server.address_space import AttributeService
 from asyncua.server.internal_server import InternalServer
 
-from axistwin.drivers.errors import BusyError, DriverError, PositionLostError, RefusedError
+from axistwin.drivers.errors import DriverError, PositionLostError, RefusedError
 
+NO_ANSWER, LOST = int(ua.StatusCodes.BadNoCommunication), int(ua.StatusCodes.BadSensorFailure)
 Write = Callable[[Any], Awaitable[None]]
 BAD_VALUE = (DriverError, TypeError, ValueError, ArithmeticError)
 """Errors of a request that the server or the controller refuses."""
@@ -73,11 +74,11 @@ def status_code(error: Exception) -> int:
     """Return the OPC UA status code for an error."""
     match error:
         case PositionLostError():
-            return int(ua.StatusCodes.BadSensorFailure)
-        case BusyError() | RefusedError():
+            return LOST
+        case RefusedError():
             return int(ua.StatusCodes.BadInvalidState)
         case DriverError():
-            return int(ua.StatusCodes.BadNoCommunication)
+            return NO_ANSWER
         case TypeError():
             return int(ua.StatusCodes.BadTypeMismatch)
         case _:

@@ -31,9 +31,8 @@ REGISTRATION = (
     ua.NodeId(ua.ObjectIds.RegisterServerRequest_Encoding_DefaultBinary),
     ua.NodeId(ua.ObjectIds.RegisterServer2Request_Encoding_DefaultBinary),
 )
-
-
-LOGGER = logging.getLogger("asyncua.server.monitored_item_service")
+LOGGER = "asyncua.server.monitored_item_service"
+"""Beginning of the names of the library's loggers for subscriptions."""
 
 
 class _Subscriptions(SubscriptionService):
@@ -41,7 +40,7 @@ class _Subscriptions(SubscriptionService):
 
     async def create_subscription(self, *arguments: Any, **named: Any) -> ua.CreateSubscriptionResult:
         made = await super().create_subscription(*arguments, **named)
-        logging.Logger.manager.loggerDict.pop(f"{LOGGER.name}.{made.SubscriptionId}", None)
+        logging.Logger.manager.loggerDict.pop(f"{LOGGER}.{made.SubscriptionId}", None)
         return made
 
 
