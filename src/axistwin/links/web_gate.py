@@ -8,10 +8,7 @@ def is_loopback(host: str) -> bool:
     """True if a host name or an IP address belongs to the loopback interface."""
     if host == "localhost" or host.endswith(".localhost"):
         return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False
+    return is_address(host) and ip_address(host).is_loopback
 
 
 def is_address(host: str) -> bool:
