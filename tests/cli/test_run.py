@@ -237,6 +237,7 @@ REFUSED = [
     ("1811", "a.181x", "33 00 00 00 10\n70\n", ["CM305"]),
     ("smartmotor", "a.sms", "UCI UDI ZS\nFOO\nEND\n", ["SM101"]),
     ("if1", "a.talk", "+1.5\n> (\n< U\\r\n> U61\\r\n+1.5\n> x\n> y\\r\n", ["DP101"]),
+    ("1811", "a.talk", "; model: 1811\n+1.5\n> 33 00 00 00 10\n", ["CM305"]),
 ]
 
 

@@ -66,6 +66,21 @@ def test_what_is_left_over_at_the_end_is_a_difference(bench, if1):
     assert r"got       C\r" in shown
 
 
+def test_the_last_line_of_the_host_is_sent(bench, if1):
+    assert said(bench, "> X100@100$\\r\n> E\\r\n") == ""
+    assert not if1.serial.sending
+    bench.run(1.5)
+    assert if1.axes["X"].position == 100
+
+
+def test_the_last_command_to_a_board_is_sent(bench):
+    board = bench.add("1811")
+    assert said(bench, "; model: 1811\n+1.5\n> 0C 01\n> 0C 02\n") == ""
+    bench.run(0.1)
+    assert not board.pins["output1"].level
+    assert not board.pins["output2"].level
+
+
 @pytest.mark.parametrize(
     ("line", "good"),
     [

@@ -31,6 +31,11 @@ class Host:
         return self._port.pending
 
     @property
+    def sending(self) -> bool:
+        """True until the controller has received all data."""
+        return self._port.sending if isinstance(self._port, SerialPort) else bool(self._port.pending)
+
+    @property
     def pause_ns(self) -> int:
         """Length in ns of the pause that marks the end of a message."""
         return 3 * self._port.host.format.frame_ns if isinstance(self._port, SerialPort) else 20 * MS

@@ -1,7 +1,7 @@
 """Play a conversation with the controllers on a bench, in virtual time, up to the first difference.
 
-Time passes only in `+`, and in `<` until its last character has been received.  A `= clock` after a `<` therefore
-checks the exact time of the last character.
+Time passes only in `+`, in `<` until its last character has been received, and at the end until the characters of the
+last `>` have been sent.  A `= clock` after a `<` therefore checks the exact time of the last character.
 """
 
 from collections.abc import Callable, Collection
@@ -83,6 +83,7 @@ def play(conversation: Conversation, bench: Bench) -> Difference | None:
         for act in [player.prepare(act) for act in conversation.acts]:
             if isinstance(difference := act(), Difference):
                 return difference
+        player.send_all()
         return player.unclaimed_reply()
 
 
@@ -201,6 +202,10 @@ class Player:
         while len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
             pass
         return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
+
+    def send_all(self) -> None:
+        """Wait until the data of the last `>` lines have been sent, for at most the patience."""
+        self.bench.run_until(lambda: not any(host.sending for host in self.hosts.values()), self.patience_s)
 
     def unclaimed_reply(self) -> Difference | None:
         """Return a `Difference` for received characters that no line of the conversation file expects.

@@ -242,6 +242,11 @@ class SerialPort:
         return len(self._uart.queue)
 
     @property
+    def sending(self) -> bool:
+        """True while a character is on the wire, or waits in the transmit queue."""
+        return self._uart.sending or bool(self._uart.queue)
+
+    @property
     def instant(self) -> bool:
         """True if the connection transmits each character without delay."""
         return self.to_device.instant
