@@ -254,3 +254,46 @@ def test_the_estimate_of_a_triangle_and_a_trapezoid():
     trapezoid = Trapezoid(50, 10, 1000)
     assert (trapezoid.position(5), trapezoid.position(10), trapezoid.position(25)) == (125, 375, 1000)
     assert Trapezoid(50, 10).position(100) == 125 + 95 * 50
+
+
+RUNS = {
+    "a move": lambda if1, x: x.move_to(5000),
+    "a run": lambda if1, x: x.move_at(900),
+    "two axes": lambda if1, x: if1.move_together({"X": 5000, "Y": 5000}),
+}
+
+
+@pytest.mark.parametrize("way", RUNS)
+def test_two_runs_into_the_same_switch_with_as_many_steps(ports, way):
+    """N is the count of the last move; a second run of as many steps is not one that the IF1 has refused."""
+    twin = ports.add("if1", X={"limits": [-1000, 500]})
+    with connect("if1", "if1") as if1:
+        x, y = if1.axes["X"], if1.axes["Y"]
+        x.set_profile(velocity=900)
+        for _ in range(3):
+            RUNS[way](if1, x)
+            ports.run(20)  # a busy computer asks only after the end
+            status = x.status()
+            assert (status.position, status.lost, status.faults[0].name) == (true_position(twin), "", "limit")
+            assert 500 <= status.position < 550
+            x.clear_faults()
+            if1.move_together({"X": 0, "Y": 0}) if y.position() else x.move_to(0)
+            assert x.wait(60).position == true_position(twin) == true_position(twin, "Y") == 0
+
+
+def test_a_move_that_a_switch_prevents_makes_no_step(ports, twin, if1, monkeypatch):
+    """The switch opens between the check and the move: the old count is not that of this move."""
+    x, message = if1.axes["X"], if1.core.message
+    for target, way in ((300, "none"), (600, "opens")):
+
+        def with_switch(text, way=way):
+            if way == "opens" and "+300" in text:
+                drive(twin, "limit_plus", False)
+            yield from message(text)
+
+        monkeypatch.setattr(if1.core, "message", with_switch)
+        x.move_to(target)
+        while (status := x.status()).moving:
+            pass
+    assert (status.position, status.lost, true_position(twin)) == (300, "", 300)
+    assert "limit" in status.missed

@@ -297,17 +297,18 @@ class IF1(Core):
     def _cannot_be_of(move: Move, steps: int, bits: int) -> bool:
         if move.distance is not None and steps > move.distance:
             return True
-        return bool(bits & (ESTOP | LIMIT)) and steps == move.counted != 0
+        return bool(move.signs and bits & (ESTOP | LIMIT)) and steps == move.counted != 0
 
     def begin(self, signs: dict[str, int], distance: int | None, speed: float, text: str) -> Procedure[Move]:
         """Begin a motion.  Raises RefusedError if the controller does not accept the message."""
         yield from self._ready_for(set(signs.values()))
-        counted = self._state.counted
         for name, sign in signs.items():
             target = None if distance is None else self._state.positions[name] + sign * distance
             self.axes[name]._aim(target, faults=self._faults())
+        if self._state.counted:
+            yield from self._reset_count(signs, speed)
         profile = Trapezoid(speed, (self._ramp or 1) * 1000.0, distance)
-        self._move = move = Move(signs, distance, profile, (yield Clock()), counted)
+        self._move = move = Move(signs, distance, profile, (yield Clock()), self._state.counted)
         yield from self.message(text)
         move.begun, move.sure = (yield Clock()), True
         bits = yield from self._motion()
@@ -319,6 +320,17 @@ class IF1(Core):
             self._state.communication, self._state.latched = 0, self._state.latched & ~COMMUNICATION
             raise RefusedError(f"the IF1 refused the message {text} ({fault.name}): {fault.remedy}")
         return move
+
+    def _reset_count(self, signs: dict[str, int], speed: float) -> Procedure[None]:
+        """Set the step count to 0 by an index of no steps.
+
+        Otherwise a move of as many steps as the last one could not be told from a move that was not made.
+        """
+        words = "".join(f"{name}{'+' if sign > 0 else '-'}" for name, sign in signs.items())
+        self._move = Move(signs, 0, Trapezoid(1.0, 1.0), (yield Clock()), self._state.counted, seen=START_POLLS)
+        yield from self.message(f"{words}0@{speed:g}$")
+        self._state.counted = yield from self._number("N")
+        self._move = None
 
     def _ready_for(self, directions: set[int]) -> Procedure[None]:
         if (yield from self._poll()):
