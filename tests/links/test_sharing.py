@@ -5,12 +5,13 @@ import socket
 
 import pytest
 
+from axistwin import Bench
 from axistwin.cli import main
 from axistwin.drivers import connect
 from axistwin.errors import UsageError
 from axistwin.links import FULL, Gate, Hub, Seat, sharing
 
-from .serving import Served, ask, dial, receive
+from .serving import Served, ask, dial, initialise, receive
 
 
 @pytest.fixture
@@ -94,7 +95,10 @@ class Plug:
 
 class Client:
     def __init__(self, name):
-        self.name, self.got, self.reads = name, b"", True
+        self.name, self.got, self.reads, self.connected = name, b"", True, True
+
+    def drop(self):
+        self.connected = False
 
     def pause(self):
         self.reads = False
@@ -112,9 +116,9 @@ def hub(monkeypatch):
     monkeypatch.setattr(sharing, "SILENCE_S", 1000.0)
     monkeypatch.setattr(sharing, "LONGEST_S", 1000.0)
 
-    def run(session):
+    def run(session, plug=None, **options):
         async def whole():
-            hub = Hub(Plug())
+            hub = Hub(plug or Plug(), **options)
             seats = [Seat(hub) for _ in range(3)]
             for seat, name in zip(seats, "abc", strict=True):
                 assert seat.connect(Client(name))
@@ -160,12 +164,12 @@ def test_a_client_that_is_alone_is_not_delayed_and_one_that_waits_is_not_read(hu
         a.send(b"K\r")
         a.send(b"N\r")
         assert hub.plug.sent == [b"K\r", b"N\r"]
-        b.send(b"x" * (FULL + 1))
+        b.send(b"K\r" * FULL)
         assert not b.client.reads and b.full
         hub.resume()
         assert not b.client.reads and a.client.reads
         hub._silent()
-        assert b.client.reads and len(hub.plug.sent[-1]) == FULL + 1
+        assert b.client.reads and len(hub.plug.sent[-1]) == 2 * FULL
 
     hub(session)
 
@@ -185,24 +189,118 @@ def test_a_client_that_leaves_takes_its_requests_along(hub):
     hub(session)
 
 
-def test_a_half_line_does_not_swallow_the_request_of_another_client(hub):
+def test_a_half_line_waits_in_the_seat_of_its_client(hub):
     def session(hub, a, b, c):
         a.send(b"X1")
-        hub._silent()
         b.send(b"K\r")
         assert hub.plug.sent == [b"K\r"]
         hub._silent()
         a.send(b"0\r")
         assert hub.plug.sent == [b"K\r", b"X10\r"]
         hub._silent()
-        a.send(b"#")  # no line: at once
+        a.send(b"X2")
         b.send(b"N\rX")
-        hub._silent()
-        assert hub.plug.sent[2:] == [b"#", b"N\r"]
         a.disconnect(a.client)
         c.disconnect(c.client)
         hub._silent()
         b.send(b"1")  # the only client
-        assert b"".join(hub.plug.sent[4:]) == b"X1"
+        assert hub.plug.sent[2:] == [b"N\r"]
+        late = Seat(hub)
+        assert late.connect(Client("d"))
+        late.send(b"E\r")
+        hub._silent()
+        b.send(b"\r")
+        hub._silent()
+        assert hub.plug.sent[3:] == [b"E\r", b"X1\r"]
+        late.disconnect(late.client)
 
     hub(session)
+
+
+@pytest.mark.parametrize("end", [b"\r", b"\n"])
+def test_an_end_of_line_that_one_client_leaves_out_is_put_before_the_request_of_another(hub, end):
+    def session(hub, a, b, c):
+        a.send(b"X1#")  # discards X1, and acts at once
+        hub._silent()
+        b.send(b"K" + end)
+        hub._silent()
+        b.send(b"%")
+        b.send(b"N" + end)
+        hub._silent()
+        c.send(b"K" + end)
+        assert hub.plug.sent == [b"X1#", end + b"K" + end, b"%", b"N" + end, b"K" + end]
+
+    hub(session)
+
+
+def test_a_client_that_sends_no_end_of_line_is_disconnected(hub, caplog):
+    def session(hub, a, b, c):
+        a.send(b"K\rX")
+        a.send(b"1" * 511)
+        assert a.client.connected
+        a.send(b"1")
+        assert not a.client.connected and hub.plug.sent == [b"K\r"]
+
+    hub(session)
+    assert caplog.messages == [
+        "if1: a sends more than 512 characters without an end of line and is disconnected: end each line with CR"
+    ]
+
+
+def test_what_of_a_smartmotor_waits(hub):
+    def session(hub, a, b, c):
+        for data in (b"RP a=1", b" ", b'PRINT("a ', b'b")', b"\r", b'PRINT("c\n', b"\x80", b"\xf9"):
+            a.send(data)
+            hub._silent()
+        assert hub.plug.sent == [b"RP ", b"a=1 ", b'PRINT("a b")\r', b'PRINT("c\n', b"\x80", b"\xf9"]
+        a.send(b"\x80")
+        a.send(b"data")  # of a message in host mode
+        b.send(b"RP\r")
+        hub._silent()
+        assert hub.plug.sent[6:] == [b"\x80", b"data", b"RP\r"]
+
+    hub(session, motors=True)
+
+
+class Machine(Plug):
+    """A plug of a real IF1 in virtual time, which answers within 0.2 s."""
+
+    def __init__(self):
+        super().__init__()
+        self.bench = Bench()
+        self.if1 = initialise(self.bench, self.bench.add("if1", line="instant"))
+
+    def send(self, data):
+        self.if1.serial.write(data)
+        self.bench.run(0.2)
+        if answer := self.if1.serial.read():
+            self.client.deliver(answer, None)
+
+
+@pytest.mark.parametrize("half", [b"X1", b"X1000 ", b"#", b"%", b"X1#", b"K\n"])
+@pytest.mark.parametrize("leaves", [False, True])
+def test_an_if1_answers_a_client_that_arrives_in_the_half_line_of_another(hub, half, leaves):
+    ready = b"F\r" if half == b"%" else b"C\r"  # the host has control
+
+    def session(hub, a, b, c):
+        b.disconnect(b.client)
+        c.disconnect(c.client)
+        a.send(half)
+        hub._silent()
+        if leaves:
+            a.disconnect(a.client)
+        assert b.connect(Client("b"))
+        first = b.client
+        b.send(b"N\r")
+        hub._silent()
+        b.send(b"E\r")
+        assert first.got.removeprefix(b"0\r" if half == b"K\n" else b"") == b"0\r" + ready
+        hub._silent()
+        if not leaves:
+            first.got = b""
+            a.send(b"000$\r" if half == b"X1" else b"\r")
+            hub._silent()
+            b.send(b"E\r")
+            assert first.got == (b"E\r" if half == b"X1" else ready)
+
+    hub(session, plug=Machine())

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from axistwin.bench import Bench
+from axistwin.bench import FAMILIES, Bench
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import HostPort, Plug
@@ -143,7 +143,9 @@ class Server:
         from axistwin.links.sharing import Hub
 
         if name not in self._hubs:
-            self._hubs[name] = Hub(self._plug(name))
+            made = self.bench.controllers.get(name)
+            motors = made is None or FAMILIES[made.product.model] == "smartmotor"
+            self._hubs[name] = Hub(self._plug(name), motors=motors)
         return self._hubs[name]
 
     def _power_cycle(self, name: str) -> None:

@@ -3,24 +3,28 @@ answer.
 
 A request of a client ends with the terminator, or after 50 ms without a character in either direction.  While a request
 and its answer are in progress, requests of other clients wait; among waiting clients the one that has waited longest is
-next.  A line is sent as a whole: a half one would swallow the request of another client.  A client that is alone is
-never delayed.
+next.  A line is sent as a whole, even while its client is alone: a half one would swallow the first request of the next
+client, or become part of it.  It waits in the seat of its client, and leaves with it.
 """
 
 import asyncio
+import re
 from collections.abc import Callable
 
 from axistwin.links.plug import FULL, Plug
+from axistwin.links.single_client import log
 from axistwin.links.tcp import TcpClient
 from axistwin.sim.frames import LineError
 from axistwin.sim.serial_port import Flow
 
 TERMINATOR = b"\r"
 """End of a command line of an IF1, an IF2 and a SmartMotor."""
-ENDS = b"\r\n "
-"""Characters that end a line or, on a SmartMotor, a command."""
-LONGEST_LINE = 256
-"""Longest line in bytes that waits for its end."""
+LINES = re.compile(rb"(?:[^\r\n]*[\r\n])*(?:[^\r\n]*#)?[(%]*")
+"""Lines of an IF1 or IF2, and behind them what acts without an end of line; # discards what is before it."""
+WORDS = re.compile(rb'(?:(?:[^"\r\n\0 ]|"[^"\r\n\0]*(?:"|(?=[\r\n\0])))*[\r\n\0 ])*')
+"""Commands of a SmartMotor: a space ends one, too, except between quotation marks."""
+LONGEST_LINE = FULL
+"""Longest line in bytes; a client that sends more without an end is disconnected."""
 SILENCE_S = 0.05
 MOST_SEATS = 100
 LONGEST_S = 2.0
@@ -74,20 +78,32 @@ class Seat:
         """
         self.waiting += data
         self._hub.pump(self)
+        if len(self.waiting) - self._hub.sendable(self) > LONGEST_LINE:
+            self._refuse_line()
         if self.full and self.client is not None:
             self.client.pause()
+
+    def _refuse_line(self) -> None:
+        if self.client is not None:
+            log.warning(
+                "%s: %s sends more than %d characters without an end of line and is disconnected: "
+                "end each line with CR", self.name, self.client.name, LONGEST_LINE,
+            )  # fmt: skip
+            self.client.drop()
+        self.waiting.clear()
 
 
 class Hub:
     """Shares one serial connector among several clients.
 
     The requests of the clients are sent in turn, and each answer is sent to all clients.
+    `motors`: the connector is that of SmartMotors, not of an IF1 or IF2.
     """
 
     flow: Flow | None = None
 
-    def __init__(self, plug: Plug) -> None:
-        self.plug, self.name = plug, ""
+    def __init__(self, plug: Plug, *, motors: bool = False) -> None:
+        self.plug, self.name, self._motors = plug, "", motors
         self._seats: list[Seat] = []
         self._queue: list[Seat] = []
         """Seats with waiting characters, longest wait first; the seat whose request is in progress is not here."""
@@ -95,6 +111,8 @@ class Hub:
         self._complete = False
         """True after the terminator of the present request."""
         self._complete_at_s = 0.0
+        self._last: tuple[Seat | None, bytes] = None, b""
+        """The seat that has sent the last character, and this character."""
         self._timer: asyncio.TimerHandle | None = None
 
     def seat(self) -> TcpClient:
@@ -128,8 +146,6 @@ class Hub:
         if not self._seats:
             self._end_turn()
             self.plug.disconnect(self)
-        elif len(self._seats) == 1:
-            self.pump(self._seats[0])
 
     def _rename(self) -> None:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
@@ -139,7 +155,7 @@ class Hub:
 
         While a different client is sending, put the client into the queue instead.
         """
-        end = self._sendable(seat)
+        end = self.sendable(seat)
         if not end:
             return
         if self._turn not in (None, seat) or (self._complete and self._queue):
@@ -149,20 +165,33 @@ class Hub:
         self._turn = seat
         first = bytes(seat.waiting[: (seat.waiting.find(TERMINATOR) + 1 if self._queue else 0) or end])
         del seat.waiting[: len(first)]
-        self._complete = first.endswith(TERMINATOR)
+        self._complete = first[-1:] in self._ends
         self._complete_at_s = asyncio.get_running_loop().time()
-        if self._sendable(seat):
+        if self.sendable(seat):
             self._queue.append(seat)
         self._restart_timer()
-        self.plug.send(first)
+        self.plug.send(self._closing(seat, first) + first)
 
-    def _sendable(self, seat: Seat) -> int:
+    def sendable(self, seat: Seat) -> int:
         """Return the number of waiting characters without the half line at their end.
 
-        A line that has been begun, or that nobody else can be hurt by, is sent as it comes.
+        Bytes from 80h of a SmartMotor, and what follows them in the same turn, are sent as they come.
         """
-        begun = self._turn is seat and not self._complete
-        return len(seat.waiting) if len(self._seats) == 1 or begun else _whole(seat.waiting)
+        if self._motors and ((self._turn is seat and not self._complete) or not seat.waiting.isascii()):
+            return len(seat.waiting)
+        whole = (WORDS if self._motors else LINES).match(seat.waiting)
+        return whole.end() if whole else 0
+
+    @property
+    def _ends(self) -> tuple[bytes, ...]:
+        return (b"\r", b"\n", b"\0", b" ") if self._motors else (b"\r", b"\n")
+
+    def _closing(self, seat: Seat, request: bytes) -> bytes:
+        """Return the end of line that another client of an IF1 or IF2 has left out, e.g. behind #; usually none."""
+        (owner, last), end = self._last, request[-1:]
+        self._last = seat, end
+        missing = not self._motors and owner is not seat and last not in (b"", b"(", end) and end in self._ends
+        return end if missing else b""
 
     def _restart_timer(self) -> None:
         if self._timer is not None:
@@ -222,14 +251,3 @@ class Hub:
         for seat in tuple(self._seats):
             if seat.client is not None:
                 act(seat.client)
-
-
-def _whole(data: bytearray) -> int:
-    """Return the length of `data` without a half line at the end, i.e. letters or digits before their end of line.
-
-    A character such as `(` or `#` of an IF1 is a request of its own, and so are bytes above 7Fh of a SmartMotor.
-    """
-    begin = max(data.rfind(end) for end in ENDS) + 1
-    half = data[begin:]
-    waits = half.isascii() and any(map(str.isalnum, half.decode("ascii"))) and len(half) <= LONGEST_LINE
-    return begin if waits else len(data)
