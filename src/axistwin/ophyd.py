@@ -22,6 +22,7 @@ from ophyd_async.core import (
     soft_signal_r_and_setter,
 )
 
+from axistwin.drivers.arguments import positive
 from axistwin.drivers.asynchronous import AsyncAxis, AsyncController
 from axistwin.drivers.axis import Scale, Status
 from axistwin.drivers.blocking import arrived, nothing
@@ -66,7 +67,7 @@ class Controller:
             raise RefusedError(f"no axis {axis!r}: expected one of {', '.join(self.driver.axes)}")
         found = self.driver.axes[axis]
         found.scale = Scale(counts_per_unit, unit)
-        return Motor(self, found, name, poll_s)
+        return Motor(self, found, name, positive("poll_s", poll_s))
 
     async def connect(self) -> None:
         """Open the port and find the controller."""

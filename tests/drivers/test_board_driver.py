@@ -160,7 +160,7 @@ def test_events_sequences_closed_loop_and_streams(twin, board):
         pass
     assert messages[0][:2] == bytes([1, 7])
     for wrong in ([100], [], [0x8000, 0]):
-        with pytest.raises(RefusedError, match="-32767 to 32767, and 0 as the last"):
+        with pytest.raises(RefusedError, match=r"-32767 to 32767|0 as the last"):
             board.stream_times(2, 4, 1, wrong)
     board.stream_times(2, 4, 1, [100, -100, 0])
     while board.axes["motor"].status().moving:
@@ -231,6 +231,5 @@ def test_a_home_that_is_not_found_is_a_fault(ports):
         assert error.value.status.position == true_position(twin)
         motor.clear_faults()
         assert not motor.status().faults
-        motor.set_profile(acceleration=0)
         with pytest.raises(RefusedError, match="acceleration"):
-            motor.home(1)
+            motor.set_profile(acceleration=0)

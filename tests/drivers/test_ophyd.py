@@ -10,6 +10,7 @@ from axistwin.drivers import RefusedError, SilentError, StoppedError
 from axistwin.errors import UsageError
 from axistwin.integrations import driver_inside
 
+from ..bad_values import BAD, NOT_NUMBERS
 from .devices import model_of, url_of
 
 
@@ -87,6 +88,24 @@ def test_a_move_that_something_stops_fails(ophyd, success, ends):
             with pytest.raises(StoppedError, match=ends):
                 await move
         assert 2000 < (await motor.locate())["readback"] < 8000
+
+    asyncio.run(session())
+
+
+def test_bad_values_are_refused_and_nothing_moves(ophyd):
+    async def session():
+        bench = axistwin.Bench()
+        bench.add("if1")
+        controller = ophyd.Controller.inside(bench, "if1")
+        motor = controller.motor("X", name="m")
+        await motor.connect()
+        for value in (*BAD["move_to"], *NOT_NUMBERS):
+            with pytest.raises(RefusedError, match="invalid position"):
+                await motor.set(value)
+        assert await motor.locate() == {"setpoint": 0, "readback": 0}
+        for words in ({"counts_per_unit": 0}, {"poll_s": -1}):
+            with pytest.raises(RefusedError, match="expected a number"):
+                controller.motor("X", **words)
 
     asyncio.run(session())
 

@@ -7,8 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, Protocol, Self
 
+from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Status
-from axistwin.drivers.blocking import POLL_S, SerialPort, arrived, nothing, set_profile, still_moving
+from axistwin.drivers.blocking import POLL_S, SerialPort, arrived, nothing, still_moving
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError, opening_fault
 from axistwin.drivers.models import make
@@ -228,15 +229,15 @@ class AsyncAxis(ScaledAxis):
 
     async def move_to(self, position: float) -> None:
         """Begin a move to a position."""
-        await self.controller.run(self.core.move_to(self.scale.counts(position)))
+        await self.controller.run(self.core.move_to(self._counts("position", position)))
 
     async def move_by(self, distance: float) -> None:
         """Begin a relative move: the new target is the last target plus `distance`."""
-        await self.controller.run(self.core.move_by(self.scale.counts(distance)))
+        await self.controller.run(self.core.move_by(self._counts("distance", distance)))
 
     async def move_at(self, velocity: float) -> None:
         """Run the axis at a signed velocity until `stop` is called."""
-        await self.controller.run(self.core.move_at(velocity * self.scale.counts_per_unit))
+        await self.controller.run(self.core.move_at(self._velocity(velocity)))
 
     async def stop(self) -> None:
         """Decelerate the axis to a standstill."""
@@ -248,7 +249,7 @@ class AsyncAxis(ScaledAxis):
 
     async def home(self, direction: int) -> None:
         """Begin a search for the home position in direction 1 (positive) or -1 (negative)."""
-        await self.controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
+        await self.controller.run(self.core.home(self._direction(direction)))
 
     async def status(self) -> Status:
         """Return the state of the axis; positions are in the unit of the axis."""
@@ -260,15 +261,11 @@ class AsyncAxis(ScaledAxis):
 
     async def set_position(self, position: float) -> None:
         """Set the present position to a new value without a move; the axis must be at rest."""
-        await self.controller.run(self.core.set_position(self.scale.counts(position)))
+        await self.controller.run(self.core.set_position(self._counts("position", position)))
 
     async def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""
         await self.controller.run(self.core.clear_faults())
-
-    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
-        """Set the velocity and acceleration of the next moves."""
-        set_profile(self.core, velocity, acceleration)
 
     async def wait(self, timeout: float, poll: float = POLL_S) -> Status:
         """Wait until the axis has arrived, and return its status.
@@ -276,7 +273,7 @@ class AsyncAxis(ScaledAxis):
         A move arrives at its target, a search for home at home; a run, `stop` and `abort` end at rest.  Raises
         SilentError if the axis is still moving after `timeout` seconds, and StoppedError if it stops elsewhere.
         """
-        end = self.controller.clock.time() + timeout
+        end, poll = self.controller.clock.time() + number("timeout", timeout, finite=False), positive("poll", poll)
         while (status := await self.status()).moving:
             if self.controller.clock.time() > end:
                 raise still_moving(name=self.name, timeout=timeout)

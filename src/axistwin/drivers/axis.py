@@ -3,7 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from axistwin.drivers.errors import PositionLostError
+from axistwin.drivers.arguments import number
+from axistwin.drivers.errors import PositionLostError, RefusedError
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,10 @@ class Scale:
     counts_per_unit: float = 1.0
     """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""
     unit: str = "counts"
+
+    def __post_init__(self) -> None:
+        if not number("counts_per_unit", self.counts_per_unit):
+            raise RefusedError("invalid counts_per_unit 0: expected a number other than 0, e.g. 400")
 
     def counts(self, units: float) -> int:
         """Convert a position from the user's unit to the nearest count."""

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Generator
 from typing import Any, Self
 
+from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError, SilentError, StoppedError, opening_fault
@@ -159,15 +160,15 @@ class BlockingAxis(ScaledAxis):
 
     def move_to(self, position: float) -> None:
         """Begin a move to a position."""
-        self._controller.run(self.core.move_to(self.scale.counts(position)))
+        self._controller.run(self.core.move_to(self._counts("position", position)))
 
     def move_by(self, distance: float) -> None:
         """Begin a relative move: the new target is the last target plus `distance`."""
-        self._controller.run(self.core.move_by(self.scale.counts(distance)))
+        self._controller.run(self.core.move_by(self._counts("distance", distance)))
 
     def move_at(self, velocity: float) -> None:
         """Run the axis at a signed velocity until `stop` is called."""
-        self._controller.run(self.core.move_at(velocity * self.scale.counts_per_unit))
+        self._controller.run(self.core.move_at(self._velocity(velocity)))
 
     def stop(self) -> None:
         """Decelerate the axis to a standstill."""
@@ -179,7 +180,7 @@ class BlockingAxis(ScaledAxis):
 
     def home(self, direction: int) -> None:
         """Begin a search for the home position in direction 1 (positive) or -1 (negative)."""
-        self._controller.run(self.core.home(direction if self.scale.counts_per_unit > 0 else -direction))
+        self._controller.run(self.core.home(self._direction(direction)))
 
     def status(self) -> Status:
         """Return the state of the axis; positions are in the unit of the axis."""
@@ -191,15 +192,11 @@ class BlockingAxis(ScaledAxis):
 
     def set_position(self, position: float) -> None:
         """Set the present position to a new value without a move; the axis must be at rest."""
-        self._controller.run(self.core.set_position(self.scale.counts(position)))
+        self._controller.run(self.core.set_position(self._counts("position", position)))
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""
         self._controller.run(self.core.clear_faults())
-
-    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
-        """Set the velocity and acceleration of the next moves."""
-        set_profile(self.core, velocity, acceleration)
 
     def wait(self, timeout: float, poll: float = POLL_S) -> Status:
         """Wait until the axis has arrived, and return its status.
@@ -207,20 +204,12 @@ class BlockingAxis(ScaledAxis):
         A move arrives at its target, a search for home at home; a run, `stop` and `abort` end at rest.  Raises
         SilentError if the axis is still moving after `timeout` seconds, and StoppedError if it stops elsewhere.
         """
-        end = time.monotonic() + timeout
+        end, poll = time.monotonic() + number("timeout", timeout, finite=False), positive("poll", poll)
         while (status := self.status()).moving:
             if time.monotonic() > end:
                 raise still_moving(name=self.name, timeout=timeout)
             time.sleep(poll)
         return arrived(self.name, status)
-
-
-def set_profile(core: AxisCore, velocity: float | None, acceleration: float | None) -> None:
-    """Set the velocity and acceleration of an axis in the unit of the axis."""
-    if velocity is not None:
-        core.velocity = core.scale.rate(velocity)
-    if acceleration is not None:
-        core.acceleration = core.scale.rate(acceleration)
 
 
 def arrived(name: str, status: Status) -> Status:

@@ -7,6 +7,7 @@ Each access to the board is one line: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 
 from collections import deque
 from collections.abc import Iterable
 
+from axistwin.drivers.arguments import integer, items
 from axistwin.drivers.board_motor import FAIL, POLL_S, FailedError, Motor, four, signed
 from axistwin.drivers.core import Core, shown
 from axistwin.drivers.errors import RefusedError, SilentError, WrongAnswerError
@@ -48,11 +49,7 @@ class Board(Core):
         super().__init__(timeout)
         if marker_bit not in (None, 0, 1, 2):
             raise ValueError(f"invalid marker_bit {marker_bit}: expected 0, 1, 2 or None")
-        if not 1 <= home_percent <= 100:
-            raise ValueError(
-                f"invalid home_percent {home_percent} (final velocity of a home search, in % of the default velocity): "
-                "expected 1 to 100, e.g. 10"
-            )
+        integer("home_percent (final velocity of a home search, in % of the default velocity)", home_percent, 1, 100)
         self.interrupts, self.marker_bit = interrupts, marker_bit
         self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
         self.messages: deque[bytes] = deque(maxlen=256)
@@ -184,6 +181,7 @@ class Board(Core):
 
     def command(self, opcode: int, *parameters: int) -> Procedure[None]:
         """Send a command, e.g. `command(0x0B, 1)` to set output 1."""
+        command_bytes(opcode, *parameters)
         yield from self._status_until(READY)
         if opcode in MOTIONS:
             self.motor._aim(None)
@@ -197,6 +195,7 @@ class Board(Core):
 
     def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
         """Send a request to the board, and return the board's answer: the 15 bytes after the opcode."""
+        command_bytes(opcode, *parameters)
         yield from self._status_until(READY)
         return (yield from self._request(opcode, *parameters))
 
@@ -265,9 +264,13 @@ class Board(Core):
 
         `command(0x41, number)` performs the sequence.
         """
+        integer("sequence", number, 1, 15)
+        listed = [
+            command_bytes(*items("command", one, "bytes([0x0C, 1])")) for one in items("commands", commands, "[b'A']")
+        ]
         yield from self.command(0xDA, number)
         yield from self.command(0xD9, number)
-        for one in commands:
+        for one in listed:
             yield from self.command(*one)
         yield from self.command(0xD8)
 
@@ -276,7 +279,10 @@ class Board(Core):
 
         `ratio`: motor pulses per encoder pulse, as a fraction.  `sigma`: the backlash.
         """
-        yield from self.command(0xB0, *ratio[0].to_bytes(2, "big"), *ratio[1].to_bytes(2, "big"))
+        parts = [integer("ratio", part, 0, 0xFFFF).to_bytes(2, "big") for part in items("ratio", ratio, "(4, 1)", 2)]
+        for what, value in (("resolution", resolution), ("sigma", sigma), ("teeth", teeth)):
+            integer(what, value, 0, 2**31 - 1)
+        yield from self.command(0xB0, *b"".join(parts))
         yield from self.command(0xB1, *four(resolution))
         yield from self.command(0xB2, *four(sigma))
         yield from self.command(0xB4, *four(teeth))
@@ -294,11 +300,12 @@ class Board(Core):
         about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises
         RefusedError.
         """
-        values = list(velocities)
-        if values[-1:] != [0] or any(abs(value) > 0x7FFF for value in values):
-            raise RefusedError(
-                "invalid velocities: expected numbers from -32767 to 32767, and 0 as the last number, e.g. [100, 0]"
-            )
+        values = items("velocities", velocities, "[100, 0]")
+        for value in values:
+            integer("velocity", value, -0x7FFF, 0x7FFF)
+        if values[-1:] != [0]:
+            raise RefusedError("invalid velocities: expected 0 as the last number, e.g. [100, 0]")
+        integer("update_ms", update_ms, 1, 0xFFFF)
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
         values += [0] * (-len(values) % SEVEN)
@@ -331,3 +338,9 @@ class Board(Core):
         for begin in range(0, len(values), SEVEN):
             words = [abs(value) | (0x8000 if value < 0 else 0) for value in values[begin : begin + SEVEN]]
             yield from self.command(0xE1, *(byte for word in words for byte in word.to_bytes(2, "big")))
+
+
+def command_bytes(*values: int) -> list[int]:
+    """Return the bytes of a command or request: its opcode, and its parameters."""
+    integer("length of a command", len(values), 1, 16)
+    return [integer("byte", value, 0, 255) for value in values]

@@ -4,12 +4,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Fault, Scale, Status
-from axistwin.drivers.errors import DriverError, SilentError, WrongAnswerError
+from axistwin.drivers.errors import DriverError, RefusedError, SilentError, WrongAnswerError
 from axistwin.drivers.steps import Procedure, Read, T
 
 GAP_S = 0.1
 """Longest gap in seconds within an answer: one character at 110 baud."""
+MAX_ACCELERATION = 2.0**31
 MOST_BYTES = 4096
 """Largest number of bytes in an answer; more bytes without an end come from another kind of device."""
 
@@ -35,7 +37,7 @@ class Core(ABC):
     """What to do if there is no answer."""
 
     def __init__(self, timeout: float) -> None:
-        self.timeout = timeout
+        self.timeout = positive("timeout", timeout)
         """Longest wait for the next byte of an answer, in seconds."""
         self.axes: dict[str, AxisCore] = {}
         self._received = bytearray()
@@ -228,3 +230,31 @@ class ScaledAxis:
     @scale.setter
     def scale(self, scale: Scale) -> None:
         self.core.scale = scale
+
+    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
+        """Set the velocity and acceleration of the next moves.  Raises RefusedError for a value that no axis has."""
+        given = {"velocity": (velocity, self.core.max_velocity), "acceleration": (acceleration, MAX_ACCELERATION)}
+        rates = {what: self._rate(what, value, most) for what, (value, most) in given.items() if value is not None}
+        for what, rate in rates.items():
+            setattr(self.core, what, rate)
+
+    def _rate(self, what: str, value: float, most: float) -> float:
+        rate, k = self.scale.rate(positive(what, value)), self.scale.rate(1)
+        if rate > most:
+            raise RefusedError(f"invalid {what} {value:g}: expected a number above 0, and at most {most / k:g}")
+        return rate
+
+    def _counts(self, what: str, value: float) -> int:
+        """Convert a position or a distance to counts."""
+        k, most = self.scale.counts_per_unit, self.core.max_position
+        if abs(number(what, value)) > most / abs(k):
+            raise RefusedError(f"invalid {what} {value:g}: expected at most {most / abs(k):.12g} in either direction")
+        return self.scale.counts(value)
+
+    def _velocity(self, value: float) -> float:
+        return number("velocity", value) * self.scale.counts_per_unit
+
+    def _direction(self, value: int) -> int:
+        if number("direction", value) not in (1, -1):
+            raise RefusedError(f"invalid direction {value!r}: expected 1 or -1")
+        return int(value) if self.scale.counts_per_unit > 0 else -int(value)

@@ -7,11 +7,12 @@ position is known as long as no other host moves an axis and the power stays on.
 import re
 from collections.abc import Callable, Iterable, Mapping
 
+from axistwin.drivers.arguments import ascii_text, integer, items, positive
 from axistwin.drivers.axis import Fault, Status
 from axistwin.drivers.core import MOST_BYTES, AxisCore, Core, Line, shown
 from axistwin.drivers.errors import BusyError, RefusedError, SilentError, WrongAnswerError
 from axistwin.drivers.estimate import Trapezoid
-from axistwin.drivers.if1_axis import I_INPUTS, MAX_SPEED, START_POLLS, IF1Axis, Known, Move
+from axistwin.drivers.if1_axis import I_INPUTS, MAX_DISTANCE, MAX_SPEED, START_POLLS, IF1Axis, Known, Move
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, Write
 
 MOVING, AT_SPEED, DRIVE, ESTOP, LIMIT, COMMUNICATION = 1, 2, 16, 32, 64, 128
@@ -63,6 +64,7 @@ class IF1(Core):
             raise ValueError(f"invalid speed_range {speed_range}: expected 1 to 4")
         if home_input not in (None, *I_INPUTS):
             raise ValueError(f"invalid home_input {home_input}: expected 1, 2 or 3")
+        positive("start_stop", start_stop)
         self.echo, self.speed_range, self.start_stop, self.home_input = echo, speed_range, start_stop, home_input
         self._linefeed = False
         self._known = False
@@ -186,7 +188,7 @@ class IF1(Core):
 
         If the controller echoes characters, send the terminator only after the correct echo of the message.
         """
-        data = text.encode("ascii")
+        data = ascii_text("message", text, "X400$").encode()
         for begin in range(0, len(data), CHUNK):
             part = data[begin : begin + CHUNK]
             yield Write(part)
@@ -422,6 +424,10 @@ class IF1(Core):
 
         Raises RefusedError if the distances in steps are not equal.
         """
+        if not targets or not targets.keys() <= self.axes.keys():
+            raise RefusedError(f"invalid axes {list(targets)}: expected X, Y or Z, e.g. {{'X': 100, 'Y': -100}}")
+        for target in targets.values():
+            integer("target", target, -MAX_DISTANCE, MAX_DISTANCE)
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
         distances = {name: target - self.position_of(name) for name, target in targets.items()}
@@ -460,7 +466,10 @@ class IF1(Core):
 
         `on`, `off`: numbers of the outputs, 1 to 5.
         """
-        setting, resetting = "".join(map(str, on)), "".join(map(str, off))
+        setting, resetting = (
+            "".join(str(integer("output", number, 1, 5)) for number in items("outputs", numbers, "[1, 3]"))
+            for numbers in (on, off)
+        )
         text = (f"S{setting}" if setting else "") + (f"R{resetting}" if resetting else "")
         if text:
             yield from self.message(f"{text}$")
@@ -470,7 +479,7 @@ class IF1(Core):
 
         Afterwards, the positions of the axes in the sequence are not known.
         """
-        listed = list(steps)
+        listed = [ascii_text("step", step, "X400@100") for step in items("steps", steps, '["X400@100"]')]
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
         moved = {name for step in listed for name in "XYZ" if name in step}

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
+from axistwin.drivers.arguments import ascii_text, integer, items
 from axistwin.drivers.axis import Fault, Status
 from axistwin.drivers.core import AxisCore, Core, Line, shown
 from axistwin.drivers.errors import RefusedError, SilentError, WrongAnswerError
@@ -50,9 +51,10 @@ class SmartMotors(Core):
         rs485: bool = False,
     ) -> None:
         super().__init__(timeout)
-        if not all(1 <= address <= 120 for address in addresses):
-            raise ValueError(f"invalid addresses {tuple(addresses)}: expected numbers from 1 to 120")
-        self.addresses, self.chain, self.limits, self.rs485 = tuple(addresses), chain and not rs485, limits, rs485
+        given = [integer("address", address, 1, 120) for address in items("addresses", addresses, "[1, 2]")]
+        if len(set(given)) < len(given):
+            raise RefusedError(f"invalid addresses {given}: expected different numbers, e.g. [1, 2]")
+        self.addresses, self.chain, self.limits, self.rs485 = tuple(given), chain and not rs485, limits, rs485
         self.echo = False
         self._shafts = [Shaft(self, address) for address in self.addresses or (None,)]
         self.axes = {shaft.name: shaft for shaft in self._shafts}
@@ -142,6 +144,7 @@ class SmartMotors(Core):
     def command(self, text: str, axis: str | None = None) -> Procedure[None]:
         """Send commands to a motor, e.g. "UA=1 UAO".  Raises RefusedError for an invalid command."""
         shaft = self.shaft(axis)
+        ascii_text("command", text, "UA=1 UAO")
         if not MOTIONS.isdisjoint(text.split()):
             shaft._aim(None)
         yield from self.send(shaft.prefix, text)
@@ -151,7 +154,7 @@ class SmartMotors(Core):
 
     def number(self, text: str, axis: str | None = None) -> Procedure[int]:
         """Send a report command, e.g. "RTEMP", and return the number in the answer."""
-        (answer,) = yield from self.ask(self.shaft(axis).prefix, text)
+        (answer,) = yield from self.ask(self.shaft(axis).prefix, ascii_text("report", text, "RTEMP"))
         return whole(answer, text)
 
     # Functions that only a SmartMotor has
@@ -159,7 +162,7 @@ class SmartMotors(Core):
     def outputs(self, axis: str | None = None, **levels: bool) -> Procedure[None]:
         """Configure pins as outputs, and set the levels of these pins, e.g. `outputs(A=True)`."""
         for pin, level in levels.items():
-            yield from self.command(f"U{pin}={level:d} U{pin}O", axis)
+            yield from self.command(f"U{pin}={bool(level):d} U{pin}O", axis)
 
     def inputs(self, axis: str | None = None) -> Procedure[dict[str, bool]]:
         """Return the levels of pins A to G."""
@@ -171,15 +174,18 @@ class SmartMotors(Core):
 
         `base`: counts of the master encoder for the whole table.
         """
-        for begin in range(0, len(table), 8):
-            part = " ".join(map(str, table[begin : begin + 8]))
+        words = [integer("point", point, -(2**15), 2**15 - 1) for point in items("table", table, "[0, 100, 0]")]
+        integer("length of the table", len(words), 1, 102)
+        integer("base", base, 1, 2**31 - 1)
+        for begin in range(0, len(words), 8):
+            part = " ".join(map(str, words[begin : begin + 8]))
             yield from self.command(f"aw[{begin}] {part}.", axis)
-        yield from self.command(f"BASE={base} SIZE={len(table)} MC G", axis)
+        yield from self.command(f"BASE={base} SIZE={len(words)} MC G", axis)
 
     def load(self, source: str, axis: str | None = None) -> Procedure[None]:
         """Store the source text of a program in a motor; `command("RUN")` starts the program."""
         shaft = self.shaft(axis)
-        data = source.replace("\r\n", "\n").encode("ascii")
+        data = ascii_text("program", source, "'a=1 END'").replace("\r\n", "\n").encode()
         yield from self._discard(0.0)
         yield Write(shaft.prefix + b"LOAD ")
         yield from self._acknowledged()
@@ -219,8 +225,12 @@ class SmartMotors(Core):
         Each point has a clock value and a position (host mode).
         """
         shaft = self.shaft(axis)
+        pairs = [items("point", point, "(256, 100)", 2) for point in items("points", points, "[(256, 100)]")]
+        path = [
+            (integer("clock", clock, 0, 2**32 - 1), integer("position", position, -(2**31), 2**31 - 1))
+            for clock, position in pairs
+        ]
         shaft._aim(None)
-        path = list(points)
         if path:  # where the mode after host mode finds its target, so that the motion ends
             yield from self.send(shaft.prefix, f"MP V={abs(shaft._speed(shaft.velocity))} P={path[-1][1]}")
         yield from self.send(shaft.prefix, "MD")
