@@ -100,13 +100,49 @@ class Raw:
         request.Parameters.NodesToAdd = []
         return await self.send(request, ua.AddNodesResponse)
 
+    async def subscribe(self, node, every_ms=10):
+        """Make a subscription to a node; return its number and that of its monitored item."""
+        request = ua.CreateSubscriptionRequest()
+        request.Parameters.RequestedPublishingInterval = every_ms
+        request.Parameters.RequestedLifetimeCount, request.Parameters.RequestedMaxKeepAliveCount = 10_000, 3000
+        request.Parameters.PublishingEnabled = True
+        number = (await self.ask(request, ua.CreateSubscriptionResponse)).Parameters.SubscriptionId
+        item = ua.CreateMonitoredItemsRequest()
+        item.Parameters.SubscriptionId, item.Parameters.ItemsToCreate = number, [self.item(node)]
+        return number, (await self.ask(item, ua.CreateMonitoredItemsResponse)).Results[0].MonitoredItemId
+
+    @staticmethod
+    def item(node):
+        """Return the request of a monitored item that reports each change of a node."""
+        wanted = ua.MonitoringParameters(ClientHandle=1, SamplingInterval=0, QueueSize=10)
+        read = ua.ReadValueId(ua.NodeId(node, 2), ua.AttributeIds.Value)
+        return ua.MonitoredItemCreateRequest(read, ua.MonitoringMode.Reporting, wanted)
+
+    async def publish(self, *acknowledged):
+        """Return what a subscription reports; `acknowledged` are numbers of subscriptions and of their messages."""
+        request = ua.PublishRequest()
+        request.Parameters.SubscriptionAcknowledgements = [
+            ua.SubscriptionAcknowledgement(*each) for each in acknowledged
+        ]
+        return (await self.ask(request, ua.PublishResponse)).Parameters
+
+    async def republish(self, number, message):
+        request = ua.RepublishRequest()
+        request.Parameters.SubscriptionId, request.Parameters.RetransmitSequenceNumber = number, message
+        return (await self.ask(request, ua.RepublishResponse)).NotificationMessage
+
+    async def ask(self, request, response):
+        """Send a request; return the answer."""
+        return struct_from_binary(response, await self.client.protocol.send_request(request))
+
     async def send(self, request, response):
         """Send a request; return the name of the status code of the answer."""
 
         async def exchange():
-            answer = struct_from_binary(response, await self.client.protocol.send_request(request))
-            for result in getattr(answer, "Results", None) or []:
-                result.StatusCode.check()
+            answer = await self.ask(request, response)
+            found = answer if hasattr(answer, "Results") else getattr(answer, "Parameters", None)
+            for result in getattr(found, "Results", None) or []:
+                getattr(result, "StatusCode", result).check()
 
         return await code(exchange())
 

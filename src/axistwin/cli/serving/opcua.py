@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 from pathlib import Path
 
 import click
@@ -67,6 +68,7 @@ async def _serve(
     from axistwin.integrations.opcua.security import read_users
     from axistwin.integrations.opcua.server import serving
 
+    logging.basicConfig(format="axistwin: %(message)s")
     accounts = None if users is None else read_users(users)
     ended = ending()
     async with await wanted.machine() as machine:

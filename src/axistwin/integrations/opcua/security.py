@@ -1,12 +1,15 @@
 """Users and certificates of the OPC UA server."""
 
 import hmac
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from logging import getLogger
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from asyncua import Server, ua
+from asyncua.common.utils import ServiceError
 from asyncua.crypto.cert_gen import setup_self_signed_certificate
 from asyncua.crypto.permission_rules import USER_TYPES, SimpleRoleRuleset, User, UserRole
 from asyncua.crypto.truststore import TrustStore
@@ -16,6 +19,13 @@ from cryptography.x509.oid import ExtendedKeyUsageOID
 from axistwin.errors import UsageError
 from axistwin.storage import excerpt, read_file
 
+log = getLogger("axistwin.integrations")
+
+MOST_WRONG = 5
+"""Number of wrong passwords from which on each further attempt must wait."""
+PAUSE_S, MEMORY_S = 10.0, 600.0
+"""Times after a wrong password in seconds: in which further attempts are refused, and in which it counts."""
+MOST_GUESSERS = 1000
 APPLICATION = "urn:axistwin:server"
 ROLES = {"operator": UserRole.User, "viewer": UserRole.Anonymous}
 COMMANDS = (
@@ -58,11 +68,55 @@ def read_users(path: Path) -> dict[str, Account]:
     return found
 
 
+class Guesses:
+    """Counts wrong passwords by client address and user, and refuses attempts that come too fast after them.
+
+    `names`: the names of the users; wrong passwords of all other names of an address count together.
+    """
+
+    def __init__(self, names: Collection[str]) -> None:
+        self._names = names
+        self._wrong: dict[tuple[str, str | None], tuple[int, float]] = {}
+        """Number of wrong passwords, and time of the last one in seconds; the latest is last."""
+
+    def check(self, address: str, user: str | None) -> None:
+        """Raise ServiceError if the user must wait; an attempt that is refused does not prolong the time."""
+        number, last_s = self._wrong.get(self._key(address, user), (0, 0.0))
+        if number >= MOST_WRONG and monotonic() < last_s + PAUSE_S:
+            raise ServiceError(ua.StatusCodes.BadUserAccessDenied)
+
+    def note_wrong(self, address: str, user: str | None) -> None:
+        """Count a wrong password."""
+        now_s, key = monotonic(), self._key(address, user)
+        self._wrong = {known: each for known, each in self._wrong.items() if now_s < each[1] + MEMORY_S}
+        number = self._wrong.pop(key, (0, 0.0))[0] + 1
+        self._wrong[key] = number, now_s
+        if len(self._wrong) > MOST_GUESSERS:
+            del self._wrong[next(iter(self._wrong))]
+        if number >= MOST_WRONG:
+            log.warning(
+                "%d wrong passwords of %s from %s: further attempts are refused for %d s",
+                number, key[1] or "unknown users", address, PAUSE_S,
+            )  # fmt: skip
+
+    def note_right(self, address: str, user: str | None) -> None:
+        """Forget the wrong passwords of a user who has logged in."""
+        self._wrong.pop(self._key(address, user), None)
+
+    def _key(self, address: str, user: str | None) -> tuple[str, str | None]:
+        return address, user if user in self._names else None
+
+
 class Users:
     """Checks the names and passwords of users for the OPC UA server."""
 
     def __init__(self, accounts: Mapping[str, Account]) -> None:
         self._accounts = accounts
+
+    @property
+    def names(self) -> Collection[str]:
+        """Names of all users."""
+        return self._accounts.keys()
 
     def get_user(
         self,
