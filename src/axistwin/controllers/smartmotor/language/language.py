@@ -225,10 +225,18 @@ def _unknown(text: str) -> tuple[Rule, str]:
     if text.startswith("="):
         return rules.BLANKS, f"{text}: blanks around = are not allowed"
     if find(text) is not None:
-        return rules.VALUE, f"{text} is a value, not a command: R{text} reports it"
+        return rules.VALUE, f"{text} is a value, not a command: {_reporting(text)} reports it"
     if _find(text.upper())[0] is not None:
         return rules.CASE, f"unknown command {text[:40]}: commands are upper case"
     return rules.UNKNOWN, f"unknown command {text[:40]}"
+
+
+def _reporting(value: str) -> str:
+    """Return the statement that reports a value: PRINT if the value has no report, as P and V (RP reports @P)."""
+    report = read(f"R{value.lstrip('@')}")
+    handler = report.command.handler if report.command is not None and report.problem is None else None
+    named = handler.keywords.get("name", value) if isinstance(handler, partial) else value
+    return report.text if handler is not None and named == value else f"PRINT({value},#13)"
 
 
 def digits_as_address(text: str) -> tuple[int, str] | None:
