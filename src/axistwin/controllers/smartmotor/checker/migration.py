@@ -119,7 +119,8 @@ def _soft_limits(findings: Findings) -> None:
 def _brake(findings: Findings, command: str, pin: str) -> None:
     """Report a wrong use of a brake pin (manual, section 5.1).
 
-    The pin is not an output, or the program later uses the pin for another purpose.
+    The pin is not an output, or the program later uses the pin for another purpose.  BRKI, BRKC and BRKG are mutually
+    exclusive: another one of them ends the use of the pin.
     """
     begun = next(findings.all(command), None)
     if begun is None:
@@ -128,7 +129,10 @@ def _brake(findings: Findings, command: str, pin: str) -> None:
         output = fixing(f"make pin {pin} an output", put_before(findings.text(begun[0])[0], f"U{pin}O "), sure=False)
         findings.report(rules.BRAKE_PIN, begun[0], f"U{pin}O must be given before {command}", output)
     disturbing = {f"U{pin}I", f"U{pin}=", *({"RS4", "OCHN()"} if pin == "G" else ())}
-    for number in range(begun[0] + 1, len(findings.words)):
+    since: int | None = None
+    for number, keyword in enumerate(findings.words):
+        if keyword in ("BRKI", *BRAKE_PINS):
+            since = number if keyword == command else None
         taken = {name for part in findings.statements[number].computed for name in part.taken}
-        if findings.words[number] in disturbing or not taken.isdisjoint({f"U{pin}", f"U{pin}I"}):
-            findings.report(rules.BRAKE_USED, number, f"the brake uses pin {pin} since line {findings.line(begun[0])}")
+        if since is not None and (keyword in disturbing or not taken.isdisjoint({f"U{pin}", f"U{pin}I"})):
+            findings.report(rules.BRAKE_USED, number, f"the brake uses pin {pin} since line {findings.line(since)}")
