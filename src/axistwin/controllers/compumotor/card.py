@@ -237,7 +237,7 @@ def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> 
         make_front=partial(_front, encoder),
         check=partial(_check, commands),
         make_rules=_rules,
-        language=Words(commands),
+        language=Words(commands, model),
         programs=SEQUENCES,
         orders=_orders,
         attend=Host,

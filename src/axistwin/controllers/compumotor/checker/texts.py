@@ -38,6 +38,7 @@ class Words:
     """Converts the commands and messages of one model from bytes to text and back."""
 
     commands: CommandSet
+    model: str = "1811"
 
     def read(self, text: str) -> bytes:
         """Convert the text of a command to bytes.  Raise ProgramError if the text is wrong.
@@ -124,7 +125,7 @@ class Words:
             return names[word[0]]
         likely = re.sub(r"[^a-z0-9]+", "_", word[0].lower()).strip("_")
         near = [likely] if likely in names else get_close_matches(likely, names, 3)
-        hint = f"did you mean {' or '.join(near)}?" if near else "axistwin commands lists them"
+        hint = f"did you mean {' or '.join(near)}?" if near else f"axistwin commands {self.model} lists them"
         error = _wrong(f"no command {word[0]!r}: {hint}", rules.UNKNOWN_NAME, word)
         error.instead, error.sure = near[0] if near else "", likely in names
         raise error
