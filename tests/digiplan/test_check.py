@@ -104,7 +104,7 @@ WRONG = {
         "S1$",
         "Y60",
     ): "5:3 warning: without $ this message starts no move, and no later message does",
-    (":$",): "1:1 warning: no stored sequence to run again",
+    (":$",): "1:1 warning: no stored sequence to run again: expected a sequence before it, e.g. :X100:$",
     (":X100:=0,1:Y:$",): "1:12 warning: never reached: step 2 repeats for ever",
     (":X100:X@500G:Y5:$",): "1:14 warning: the run of step 2 continues, and the move of this step waits for its end: "
     "A stops the run",
@@ -180,7 +180,9 @@ def test_what_an_if2_keeps_locked_when_it_is_switched_off():
     again = sent("(U62\rK\r", initialised=False)
     assert product("if2").check([first, again]) == []
     erased = sent("(*U61\r:$\r", initialised=False)
-    assert [d.message for d in product("if2").check([first, erased])] == ["no stored sequence to run again"]
+    assert [d.message for d in product("if2").check([first, erased])] == [
+        "no stored sequence to run again: expected a sequence before it, e.g. :X100:$"
+    ]
 
 
 WORDS = st.sampled_from(

@@ -108,7 +108,10 @@ WRONG = {
     "ab[204]=1": "1:4 error: there is no ab[204]: ab[0] to ab[203]",
     "al[49] 1 2 3.": "1:4 error: there is no al[51]: al[0] to al[50]",
     "a=b/0": "1:1 error: this divides by 0: Bd is set and the statement has no effect",
-    "a=3000000000": "1:1 error: a number does not fit 32 bits: Bd is set and the statement has no effect",
+    "a=3000000000": (
+        "1:1 error: a number does not fit 32 bits (-2147483648 to 2147483647): "
+        "Bd is set and the statement has no effect"
+    ),
     # flow
     "GOTO5": "1:1 error: there is no label C5",
     "C5 a=1\nC5": "2:1 error: label C5 is already defined in line 1",

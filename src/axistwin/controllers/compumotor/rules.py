@@ -43,13 +43,14 @@ RULES = (
     ),
     NOTHING := Rule(
         "CM106", "the command does nothing", W, LANGUAGE,
-        "The manual lists this opcode, but the board ignores this opcode.",
+        "The manual lists this opcode, but the board ignores this opcode.  Leave it out.",
         "FE",
     ),
     UNKNOWN_NAME := Rule(
         "CM110", "no command has this name", E, LANGUAGE,
-        "In a program for an 1810 or 1811, write each command by its hex code or by its name.  `axistwin commands` "
-        "lists all names.  Write `_` instead of each blank in the name of a command, for example `go_relative`.",
+        "In a program for an 1810 or 1811, write each command by its hex code or by its name.  "
+        "`axistwin commands 1811` lists all names.  Write `_` instead of each blank in the name of a command, for "
+        "example `go_relative`.",
         "go_relatve 25000",
     ),
     WORD := Rule(
@@ -69,7 +70,8 @@ RULES = (
     NOT_IN_SEQUENCE := Rule(
         "CM201", "the command is not allowed in a sequence", E, SEQUENCES,
         "The definition of a sequence begins with the command D9h, and ends with the command D8h.  During the "
-        "definition of a sequence, the board ignores commands that are not allowed in a sequence.",
+        "definition of a sequence, the board ignores commands that are not allowed in a sequence.  Send the command "
+        "before D9h or after D8h.",
         "D9 01\n70\nD8",
     ),
     ONLY_IN_SEQUENCE := Rule(
@@ -93,7 +95,7 @@ RULES = (
     NESTED := Rule(
         "CM205", "a loop contains another loop", E, SEQUENCES,
         "A loop (command 20h or 21h) cannot contain another loop.  The board ignores the command that begins the inner "
-        "loop.",
+        "loop.  Write out the commands of the inner loop as often as they are to be performed.",
         "D9 01\nrepeat 3 2\nrepeat 1 2\n83\n83\nD8",
     ),
     LOOP_TOO_LONG := Rule(
@@ -163,8 +165,8 @@ RULES = (
     NO_ENCODER := Rule(
         "CM307", "an 1810 has no encoder for a closed-loop move", W, DEFINE,
         "An 1810 stores the definition of a closed-loop move, but does not perform the move, because an 1810 has no "
-        "encoder.  With the option `encoder_commands=\"performed\"`, a virtual 1810 performs closed-loop moves, with "
-        "an encoder count that is always 0.",
+        "encoder.  Use an 1811 for closed-loop moves.  With the option `encoder_commands=\"performed\"`, a virtual "
+        "1810 performs them, with an encoder count that is always 0; the warning remains.",
         "; model: 1810\n> D4 01 00 00 00 61 A8 00 03 D0 90 00 00 00 0A\n> 40 01",
         suffix=".talk",
     ),

@@ -253,7 +253,7 @@ class _Reader:
         while self.at < end and self.text[self.at] not in NUMBER and self.commands.get(self.text[self.at]) is None:
             self.at += 1
         unknown = self.text[begin : self.at]
-        hint = ": commands are upper case" if any(map(self.commands.get, unknown.upper())) else ""
+        hint = ": commands are upper case" if all(map(self.commands.get, unknown.upper())) else ""
         message = f"unknown character{'s'[: len(unknown) - 1]} {unknown!r}{hint}"
         self._wrong(rules.UNKNOWN, message, begin, self.at)
         self._skip_number(end)

@@ -18,7 +18,8 @@ INITIALISATION, LOCKOUT = "Initialisation", "Communication lockout commands"
 RULES = (
     UNKNOWN := Rule("DP101", "the character is unknown", E, ALL,
         "This character is not a command.  The interface refuses the whole message and sets the data fault bit of the "
-        "status answer F.  Write commands in upper case.  In a file of command lines, `;` begins a comment.",
+        "status answer F.  `axistwin commands if1` lists all commands, which are in upper case.  In a file of command "
+        "lines, `;` begins a comment.",
         "x1000$"),
     LOST_NUMBER := Rule("DP102", "a number is in a place where no number is allowed", E, ALL,
         "Write each number directly after its command, for example `X1000`.  After the command `B`, a number needs a "
@@ -77,7 +78,7 @@ RULES = (
         ":X100"),
     STEP_MISSING := Rule("DP202", "a step of a sequence is empty", E, SEQUENCE,
         "Two colons of the sequence follow each other without a step between them.  The steps of a sequence are "
-        "numbered from 1.",
+        "numbered from 1.  Remove one of the two colons, or write the missing step.",
         ":X100::Y:$"),
     TOO_MANY := Rule("DP203", "a sequence has too many steps", E, SEQUENCE,
         "A sequence can have at most 63 steps.  The interface does not store the new sequence, and keeps the "
@@ -89,7 +90,7 @@ RULES = (
         ":X100:=2,3:$"),
     NEVER_REACHED := Rule("DP205", "some steps of a sequence are never executed", W, REPEATS,
         "`=0,n` repeats the steps from step n until the host sends `#`.  The steps after `=0,n` are stored but never "
-        "executed.",
+        "executed.  For an end after some repeats, write a number of times, for example `=5,1`.",
         ":X100:=0,1:Y:$"),
     RUN_CONTINUES := Rule("DP206", "a move in a sequence must wait until a run-mode move ends", W, ABORT,
         "A run-mode move continues while the next steps of the sequence are executed.  The move of a later step begins "
@@ -114,7 +115,7 @@ RULES = (
         "@10001\nX200/Y100$"),
     NO_DISTANCE := Rule("DP303", "an index move has the distance 0", W, INDEX,
         "Nothing moves, because the distance is 0.  Either no distance has been sent, or a run-mode move has set the "
-        "distance to 0.",
+        "distance to 0.  Send a distance with the move, for example `X1000$`.",
         "X@500G$\nX$"),
     UNUSED_DISTANCE := Rule("DP304", "a run-mode move does not use the distance in the message", W, RUN,
         "G starts a run-mode move, which continues until the motor is stopped.  G ignores the distance in the message "

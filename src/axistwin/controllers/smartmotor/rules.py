@@ -23,7 +23,8 @@ WIRED = "UCI UDI ZS "
 RULES = (
     UNKNOWN := Rule(
         "SM101", "the command is unknown", E, LEXICAL,
-        "The motor sets the status bit Bs (syntax error) and continues with the next statement.",
+        "The motor sets the status bit Bs (syntax error) and continues with the next statement.  "
+        "`axistwin commands smartmotor` lists all commands.  A comment begins with an apostrophe.",
         "FLY",
     ),
     REMOVED := Rule(
@@ -48,7 +49,7 @@ RULES = (
     VALUE := Rule(
         "SM105", "a value is written instead of a command", E, LEXICAL,
         "A statement that contains only the name of a variable sets the status bit Bs (syntax error).  To report the "
-        "value of a variable, write R and the name of the variable, for example Ra.",
+        "value of a variable, write R and its name, for example Ra, or PRINT, for example PRINT(P,#13).",
         "a",
     ),
     CASE := Rule(
@@ -152,12 +153,14 @@ RULES = (
     ),
     LABEL_TWICE := Rule(
         "SM203", "a label is defined twice", E, FLOW,
-        "If two labels of a program have the same number, GOTO and GOSUB always go to the first of the two labels.",
+        "If two labels of a program have the same number, GOTO and GOSUB always go to the first of the two labels.  "
+        "Give each label a number of its own.",
         "C5 a=1\nC5",
     ),
     RETURN := Rule(
         "SM204", "the program reaches RETURN without a GOSUB", W, FLOW,
-        "RETURN without an earlier GOSUB sets the status bit Bs (syntax error) and ends the program.",
+        "RETURN without an earlier GOSUB sets the status bit Bs (syntax error) and ends the program.  Write END before "
+        "the first subroutine.",
         "GOSUB5 C5 a=1 RETURN",
     ),
     OTHER_RETURN := Rule(
@@ -168,7 +171,8 @@ RULES = (
     ),
     STRAY_RETURN := Rule(
         "SM206", "RETURNF is outside C1, or RETURNI is outside C2", W, F_WORD,
-        "RETURNF is allowed only in the routine C1, and RETURNI only in the routine C2.",
+        "RETURNF is allowed only in the routine C1, and RETURNI only in the routine C2.  End other routines with "
+        "RETURN.",
         "GOSUB7 END C7 RETURNF",
     ),
     DEEP := Rule(
@@ -180,7 +184,7 @@ RULES = (
     RECURSION := Rule(
         "SM208", "a subroutine calls itself", W, FLOW,
         "Each call of the subroutine puts a return address on the stack.  The stack has space for only ten return "
-        "addresses.",
+        "addresses.  Repeat statements with WHILE and LOOP instead.",
         "GOSUB5 END C5 GOSUB5 RETURN",
     ),
     CALLS_NOTHING := Rule(
@@ -197,7 +201,8 @@ RULES = (
     ),
     UNREACHED := Rule(
         "SM211", "some statements are never reached", W, FLOW,
-        "For example, the motor never executes the statement a=1 in the program `END a=1`.",
+        "For example, the motor never executes the statement a=1 in the program `END a=1`.  Remove such statements, or "
+        "put a label before them.",
         "END a=1",
     ),
     SWITCHES := Rule(
@@ -275,7 +280,8 @@ RULES = (
     DIRECTION := Rule(
         "SM403", "the meaning of F=2 has changed in firmware 4.76", W, "1.4 Commands modified",
         "Since firmware 4.76, F=2 reverses the direction of the shaft.  In earlier firmware, the command F=2 allowed "
-        "the motor to report scan errors (errors in received commands) to the host.",
+        "the motor to report scan errors (errors in received commands) to the host.  Unless the program is to reverse "
+        "the direction, take 2 from the value of F=: write F=32 instead of F=34.",
         "F=2",
     ),
     ENDS_PROGRAM := Rule(
@@ -297,7 +303,8 @@ RULES = (
     ),
     BRAKE_USED := Rule(
         "SM407", "the pin for the brake is used for another purpose", W, BRAKE,
-        "While a pin controls the brake, the program must not use this pin.",
+        "While a pin controls the brake, the program must not use this pin.  BRKI ends this: only the internal brake "
+        "is then controlled.",
         "UGO BRKG\na=UG",
     ),
     TOO_LONG := Rule(

@@ -196,7 +196,7 @@ class _Checker:
             message = f"velocity {velocity} is beyond range {ranges[0]}: expected at most {most}"
             self._about(rules.VELOCITY, given, message, velocity_bytes)
         elif not acceleration:
-            self._about(rules.ACCELERATION, given, "acceleration 0: the move is never performed")
+            self._about(rules.ACCELERATION, given, "acceleration 0: the move is never performed, expected 1 or more")
 
     def _follow(self, given: Given) -> None:
         opcode, values, defined = given.command.opcode, given.values, self.defined

@@ -186,7 +186,11 @@ class _Checker:
                 return
         self.sequence = message if message.steps else self.sequence
         if self.sequence is None:
-            self._say(rules.NOTHING_STORED, text, "no stored sequence to run again")
+            self._say(
+                rules.NOTHING_STORED,
+                text,
+                "no stored sequence to run again: expected a sequence before it, e.g. :X100:$",
+            )
             return
         for finding in follow(self.sequence.steps, self.parameters):
             self._finding(text, message, finding)

@@ -91,7 +91,11 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
         operation = code[at]
         if operation == ops.OVERFLOW:
             yield Problem(
-                0, "a number does not fit 32 bits: Bd is set and the statement has no effect", CHAPTER, rules.OVERFLOW
+                0,
+                f"a number does not fit 32 bits ({ops.LOWEST} to {ops.HIGHEST}): "
+                "Bd is set and the statement has no effect",
+                CHAPTER,
+                rules.OVERFLOW,
             )
         elif operation in (ops.DIVIDE, ops.REMAINDER) and before == (ops.CONSTANT, 0):
             yield Problem(0, "this divides by 0: Bd is set and the statement has no effect", CHAPTER, rules.ZERO)
