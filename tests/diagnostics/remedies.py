@@ -23,7 +23,7 @@ STREAM, RATED, TIME = "51 01 04 00 00 00 00\n", "52 01 04 00 00 00 00 00 02\n", 
 DEEP = "b|c&d==e+f*g^("
 NESTED = "SWITCH a CASE 1 "
 CAM = "UCI UDI ZS BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. "
-INIT = "+1.5\n> (U61\\r\n"
+INIT = "+1.5\n> (U61\\r\n< U\\r\n"
 IF1 = '[[controller]]\nmodel = "if1"\n'
 R = Remedy
 
@@ -38,7 +38,7 @@ REMEDIES = (
     R("DP103", "@500 E", "Send a status request, for example `E`, as a separate message", "@500\nE"),
     R("DP103", "[]", "[ (communication lock) must be the only command in its message", "[\n]"),
     R("DP104", "U61", "must not contain `(`, `*`, `U` or `V`", ""),
-    R("DP104", INIT + "> V61\\r", "is for initialisation only", "+1.5\n> (V61\\r\\n"),
+    R("DP104", INIT + "> V61\\r", "is for initialisation only", "+1.5\n> (V61\\r\\n\n< U\\r"),
     R("DP105", "X10$Y10$", "`$` ends a message", "X10$\nY10$"),
     R("DP105", "X10:Y10:$", "`:` separates the steps of a sequence", ":X10:Y10:$"),
     R("DP105", "-X100$", "`+` and `-` are allowed only after an axis or `B`", "X-100$"),
@@ -82,11 +82,12 @@ REMEDIES = (
     R("DP305", "S2", "without $ at its end this message starts nothing"),
     R("DP305", "X100", "without $ this message starts no move, and no later message does"),
     R("DP401", "+1.5\n> X100$\\r\n> (", "After power-on the interface obeys only `(`", INIT + "> X100$\\r"),
-    R("DP402", "+1.5\n> (U60\\r", "U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>", "+1.5\n> (U61\\r"),
-    R("DP403", "+1.5\n> (U61", "<CR> in a message that begins with U", "+1.5\n> (U61\\r"),
-    R("DP403", "+1.5\n> (V61\\r", "<LF> in a message that begins with V", "+1.5\n> (V61\\n"),
+    R("DP402", "+1.5\n> (U60\\r", "U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>", "+1.5\n> (U61\\r\n< U\\r"),
+    R("DP403", "+1.5\n> (U61", "<CR> in a message that begins with U", "+1.5\n> (U61\\r\n< U\\r"),
+    R("DP403", "+1.5\n> (V61\\r", "<LF> in a message that begins with V", "+1.5\n> (V61\\n\n< U\\r"),
     R("DP404", INIT + "> X100$", "<CR> is missing", INIT + "> X100$\\r"),
-    R("DP404", "+1.5\n> (V61\\r\\n\n> X100$\\r", "<LF> is missing", "+1.5\n> (V61\\r\\n\n> X100$\\r\\n"),
+    R("DP404", "+1.5\n> (V61\\r\\n\n< U\\r\n> X100$\\r", "<LF> is missing",
+      "+1.5\n> (V61\\r\\n\n< U\\r\n> X100$\\r\\n"),
     R("DP405", "[\nX100$\n]", "until the host sends `]`", "[\n]\nX100$"),
     # 1810 and 1811
     R("CM101", "02", "`axistwin commands 1811` lists all opcodes", "83"),
