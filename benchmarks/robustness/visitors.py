@@ -339,6 +339,21 @@ class _Ignoring:
 
 
 @asynccontextmanager
+async def _stop_page() -> AsyncIterator[Place]:
+    from axistwin.standin import StopPage
+
+    page = StopPage("0", lambda: {"state": "LIVE: table.X", "live": True}, lambda: None)
+    port = int(page.url.rstrip("/").rpartition(":")[2])
+    head = b" HTTP/1.1\r\nHost: localhost\r\n"
+    state, stop = b"GET /state" + head + b"\r\n", b"POST /stop" + head + b"Content-Length: 2\r\n\r\n"
+    foreign = state.replace(b"localhost", b"example.org")
+    try:
+        yield Place(lambda chance: visit_tcp(chance, port, [state, stop, b"GET /" + head + b"\r\n", foreign]))
+    finally:
+        page.close()
+
+
+@asynccontextmanager
 async def _lsp() -> AsyncIterator[Place]:
     """The documents of one editor, which are the clients of a language server."""
     process = await asyncio.create_subprocess_exec(
@@ -390,7 +405,7 @@ async def _drain(stream: asyncio.StreamReader) -> None:
 
 SERVERS: dict[str, Callable[[], AbstractAsyncContextManager[Place]]] = {
     "tcp": _tcp, "shared": _shared, "rfc2217": _rfc2217, "pty": _pty, "bus": _bus, "panel": _panel, "ca": _ca,
-    "pva": _pva, "opcua": _opcua, "lsp": _lsp,
+    "pva": _pva, "opcua": _opcua, "stop_page": _stop_page, "lsp": _lsp,
 }  # fmt: skip
 
 

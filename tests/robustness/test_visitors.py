@@ -11,7 +11,7 @@ if sys.platform != "linux":
     pytest.skip("what a process holds is read in /proc", allow_module_level=True)
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "visitors.py"
-SERVERS = ("tcp", "shared", "rfc2217", "pty", "bus", "panel", "ca", "pva", "opcua", "lsp")
+SERVERS = ("tcp", "shared", "rfc2217", "pty", "bus", "panel", "ca", "pva", "opcua", "stop_page", "lsp")
 NEEDS = {"panel": "nicegui", "ca": "caproto", "pva": "p4p", "opcua": "asyncua", "lsp": "pygls"}
 
 
