@@ -2,10 +2,12 @@
 
 import json
 import os
+import platform
 import subprocess
 import sys
 import zipfile
 from importlib.util import module_from_spec, spec_from_file_location
+from math import inf, nan
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -193,6 +195,44 @@ def test_times_that_fmi_does_not_permit_are_errors_with_a_sentence(unpacked):
         assert (machine.bench.now > before) == (sentence is None)
         assert sentence is None or machine.log_queue[-1].msg == sentence
     assert (machine.bench.seconds, tool["time"]) == (1, 100.3 + 4e-14 + 0.7)
+
+
+def test_the_c_functions_of_fmi_report_errors_and_are_not_fatal(unpacked):
+    """The same as above, through the library of the FMU, in a process that a fatal error would end."""
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        pytest.skip("the library of the FMU is for Linux on x86-64")
+    folder = unpacked()
+    described = ET.parse(folder / "modelDescription.xml").getroot().find("ModelVariables")
+    reference = {each.attrib["name"]: int(each.attrib["valueReference"]) for each in described}
+    time, torque = reference["time"], reference["'my-table'.X.torque"]
+    calls = [
+        ("step", nan, 0.1), ("step", 0.0, nan), ("step", inf, 0.1), ("step", 0.0, 0.0), ("step", 0.0, 1e300),
+        ("step", 0.0, 0.1), ("get", time), ("step", 0.5, 0.1), ("step", 0.0, 0.1), ("step", 0.1, -0.1),
+        ("set", torque, nan), ("step", 0.1, 0.1), ("set", torque, 0.0), ("step", 0.1, 0.1), ("get", time),
+    ]  # fmt: skip
+    words = [sys.executable, Path(__file__).parent / "c_tool.py", folder, json.dumps(calls)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+    ok, error = 0, 3
+    told = [
+        "invalid communication point nan: expected a finite number of seconds",
+        "invalid step size nan: expected a finite number of seconds above 0",
+        "invalid communication point inf: expected a finite number of seconds",
+        "invalid step size 0: expected a finite number of seconds above 0",
+        "1e+300 s is too long: expected less than 292 years (9.2e9 s)",
+        None, None,
+        "invalid communication point 0.5 s: expected 0.1 s, the end of the last step",
+        "invalid communication point 0 s: expected 0.1 s, the end of the last step",
+        "invalid step size -0.1: expected a finite number of seconds above 0",
+        None,
+        "invalid torque nan N·m: expected -1000 to 1000 N·m",
+        None, None, None,
+    ]  # fmt: skip
+    answers = json.loads(done.stdout)
+    assert [[status, messages] for status, _, messages in answers] == [
+        [ok, []] if each is None else [error, [[error, each]]] for each in told
+    ]
+    assert (answers[6][1], answers[-1][1]) == (0.1, 0.2)
 
 
 def test_a_value_that_is_refused_once_is_refused_again(unpacked):
