@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from axistwin.drivers import Scale, StoppedError, connect
+from axistwin.drivers import BusyError, Scale, StoppedError, connect
 
 AXES = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}
 
@@ -97,6 +97,139 @@ def test_commands_of_ones_own_that_move_have_no_target(ports):
         shaft.wait(5)
         motor.command("MP P=90 G")
         assert shaft.wait(5).position == 90
+
+
+PATH = [(2560 * number, 400 * number) for number in range(1, 12)]
+MOVES = {
+    "if1": {
+        "move_to": lambda if1, x: x.move_to(4400),
+        "move_by": lambda if1, x: x.move_by(4400),
+        "move_together": lambda if1, x: if1.move_together({"X": 4400, "Y": -4400}),
+    },
+    "1811": {"move_to": lambda board, motor: motor.move_to(4400), "move_by": lambda board, motor: motor.move_by(4400)},
+    "smartmotor": {
+        "move_to": lambda motor, shaft: shaft.move_to(4400),
+        "move_by": lambda motor, shaft: shaft.move_by(4400),
+        "stream": lambda motor, shaft: motor.stream([(0, 0), *PATH, PATH[-1]]),
+    },
+}
+RUNS = {
+    "if1": {
+        "move_at": lambda if1, x: x.move_at(900),
+        "sequence": lambda if1, x: if1.sequence(["X4400@900"]),
+    },
+    "1811": {
+        "move_at": lambda board, motor: motor.move_at(900),
+        "sequence": lambda board, motor: (
+            board.define_sequence(1, [bytes([0x33, 0, 0, 0x11, 0x30])]), board.command(0x41, 1)
+        ),
+        "stream_times": lambda board, motor: board.stream_times(500, 1, 1, [9000] * 10 + [0]),
+    },
+    "smartmotor": {
+        "move_at": lambda motor, shaft: shaft.move_at(900),
+        "command": lambda motor, shaft: motor.command("MV V=60000 A=100 G"),
+        "cam": lambda motor, shaft: motor.cam([0, 0, 0, 0], 800),
+    },
+}  # fmt: skip
+"""Motions with and without a target, from position 0 in positive direction."""
+
+
+def table(motions):
+    return [(model, way) for model, ways in motions.items() for way in ways]
+
+
+@pytest.mark.parametrize("end", ["nobody", "a switch", "another host"])
+@pytest.mark.parametrize(("model", "way"), table(MOVES))
+def test_each_motion_with_a_target_succeeds_only_there(ports, model, way, end):
+    twin = ports.add(model, **({AXES[model]: {"limits": [-90_000, 2000]}} if end == "a switch" else {}))
+    with connect(model, model, **({"limits": end == "a switch"} if model == "smartmotor" else {})) as controller:
+        axis = controller.axes[AXES[model]]
+        axis.set_profile(velocity=900)
+        axis.move_by(0)
+        axis.wait(1)
+        MOVES[model][way](controller, axis)
+        if end == "nobody":
+            assert axis.wait(60).position == twin.axes[AXES[model]].position == 4400
+            return
+        ports.run(1)
+        if end == "another host":
+            by_another_host(controller, model)
+        with pytest.raises(StoppedError, match="another host or program" if end == "another host" else "limit"):
+            axis.wait(60)
+        assert 0 < axis.position() == twin.axes[AXES[model]].position < 4400
+
+
+@pytest.mark.parametrize("end", ["a switch", "another host"])
+@pytest.mark.parametrize(("model", "way"), table(RUNS))
+def test_each_motion_without_a_target_ends_at_rest(ports, model, way, end):
+    twin = ports.add(model, **({AXES[model]: {"limits": [-90_000, 2000]}} if end == "a switch" else {}))
+    with connect(model, model, **({"limits": end == "a switch"} if model == "smartmotor" else {})) as controller:
+        axis = controller.axes[AXES[model]]
+        axis.move_to(40)
+        axis.wait(5)
+        RUNS[model][way](controller, axis)
+        if end == "another host" or way == "cam":  # the master of the cam stands still
+            ports.run(1)
+            by_another_host(controller, model)
+        status = axis.wait(60)
+        assert not status.missed
+        if end == "a switch" and way != "cam":
+            assert twin.axes[AXES[model]].position >= 2000
+            assert status.limit_plus and (status.faults or model == "1811")
+
+
+@pytest.mark.parametrize(
+    ("text", "ends"),
+    [("S", True), ("OFF", True), ("MT T=0", True), ("O=500", True), ("RUN", True), ("END", True), ("GOSUB5", True),
+     ("UA=1 UAO", False), ("a=5", False)],
+)  # fmt: skip
+def test_which_raw_commands_of_ones_own_end_a_move(ports, text, ends):
+    ports.add("smartmotor")
+    with connect("smartmotor", "smartmotor") as motor:
+        motor.load("END\nC5\nRETURN\n")
+        shaft = motor.axes["shaft"]
+        shaft.move_to(40)
+        shaft.wait(5)
+        motor.command(text)
+        assert (shaft.core.target is None) == ends
+        assert not shaft.status().missed
+
+
+def test_a_command_of_ones_own_ends_a_search_for_home(ports):
+    twin = ports.add("smartmotor")
+    with connect("smartmotor", "smartmotor") as motor:
+        motor.axes["shaft"].home(1)
+        motor.command("X")
+        assert motor.axes["shaft"].wait(5).position == twin.axes["shaft"].position
+        motor.axes["shaft"].home(1)
+        motor.stream([(0, 0), *PATH, PATH[-1]])
+        assert motor.axes["shaft"].wait(60).position == 4400  # not 0 at the index that it passes
+
+
+def test_a_sequence_is_defined_at_rest_and_moves_nothing(ports):
+    """A moving board ignores D9h, and would perform the commands at once."""
+    twin = ports.add("1811")
+    with connect("1811", "1811") as board:
+        motor = board.axes["motor"]
+        motor.move_to(4000)
+        with pytest.raises(BusyError, match="wait for the end of the motion"):
+            board.define_sequence(1, [bytes([0x33, 0, 0, 0, 9])])
+        assert motor.wait(60).position == twin.axes["motor"].position == 4000
+        board.define_sequence(1, [bytes([0x33, 0, 0, 0, 9])])
+        assert motor.core.target == 4000
+
+
+def test_a_move_of_no_length_has_arrived_after_a_search_that_failed(ports):
+    ports.add("if1")
+    with connect("if1", "if1", home_input=1) as if1:
+        x = if1.axes["X"]
+        for move in (x.move_to, lambda target: if1.move_together({"X": target})):
+            x.home(1)
+            if1.message("#")
+            with pytest.raises(StoppedError, match="home was not found"):
+                x.wait(60)
+            move(x.position())
+            x.wait(1)
 
 
 def test_a_search_for_home_that_another_host_stops(ports):

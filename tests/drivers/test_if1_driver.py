@@ -203,6 +203,21 @@ def test_a_sequence_with_inputs_and_outputs(twin, if1):
     assert "sequence" in if1.axes["X"].status().lost and not if1.axes["Z"].status().lost
 
 
+def test_a_wait_for_a_sequence_lasts_until_it_has_ended(ports, twin, if1):
+    """It waits for an input, moves, pauses, and moves; an axis that is not in it keeps its position."""
+    if1.sequence(["H2", "X40@100", "P0,50", "Y70"])
+    x, y = if1.axes["X"], if1.axes["Y"]
+    for _ in range(10):
+        assert x.status().moving and not if1.axes["Z"].status().moving
+    drive(twin, "input2", True)
+    assert y.wait(60).lost == x.wait(1).lost == "a sequence has moved the IF1"
+    assert (true_position(twin), true_position(twin, "Y")) == (40, 70)
+    assert if1.axes["Z"].position() == 0
+    if1.sequence(["H3", "X40"])
+    x.stop()
+    assert not x.wait(60).moving
+
+
 def test_a_message_that_is_refused_moves_nothing(if1):
     with pytest.raises(RefusedError, match="invalid message"):
         if1.begin({"X": 1}, 10, 100, "X10Q$")

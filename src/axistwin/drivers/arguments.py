@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from math import isfinite, isnan
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any
 
 from axistwin.drivers.errors import RefusedError
@@ -29,11 +29,11 @@ def positive(what: str, value: Any) -> float:
 
 
 def integer(what: str, value: Any, low: int, high: int) -> int:
-    """Return a whole number in a range."""
-    found = int(value) if not isinstance(value, bool) and isinstance(value, Integral) else None
-    if found is None or not low <= found <= high:
+    """Return a whole number in a range; 20.0 is one."""
+    found = number(what, value)
+    if not (low <= found <= high and found.is_integer()):
         raise RefusedError(f"invalid {what} {value!r}: expected a whole number from {low} to {high}")
-    return found
+    return int(found)
 
 
 def items(what: str, value: Any, example: str, count: int | None = None) -> list[Any]:

@@ -20,8 +20,8 @@ UNDEFINED = b"\xef" * 15
 """An opcode that does not exist, with surplus bytes."""
 SEVEN, STREAM_BYTES = 7, 14
 """Velocities in one command (E1h), and their bytes in the streaming buffer."""
-MOTIONS = range(0x32, 0x80)
-"""Commands that begin or end a motion."""
+MOTIONS = frozenset({0x11, 0x2E, 0x2F, 0x30, *range(0x32, 0x80)})
+"""Commands that begin or end a motion, or define the position."""
 
 
 class Board(Core):
@@ -49,7 +49,9 @@ class Board(Core):
         super().__init__(timeout)
         if marker_bit not in (None, 0, 1, 2):
             raise ValueError(f"invalid marker_bit {marker_bit}: expected 0, 1, 2 or None")
-        integer("home_percent (final velocity of a home search, in % of the default velocity)", home_percent, 1, 100)
+        home_percent = integer(
+            "home_percent (final velocity of a home search, in % of the default velocity)", home_percent, 1, 100
+        )
         self.interrupts, self.marker_bit = interrupts, marker_bit
         self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
         self.messages: deque[bytes] = deque(maxlen=256)
@@ -181,10 +183,13 @@ class Board(Core):
 
     def command(self, opcode: int, *parameters: int) -> Procedure[None]:
         """Send a command, e.g. `command(0x0B, 1)` to set output 1."""
-        command_bytes(opcode, *parameters)
-        yield from self._status_until(READY)
+        message = command_bytes(opcode, *parameters)
         if opcode in MOTIONS:
             self.motor._aim(None)
+        yield from self._command(*message)
+
+    def _command(self, opcode: int, *parameters: int) -> Procedure[None]:
+        yield from self._status_until(READY)
         yield from self._send_command(opcode, *parameters)
 
     def _send_command(self, opcode: int, *parameters: int) -> Procedure[None]:
@@ -195,9 +200,9 @@ class Board(Core):
 
     def request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
         """Send a request to the board, and return the board's answer: the 15 bytes after the opcode."""
-        command_bytes(opcode, *parameters)
+        message = command_bytes(opcode, *parameters)
         yield from self._status_until(READY)
-        return (yield from self._request(opcode, *parameters))
+        return (yield from self._request(*message))
 
     def _request(self, opcode: int, *parameters: int) -> Procedure[bytes]:
         self._owes = True
@@ -264,15 +269,17 @@ class Board(Core):
 
         `command(0x41, number)` performs the sequence.
         """
-        integer("sequence", number, 1, 15)
+        number = integer("sequence", number, 1, 15)
         listed = [
-            command_bytes(*items("command", one, "bytes([0x0C, 1])")) for one in items("commands", commands, "[b'A']")
+            command_bytes(*items("command", one, "bytes([0x0C, 1])"))
+            for one in items("commands", commands, "[bytes([0x41, 1])]")
         ]
-        yield from self.command(0xDA, number)
-        yield from self.command(0xD9, number)
+        yield from self.motor.at_rest()  # a moving board ignores D9h, and would perform the commands
+        yield from self._command(0xDA, number)
+        yield from self._command(0xD9, number)
         for one in listed:
-            yield from self.command(*one)
-        yield from self.command(0xD8)
+            yield from self._command(*one)
+        yield from self._command(0xD8)
 
     def closed_loop(self, ratio: tuple[int, int], resolution: int, sigma: int, teeth: int = 50) -> Procedure[None]:
         """Set the motor pulses per encoder pulse, the encoder resolution, the backlash and the number of rotor teeth.
@@ -280,12 +287,13 @@ class Board(Core):
         `ratio`: motor pulses per encoder pulse, as a fraction.  `sigma`: the backlash.
         """
         parts = [integer("ratio", part, 0, 0xFFFF).to_bytes(2, "big") for part in items("ratio", ratio, "(4, 1)", 2)]
-        for what, value in (("resolution", resolution), ("sigma", sigma), ("teeth", teeth)):
-            integer(what, value, 0, 2**31 - 1)
+        numbers = [
+            four(integer(what, value, 0, 2**31 - 1))
+            for what, value in (("resolution", resolution), ("sigma", sigma), ("teeth", teeth))
+        ]
         yield from self.command(0xB0, *b"".join(parts))
-        yield from self.command(0xB1, *four(resolution))
-        yield from self.command(0xB2, *four(sigma))
-        yield from self.command(0xB4, *four(teeth))
+        for opcode, four_bytes in zip((0xB1, 0xB2, 0xB4), numbers, strict=True):
+            yield from self.command(opcode, *four_bytes)
 
     def encoder(self) -> Procedure[int]:
         """Return the absolute encoder count."""
@@ -300,12 +308,10 @@ class Board(Core):
         about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises
         RefusedError.
         """
-        values = items("velocities", velocities, "[100, 0]")
-        for value in values:
-            integer("velocity", value, -0x7FFF, 0x7FFF)
+        values = [integer("velocity", one, -0x7FFF, 0x7FFF) for one in items("velocities", velocities, "[100, 0]")]
         if values[-1:] != [0]:
             raise RefusedError("invalid velocities: expected 0 as the last number, e.g. [100, 0]")
-        integer("update_ms", update_ms, 1, 0xFFFF)
+        update_ms = integer("update_ms", update_ms, 1, 0xFFFF)
         alarm = (0xFF, 0xFF, 0xFF, 0xFF)
         yield from self.command(0x52, clock, divisor, *alarm, *update_ms.to_bytes(2, "big"))
         values += [0] * (-len(values) % SEVEN)

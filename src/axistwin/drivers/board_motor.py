@@ -47,6 +47,10 @@ class Motor(AxisCore):
         self._has_moved = False
         self._home_from = 0
 
+    def _aim(self, target: int | None, *, seeking: bool = False, faults: tuple[Fault, ...] = ()) -> None:
+        super()._aim(target, seeking=seeking, faults=faults)
+        self._homing = False
+
     def forget(self) -> None:
         """Discard the driver's data about the motion, because a reset of the board has ended the motion."""
         self._profile, self._begin_by, self._homing = None, None, False
@@ -71,9 +75,13 @@ class Motor(AxisCore):
 
     def _set_profile(self) -> Procedure[None]:
         ranges, numbers = self._numbers(self.velocity)
+        yield from self.at_rest()
+        yield from self._board._command(0x31, 0, ranges, *numbers)
+
+    def at_rest(self) -> Procedure[None]:
+        """Raise BusyError during a motion."""
         if (yield from self._bits()) & 0x10:
             raise BusyError("the motor is moving: wait for the end of the motion, or stop the motor")
-        yield from self._board.command(0x31, 0, ranges, *numbers)
 
     def _bits(self) -> Procedure[int]:
         return (yield from self._board.request(0x88))[0]
@@ -94,9 +102,10 @@ class Motor(AxisCore):
             if bits & (1 if distance > 0 else 2):
                 sign = "+" if distance > 0 else "-"
                 raise RefusedError(f"the {sign} limit is active: move in the other direction")
-            yield from self._board.command(0x33, *four(distance))
-            self._begin_by = (yield Clock()) + BEGIN_S
         self._aim(target, faults=self._own_faults())
+        if distance:
+            yield from self._board._command(0x33, *four(distance))
+            self._begin_by = (yield Clock()) + BEGIN_S
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
@@ -119,22 +128,19 @@ class Motor(AxisCore):
     def stop(self) -> Procedure[None]:
         """Decelerate the motor to a standstill."""
         yield from self._board.command(0x70)
-        self._homing = False
 
     def abort(self) -> Procedure[None]:
         """Stop the pulses immediately, without deceleration."""
         yield from self._board.command(0x78)
-        self._homing = False
 
     def home(self, direction: int) -> Procedure[None]:
         """Begin a search for the home switch.  At the end of the search, the position of the switch becomes 0."""
         yield from self._set_profile()
-        start = yield from self._position()
-        yield from self._board.command(0x38, *self._board.home_definition)
-        yield from self._board.command(0x39, 0 if direction > 0 else 1)
-        self._homing, self._home_failed, self._has_moved = True, False, False
-        self._home_from = start
+        self._home_from = yield from self._position()
         self._aim(None, seeking=True)
+        self._homing, self._home_failed, self._has_moved = True, False, False
+        yield from self._board._command(0x38, *self._board.home_definition)
+        yield from self._board._command(0x39, 0 if direction > 0 else 1)
         self._begin_by = (yield Clock()) + BEGIN_S
 
     def status(self) -> Procedure[Status]:

@@ -251,7 +251,16 @@ class IF1(Core):
                 move.seen, move.sure = START_POLLS, True
                 yield from self._estimate(move, steps)
             return True
-        if move is not None and move.seen < START_POLLS and steps != move.distance and not bits and not move.stopped:
+        if move is not None and move.sequence and (yield from self.busy()):
+            return True  # it waits for an input, or between two moves
+        if (
+            move is not None
+            and not move.sequence
+            and move.seen < START_POLLS
+            and steps != move.distance
+            and not bits
+            and not move.stopped
+        ):
             move.seen += 1  # The IF1 has not begun the commanded move yet.
             return True
         self._state.inputs = yield from self._number("I")
@@ -299,7 +308,7 @@ class IF1(Core):
     def _cannot_be_of(move: Move, steps: int, bits: int) -> bool:
         if move.distance is not None and steps > move.distance:
             return True
-        return bool(move.signs and bits & (ESTOP | LIMIT)) and steps == move.counted != 0
+        return not move.sequence and bool(bits & (ESTOP | LIMIT)) and steps == move.counted != 0
 
     def begin(self, signs: dict[str, int], distance: int | None, speed: float, text: str) -> Procedure[Move]:
         """Begin a motion.  Raises RefusedError if the controller does not accept the message."""
@@ -426,8 +435,7 @@ class IF1(Core):
         """
         if not targets or not targets.keys() <= self.axes.keys():
             raise RefusedError(f"invalid axes {list(targets)}: expected X, Y or Z, e.g. {{'X': 100, 'Y': -100}}")
-        for target in targets.values():
-            integer("target", target, -MAX_DISTANCE, MAX_DISTANCE)
+        targets = {name: integer("target", target, -MAX_DISTANCE, MAX_DISTANCE) for name, target in targets.items()}
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")
         distances = {name: target - self.position_of(name) for name, target in targets.items()}
@@ -442,7 +450,9 @@ class IF1(Core):
             words = "".join(f"{name}{'+' if sign > 0 else '-'}" for name, sign in signs.items())
             yield from self.begin(signs, distance, speed, f"{words}{distance}@{speed}$")
         for name, target in targets.items():
-            self.axes[name].setpoint = self.axes[name].target = target
+            self.axes[name].setpoint = target
+            if not distance:
+                self.axes[name]._aim(target, faults=self._faults())
 
     def speed(self, wanted: float) -> int:
         """Return a speed rounded to whole steps/s.  Raises RefusedError if the speed is outside the speed range."""
@@ -487,7 +497,8 @@ class IF1(Core):
         for name in moved:
             self.axes[name]._aim(None)
         yield from self.message(":" + ":".join(listed) + ":$")
-        self._move = Move({}, None, Trapezoid(1.0, 1.0), (yield Clock()), self._state.counted)
+        signs = dict.fromkeys(moved, 0)  # the driver does not calculate the motion
+        self._move = Move(signs, None, Trapezoid(1.0, 1.0), (yield Clock()), self._state.counted, sequence=True)
 
     def busy(self) -> Procedure[bool]:
         """Return True while the controller executes a move, a wait or an output pulse."""

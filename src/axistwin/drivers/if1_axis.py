@@ -38,6 +38,7 @@ class Move:
     made: float = 0.0
     """Largest estimate so far."""
     homing: bool = False
+    sequence: bool = False
     stopped: bool = False
     sure: bool = False
     """False until the controller has confirmed the message that begins the move."""
@@ -79,7 +80,9 @@ class IF1Axis(AxisCore):
             sign = 1 if distance > 0 else -1
             text = f"{self.name}{distance:+d}@{speed}$"
             yield from core.begin({self.name: sign}, abs(distance), speed, text)
-        self.setpoint = self.target = target
+        else:
+            self._aim(target, faults=core._faults())
+        self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
         """Begin a relative move: the new target is the present position plus `distance`."""

@@ -1,5 +1,6 @@
 """Protocol core of Animatics SmartMotors with firmware 4.76: one motor, a daisy chain, or an RS485 line."""
 
+import re
 from collections.abc import Iterable, Sequence
 
 from axistwin.drivers.arguments import ascii_text, integer, items
@@ -21,8 +22,8 @@ FAULTS = {
     CURRENT: Fault("over-current", "check the load, then call clear_faults"),
     PROGRAM: Fault("stored program", "load the program again"),
 }
-MOTIONS = frozenset({"G", "X", "S", "RUN", "RUN?"})
-"""Commands that begin or end a motion."""
+MOTION = re.compile(r"G|X|S|Z|END|OFF|RUN\??|M[CDFST]\S*|O=\S*|GO(?:SUB|TO)\S*")
+"""Commands that begin or end a motion, or define the position."""
 ACKNOWLEDGE, END = b"\x06", b"\xff\xff"
 ALL = 0
 """Address byte that selects all motors of a line."""
@@ -145,7 +146,7 @@ class SmartMotors(Core):
         """Send commands to a motor, e.g. "UA=1 UAO".  Raises RefusedError for an invalid command."""
         shaft = self.shaft(axis)
         ascii_text("command", text, "UA=1 UAO")
-        if not MOTIONS.isdisjoint(text.split()):
+        if any(map(MOTION.fullmatch, text.split())):
             shaft._aim(None)
         yield from self.send(shaft.prefix, text)
         if (yield from self.number("RBs", axis)):
@@ -176,7 +177,7 @@ class SmartMotors(Core):
         """
         words = [integer("point", point, -(2**15), 2**15 - 1) for point in items("table", table, "[0, 100, 0]")]
         integer("length of the table", len(words), 1, 102)
-        integer("base", base, 1, 2**31 - 1)
+        base = integer("base", base, 1, 2**31 - 1)
         for begin in range(0, len(words), 8):
             part = " ".join(map(str, words[begin : begin + 8]))
             yield from self.command(f"aw[{begin}] {part}.", axis)
@@ -240,6 +241,7 @@ class SmartMotors(Core):
         if self.echo:
             yield from self._discard(0.05)
         yield from self.send(shaft.prefix, "G")
+        shaft._aim(path[-1][1] if path else None)
 
 
 class Shaft(AxisCore):
@@ -255,6 +257,10 @@ class Shaft(AxisCore):
         self._lost = ""
         self._setting = 0
         """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
+
+    def _aim(self, target: int | None, *, seeking: bool = False, faults: tuple[Fault, ...] = ()) -> None:
+        super()._aim(target, seeking=seeking, faults=faults)
+        self._homing = 0
 
     def prepare(self) -> Procedure[None]:
         """Restore the settings that the motor has lost in a power cut."""
@@ -298,7 +304,6 @@ class Shaft(AxisCore):
         return position, word
 
     def _go(self, text: str, target: int | None) -> Procedure[None]:
-        self._homing = 0
         _, word = yield from self._state()
         if self._lost and target is not None:
             Status(0, 0, 0, False, lost=self._lost).known_position()
@@ -369,7 +374,6 @@ class Shaft(AxisCore):
 
     def _end(self, text: str) -> Procedure[None]:
         """Send a stop command.  Then request a report, to check that the motor has received the stop command."""
-        self._homing = 0
         self._aim(None)
         yield from self._line.send(self.prefix, text)
         yield from self._read()
