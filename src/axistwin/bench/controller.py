@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.fitting import Plug, fit_second_port
-from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Register
+from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Refusal, Register
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
@@ -202,6 +202,15 @@ class Controller:
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(hint)` when the controller has a new hint for the user.  Return an unsubscribe function."""
         return self._abilities.subscribe_hint(watcher)
+
+    def subscribe_refusals(self, watcher: Callable[[Refusal], None]) -> Callable[[], None]:
+        """Call `watcher` with each line of a host that the controller refuses.  Return an unsubscribe function."""
+        return self._abilities.subscribe_refusals(watcher)
+
+    def port_name(self, channel: int) -> str:
+        """Return the name of the port or shared line at a serial channel (0 or 1), or of the board on a bus."""
+        own = f"{self.name}.rs485" if channel else self.name
+        return self._lines.get("rs485" if channel else "serial", own)
 
     @property
     def busy(self) -> bool:

@@ -102,6 +102,18 @@ class Awaited(NamedTuple):
     """The level for which the device waits: "high" or "low"."""
 
 
+class Refusal(NamedTuple):
+    """A line or command of a host that the device has refused or ignored."""
+
+    data: bytes
+    """The line without its terminator, or the whole command of a board on a bus."""
+    why: str = ""
+    """The cause, and the remedy if `rule` is None; "" if the line is wrong in every state of the device."""
+    rule: "Rule | None" = None
+    channel: int = 0
+    """1 for the second serial channel."""
+
+
 class Abilities(NamedTuple):
     """Optional interfaces of a controller, e.g. a UART, a bus port or stored programs.
 
@@ -136,6 +148,8 @@ class Abilities(NamedTuple):
     """Function that returns the reason why the device does not move, and the remedy; "" if it can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
     """Function that subscribes `watcher(hint)` to changes of the status hint."""
+    subscribe_refusals: Callable[[Callable[[Refusal], None]], Callable[[], None]] = lambda watcher: lambda: None
+    """Function that subscribes a watcher to the lines that the device refuses.  Returns an unsubscribe function."""
     awaited: Callable[[], Awaited | None] = lambda: None
     """Function that returns the input for which the device waits, or None."""
     assign: Callable[[str, int], None] | None = None
