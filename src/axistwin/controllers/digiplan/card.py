@@ -24,6 +24,7 @@ from axistwin.controllers.product import (
     Listing,
     Order,
     Product,
+    Refusal,
     Register,
     Store,
 )
@@ -80,11 +81,13 @@ class Card:
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
         self._hints: Signal[[str]] = Signal()
+        self._refusals: Signal[[Refusal]] = Signal()
         self._interface: Interface | None = None
         self.abilities = Abilities(
             uart=self.uart, handshake=Handshake(self._plug, inside), alarms=self.alarms, registers=self.registers,
             programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
-            awaited=self.awaited, subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
+            awaited=self.awaited, subscribe_hint=self.subscribe_hint, subscribe_refusals=self._refusals.subscribe,
+            busy=self._busy, procedures=self._procedures,
         )  # fmt: skip
 
     def _clock_output(self, axis: str) -> Pin:
@@ -105,6 +108,7 @@ class Card:
         if on and self._interface is None:
             self._interface = Interface(self._hardware)
             self._interface.on_hint = self._hints.emit
+            self._interface.on_refusal = self._refusals.emit
             self._interface.faults.on_fault = self.alarms.report
             self._interface.on_step = lambda number: self._progress.report(SEQUENCE, number - 1)
         elif not on and self._interface is not None:

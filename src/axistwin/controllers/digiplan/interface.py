@@ -27,6 +27,9 @@ INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "
     "client by axistwin serve --reset-on-connect"
 )
+LOCKED = "the interface is locked by [ and obeys only status requests and ]: send ] first"
+IN_CONTROL = "a sequence has given control to the host: send % first, which continues it, or # to cancel it"
+BUSY = "a move or a sequence is in progress (option busy): wait until E reports C"
 REQUESTS = [command.code for command in COMMANDS if Accept.REQUEST in command.accepted]
 LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 
@@ -239,12 +242,17 @@ class Interface(State):
         command = message.alone
         if self.locked:  # A locked interface performs only status requests and the command "]".
             heeded = command is not None and not message.problems and Accept.LOCKED in command.accepted
-            return self._answer(command) if command is not None and heeded else None
+            if command is not None and heeded:
+                return self._answer(command)
+            if command is None or command.code != "[":  # a second [ changes nothing
+                self.refuse(text, LOCKED)
+            return None
         if command is not None and command.code == CANCEL:
             self._cancelled = False
             self.work.cancel()
         if message.problems:
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
+            self.refuse(text)
             return None
         if command is not None and Accept.REQUEST in command.accepted:
             return self._answer(command)  # The interface answers status requests immediately, e.g. during a move.
@@ -261,10 +269,10 @@ class Interface(State):
         if message.steps and message.steps[0].hand_over and not message.sequence:
             return self.work.when_free(self._give_control_back())
         if not message.start:
-            if self._in_range(message.steps[0]):
+            if self._in_range(message, message.steps[0]):
                 self.set_parameters(message.steps[0])  # A message without "$" at its end only sets parameters.
         elif self.work.occupied and self.options.busy == "ignore":
-            return None
+            self.refuse(message.text, BUSY)
         elif not (self._cancelled and self.buffer.has_cancel):
             return self.work.when_free(self._start(message))
         return None
@@ -304,17 +312,18 @@ class Interface(State):
             for character in request:
                 yield from self._process(character) or ()
 
-    def _in_range(self, step: Step, *, moving: bool = False) -> bool:
+    def _in_range(self, message: Message, step: Step, *, moving: bool = False) -> bool:
         """Return True if the parameters are within their ranges; otherwise set the fault bit RANGE.
 
         Command F reports this bit.  `moving`: True if the constraints of a move are checked, too.
         """
         parameters = self.parameters.after(step)
-        speed_is_wrong = "speed" in step.settings and too_fast(parameters)
-        if speed_is_wrong or (moving and out_of_range(parameters, step)):
+        problem = too_fast(parameters) if "speed" in step.settings else None
+        problem = problem or (out_of_range(parameters, step) if moving else None)
+        if problem is not None:
             self.faults.raise_line(LineFault.RANGE)
-            return False
-        return True
+            self.refuse(message.text, problem.message, problem.rule)
+        return problem is None
 
     def _start(self, message: Message) -> Procedure:
         yield from self.until_unmuted()
@@ -323,11 +332,11 @@ class Interface(State):
             yield self._begun()
             return
         step = message.steps[0]
-        if not self._in_range(step, moving=bool(step.major)):
+        if not self._in_range(message, step, moving=bool(step.major)):
             return
         self.set_parameters(step)
         yield from self.until_unmuted()
-        control = self.work.take_control()
+        control, self.begun = self.work.take_control(), message.text
         if control is None:
             self.work.begin(perform(self, step))
         else:
@@ -337,8 +346,9 @@ class Interface(State):
     def _start_sequence(self, message: Message) -> None:
         if self.work.control is not None:  # While a sequence is paused, no other sequence can be started.
             self.faults.raise_line(LineFault.DATA)
+            self.refuse(message.text, IN_CONTROL)
             return
-        if any(not self._in_range(step) for step in message.steps):
+        if any(not self._in_range(message, step) for step in message.steps):
             return
         if message.steps:
             self.sequence = message.text
@@ -353,6 +363,7 @@ class Interface(State):
         control = self.work.take_control()
         if control is None:
             self.faults.raise_line(LineFault.DATA)
+            self.refuse("%")
             return
         control.succeed(None)
         yield self._begun()

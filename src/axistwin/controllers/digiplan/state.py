@@ -6,6 +6,7 @@ from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
+from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
 from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, Transmitter
 from axistwin.controllers.digiplan.chapters.faults import Faults, MotionFault, StopInputs
@@ -14,7 +15,7 @@ from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Parameters, Step
 from axistwin.controllers.digiplan.work import Work
-from axistwin.controllers.product import ControlLines, Store
+from axistwin.controllers.product import ControlLines, Refusal, Store
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.pins import Pin
@@ -75,6 +76,10 @@ class State(ABC):
         self.hint = ""
         """Reason why the host's characters are dropped before the stage READY, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None
+        self.on_refusal: Callable[[Refusal], None] = lambda refusal: None
+        """Function that is called with each message of the host that is not carried out."""
+        self.begun = ""
+        """Text of the message that has begun the present move."""
         self._ramp_before: Parameters | None = None
         """Parameters before the new ramp data, until the new ramp is calculated; otherwise None."""
         self._muted_until_ns = 0
@@ -102,6 +107,10 @@ class State(ABC):
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
+
+    def refuse(self, text: str, why: str = "", rule: Rule | None = None) -> None:
+        """Report a message of the host that is not carried out."""
+        self.on_refusal(Refusal(text.encode("latin-1"), why, rule))
 
     def transmit(self, data: bytes) -> Procedure:
         """Send `data`, and wait until transmission of its last character begins."""

@@ -114,6 +114,15 @@ class Faults:
             self.raise_motion(MotionFault.LIMIT)
         return bool(self.motion)
 
+    def inhibition(self, directions: Mapping[str, int]) -> str:
+        """Return the faults that inhibit a move in the given directions, and the remedy."""
+        faults = " and ".join(str(fault.name).lower().replace("_", " ") for fault in self.motion)
+        opened = [name for name in CLOSED if not self.pins[name].level]
+        stops = " and ".join(name for name in opened if name not in LIMITS)
+        ahead = "".join(name for name in opened if LIMITS.get(name) in directions.values())
+        first, then = f"close {stops}, then " if stops else "", f", then move away from {ahead}" if ahead else ""
+        return f"the fault {faults} inhibits motion: {first}send K{then}"
+
 
 class StopInputs:
     """Inputs that stop the motion and raise a fault when they open: emergency stop, limit switches and drive faults.

@@ -97,7 +97,10 @@ def _move(state: State, step: Step) -> Procedure:
     if interpolation.out_of_range(state.in_force, step):
         state.faults.raise_line(LineFault.RANGE)
         raise EndOfWork
-    if not state.stops.may_move(_moving(step, state.in_force)):
+    directions = _moving(step, state.in_force)
+    if not state.stops.may_move(directions):
+        if not state.step:
+            state.refuse(state.begun, state.faults.inhibition(directions))
         raise EndOfWork
     if step.run:
         run.run(state, step)
