@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from axistwin.controllers.product import Abilities, Order, Product, Store
+from axistwin.controllers.product import Abilities, Order, Product, Refusal, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, inhibition
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.kernel import jit
@@ -46,6 +46,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._hints: Signal[[str]] = Signal()
+        self._refusals: Signal[[Refusal]] = Signal()
         self._motor: Motor | None = None
         # After power-off, the shaft of the motor may still turn.  `_before` simulates this movement of the shaft.
         self._before: Motor | None = None
@@ -57,7 +58,7 @@ class SmartMotor:
             uart=self.uart, rs485=self.rs485, alarms=self.alarms, registers=self._registers.table,
             follow=self._registers.follow, programs=self._lines.listings,
             subscribe_lines=self._lines.progress.subscribe, hint=self.hint, assign=self.assign,
-            subscribe_hint=self._hints.subscribe,
+            subscribe_hint=self._hints.subscribe, subscribe_refusals=self._refusals.subscribe,
         )  # fmt: skip
 
     def power(self, on: bool) -> None:
@@ -76,6 +77,7 @@ class SmartMotor:
             self._motor = Motor(self._fittings, self.options, self._restart)
             self._motor.on_fault = self.alarms.report
             self._motor.on_refusal = self._hints.emit
+            self._motor.on_refused_command = self._refusals.emit
             self._lines.connect(self._motor)
             self._registers.connect(self._motor)
             self._index.connect(self._motor)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from axistwin.controllers.product import Store
+from axistwin.controllers.product import Refusal, Store
 from axistwin.controllers.smartmotor.chapters import brakes, faults, flow, host_mode, io, limits, modes
 from axistwin.controllers.smartmotor.chapters.faults import LATCHED
 from axistwin.controllers.smartmotor.chapters.functions import CLEAR_INTEGRAL
@@ -97,8 +97,15 @@ class Motor(Processor):
         self.host = channel
         self._perform(statement)
         self.host = None
+        if self.why_refused is not None:
+            why, self.why_refused = self.why_refused, None
+            self.report_refused(channel, text, why)
         if not statement.read_only:
             self.update_outputs()
+
+    def report_refused(self, channel: Channel, text: str, why: str) -> None:
+        """Report a command of the host that is not executed."""
+        self.on_refused_command(Refusal(text.encode("ascii", "replace"), why, channel=channel.number))
 
     def execute_record(self, code: int, value: int) -> None:
         """Execute a binary command from the host, e.g. the command that sets the acceleration A.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from axistwin.controllers.product import Store
+from axistwin.controllers.product import Refusal, Store
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.core import Core
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
@@ -92,6 +92,8 @@ class Processor(Dispatcher, ABC):
         """True if a fault has prevented the last requested movement."""
         self.host: Channel | None = None
         """Channel whose command is being executed; None if no host's command is being executed."""
+        self.why_refused: str | None = None
+        """Why the present command of the host is refused, as in `Refusal`; None if it is not refused."""
         self.statement_before = s.NOTHING_YET
         """The statement that was announced last since the program was started."""
         self.on_pin_use: Signal[[]] = Signal()
@@ -100,6 +102,8 @@ class Processor(Dispatcher, ABC):
         """Function that is called with the name of the flag when a fault of table 4.1 occurs."""
         self.on_refusal: Callable[[str], None] = lambda reason: None
         """Function that is called with the reason at the first motion that a fault prevents."""
+        self.on_refused_command: Callable[[Refusal], None] = lambda refusal: None
+        """Function that is called with each refused command of a host."""
 
     @property
     @abstractmethod
@@ -134,12 +138,18 @@ class Processor(Dispatcher, ABC):
         """Return the present count of edges at the inputs of the external encoder."""
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
-    def syntax_error(self) -> None:
+    def syntax_error(self, why: str = "") -> None:
         """Set the flag Bs (syntax error) after an invalid command, or a command that cannot be executed.
 
-        The error is also stored for the report RCHN of the host's channel.
+        The error is also stored for the report RCHN of the host's channel.  `why`: as in `Refusal`.
         """
         self._flag(s.BS, ChannelError.SCAN)
+        self.refuse(why)
+
+    def refuse(self, why: str = "") -> None:
+        """Report the present command of the host, after its execution, as refused.  `why`: as in `Refusal`."""
+        if self.host is not None:
+            self.why_refused = why
 
     def overflow(self) -> None:
         """Set the flag Bc after an overflow of received data.

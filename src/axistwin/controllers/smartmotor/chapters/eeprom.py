@@ -40,7 +40,7 @@ def pointer(motor: Processor, value: int) -> None:
     if 0 <= value < motor.options.data_bytes:
         motor.i[s.EPTR] = value
     else:
-        motor.syntax_error()
+        motor.syntax_error(f"{value} is out of range: expected 0 to {motor.options.data_bytes - 1}")
 
 
 def store_variables(motor: Processor, find: FindRun, count: int) -> None:
@@ -85,7 +85,7 @@ def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
     """
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
-    motor.syntax_error()
+    motor.syntax_error("so many values do not fit: choose fewer values, or a lower EPTR")
     return None
 
 

@@ -154,9 +154,12 @@ def inhibition(motor: Processor) -> str:
 
     The text is empty if no fault prevents motion.
     """
+    return latched(motor) if motor.refused else ""
+
+
+def latched(motor: Processor) -> str:
+    """Return the fault that has not been cleared, and the remedy; "" if there is none."""
     i = motor.i
-    if not motor.refused:
-        return ""
     if i[s.BR] or i[s.BL]:
         return OPEN_SWITCHES if i[s.BP] or i[s.BM] else "a limit fault has not been cleared: ZS, Zr or Zl"
     if i[s.BE]:

@@ -53,6 +53,9 @@ def end(motor: Processor) -> None:
     _wait_no_more(motor)
 
 
+NO_LABEL = "the stored program has no label C{}: load one that has"
+
+
 def goto(motor: Processor, label: int) -> None:
     """GOTOn: continue the program at label n, 0…999.
 
@@ -60,7 +63,7 @@ def goto(motor: Processor, label: int) -> None:
     """
     target = motor.program.labels.get(label)
     if target is None:
-        motor.syntax_error()
+        motor.syntax_error(NO_LABEL.format(label))
     else:
         _go(motor, target)
 
@@ -75,7 +78,7 @@ def gosub(motor: Processor, label: int) -> None:
     """
     target = motor.program.labels.get(label)
     if target is None:
-        motor.syntax_error()
+        motor.syntax_error(NO_LABEL.format(label))
     else:
         _call(motor, target, s.CALL_GOSUB)
 

@@ -18,7 +18,7 @@ def functions(motor: Processor, value: int) -> None:
     the bits 16 or 128 takes effect after CI, and invalidates an earlier CI (manual, section 9.5).
     """
     if not 0 <= value <= ALL:
-        motor.syntax_error()
+        motor.syntax_error(f"{value} is out of range: expected 0 to {ALL}")
         return
     i = motor.i
     changed = i[s.F] ^ value

@@ -37,7 +37,7 @@ def soft_positive(motor: Processor, value: int) -> None:
 
 def _set(motor: Processor, slot: int, value: int) -> None:
     if motor.i[s.SOFT_LIMITS]:
-        motor.syntax_error()
+        motor.syntax_error("the software limits are enabled: send SLD first")
     else:
         motor.i[slot] = value
 

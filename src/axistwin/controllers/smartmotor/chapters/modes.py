@@ -22,7 +22,7 @@ def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -
     invalidate an earlier CI (manual, section 9.5).
     """
     if not low <= value <= high:
-        motor.syntax_error()
+        motor.syntax_error(f"{value} is out of range: expected {low} to {high}")
         return
     motor.i[slot] = value
     if slot in (s.BASE, s.SIZE):
@@ -88,7 +88,7 @@ def pid(motor: Processor, rate: int) -> None:
     if rate in PID_RATES:
         motor.i[s.PID_RATE] = rate
     else:
-        motor.syntax_error()
+        motor.syntax_error("no such rate: expected PID1, PID2, PID4 or PID8")
 
 
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
@@ -106,7 +106,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
-            motor.syntax_error()
+            motor.syntax_error("MFDIV is 0: set it first, e.g. MFDIV=1")
             return
         i[s.RATIO_MUL], i[s.RATIO_DIV] = i[s.MFMUL], i[s.MFDIV]
     i[s.BUFFERED_MODE], i[s.BUFFERED_FACTOR], i[s.HOST_ARMED], i[s.AFTER_STOP] = mode, factor, 0, 0
@@ -122,7 +122,7 @@ def cam(motor: Processor, factor: int) -> None:
     """
     i = motor.i
     if not 1 <= i[s.SIZE] <= TABLE_MOST or i[s.BASE] < i[s.SIZE]:
-        motor.syntax_error()
+        motor.syntax_error(f"expected SIZE from 1 to {TABLE_MOST}, and BASE at least SIZE: set them first")
         return
     i[s.MC_BASE], i[s.MC_SIZE], i[s.MC_FACTOR] = i[s.BASE], i[s.SIZE], factor
     i[s.CI_PENDING] = i[s.CI_SPOILT] = 0
@@ -337,4 +337,4 @@ def external_encoder(motor: Processor) -> None:
 
     No external encoder is mounted on the motor's shaft.
     """
-    motor.syntax_error()
+    motor.syntax_error("no external encoder is mounted on the shaft: use ENC0")

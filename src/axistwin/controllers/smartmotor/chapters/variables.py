@@ -123,6 +123,9 @@ _device = re.compile(r"([AD])IN([A-H])(\d{1,2})", re.ASCII)
 ANALOG_CHANNELS, DIGITAL_CHANNELS = range(1, 5), range(64)
 
 
+NO_VALUE = "it cannot be computed or stored: an overflow, a division by 0 (Bd), or no such array element (Bu)"
+
+
 def find(name: str) -> Variable | None:
     """Return the variable or AniLink input with this name, such as `aa` or AINA1.
 
@@ -158,7 +161,14 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
     `aw[0] 0 100 500.` sets consecutive elements (manual, section 1.1).  An invalid index ends the list; the
     elements before it are set.
     """
-    store(motor.i, motor.v, [0] * ops.STACK, code, 0)
+    i = motor.i
+    before = i[state.BU], i[state.BD]
+    i[state.BU] = i[state.BD] = 0
+    store(i, motor.v, [0] * ops.STACK, code, 0)
+    if i[state.BU] or i[state.BD]:
+        motor.refuse(NO_VALUE)
+    i[state.BU] |= before[0]
+    i[state.BD] |= before[1]
 
 
 def values(letters: str) -> range | None:

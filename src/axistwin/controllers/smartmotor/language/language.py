@@ -13,7 +13,7 @@ from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.eeprom import Run
 from axistwin.controllers.smartmotor.chapters.reports import READ_ONLY
-from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, NAMES, find, values
+from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, NAMES, NO_VALUE, find, values
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST
@@ -124,6 +124,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
+                motor.refuse(NO_VALUE)
                 return None
             given.append(value)
         named = self.command.form is Form.LET

@@ -28,13 +28,18 @@ class Words:
         """True if an incomplete command has been received."""
         return bool(self._text or self._list)
 
-    def forget(self) -> bool:
-        """Discard an incomplete command; return True if a command had begun."""
-        begun = self.begun
+    @property
+    def text(self) -> str:
+        """The incomplete command, as far as it is received."""
+        return " ".join([*self._list, self._text.decode("ascii")])
+
+    def forget(self) -> str:
+        """Discard an incomplete command; return its text, "" if no command had begun."""
+        text = self.text if self.begun else ""
         self._text.clear()
         self._list.clear()
         self._quoted = self._dropping = False
-        return begun
+        return text
 
     def drop(self) -> None:
         """Ignore the characters up to the next terminator."""

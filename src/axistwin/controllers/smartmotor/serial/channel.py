@@ -15,7 +15,7 @@ from enum import IntFlag
 from typing import Protocol
 
 from axistwin.controllers.smartmotor.kernel import state as s
-from axistwin.controllers.smartmotor.language.vocabulary import TERMINATORS, Words
+from axistwin.controllers.smartmotor.language.vocabulary import LONGEST, TERMINATORS, Words
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import UserPin
@@ -77,6 +77,9 @@ class Dispatcher(Protocol):
     def execute(self, channel: "Channel", text: str) -> None:
         """Execute a command of the host."""
 
+    def report_refused(self, channel: "Channel", text: str, why: str) -> None:
+        """Report a command of the host that is not executed.  `why`: as in `Refusal`."""
+
     def execute_record(self, code: int, value: int) -> None:
         """Execute a binary message from the host, e.g. a message that sets the parameter A.
 
@@ -112,7 +115,7 @@ class Channel:
         """The direction line of an RS-485 converter, pin G."""
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
-        self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
+        self._words = Words(self._execute, self._refuse_long)
         self._record = bytearray()
         """The received bytes of an incomplete binary record."""
         self._spoilt = False
@@ -160,9 +163,12 @@ class Channel:
         if self._begun_ns == began_ns and self.motor.powered:
             self._begun_ns = None
             self._record.clear()
-            self._words.forget()
+            text = self._words.forget()
             if not self.asleep:
                 self.flag_new(ChannelError.SCAN)
+                self.motor.report_refused(
+                    self, text, "its end has not come within the time-out of OCHN: send it at once"
+                )
 
     def _resume_program(self) -> None:
         self.motor.catch_up()
@@ -202,8 +208,10 @@ class Channel:
 
         An address is valid until the next address.
         """
-        if self._words.forget() and not self.asleep:  # A received byte above 7Fh discards an incomplete command.
+        text = self._words.forget()
+        if text and not self.asleep:  # A received byte above 7Fh discards an incomplete command.
             self.flag_new(ChannelError.SCAN)
+            self.motor.report_refused(self, text, f"the byte {byte:02X}h came before its end: end it by a space or CR")
         if byte <= LAST_ADDRESS:
             # An address byte from the host selects the motors that obey the next commands.
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])
@@ -211,6 +219,10 @@ class Channel:
             self.motor.report_host_mode(self)
         elif byte in RECORDS:  # Collect all bytes of a binary command, even if the command is for another motor.
             self._record.append(byte)
+
+    def _refuse_long(self) -> None:
+        self.flag_new(ChannelError.OVERFLOW)
+        self.motor.report_refused(self, self._words.text, f"it has more than {LONGEST} characters (Bc): divide it")
 
     def _take_record(self, byte: int) -> None:
         self._record.append(byte)

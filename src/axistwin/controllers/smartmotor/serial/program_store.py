@@ -7,7 +7,7 @@ The program memory is invalid from LOAD until FF FF has been received: an incomp
 Bk.  UPLOAD and UP work in the other direction: the motor sends 8 bytes, the host 06, the motor the next 8 bytes … FF.
 """
 
-from axistwin.controllers.smartmotor.chapters import flow
+from axistwin.controllers.smartmotor.chapters import faults, flow
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial.channel import Channel
@@ -175,7 +175,7 @@ def load(motor: Processor) -> None:
     """
     channel = motor.host
     if channel is None or any(motor.i[fault] for fault in (s.BR, s.BL, s.BE, s.BH)):
-        motor.syntax_error()
+        motor.syntax_error(faults.latched(motor))
         return
     flow.end(motor)
     motor.nonvolatile.program, motor.nonvolatile.broken = "", True
@@ -231,6 +231,6 @@ def checksum_report(motor: Processor) -> str:
 
 def _upload(motor: Processor, data: bytes) -> None:
     if motor.host is None or motor.nonvolatile.locked:
-        motor.syntax_error()
+        motor.syntax_error("the stored program is locked: only a new program ends this, by LOAD")
     else:
         Upload(motor.host, data)

@@ -68,7 +68,7 @@ def address(motor: Processor, number: int) -> None:
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
         motor.i[s.ADDR] = number
     else:
-        motor.syntax_error()
+        motor.syntax_error(f"{number} is out of range: expected 0 to {LAST_ADDRESS - GLOBAL}")
 
 
 def baud(motor: Processor, rate: int) -> None:
@@ -79,7 +79,7 @@ def baud(motor: Processor, rate: int) -> None:
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:
-        motor.syntax_error()
+        motor.syntax_error(f"no such baud rate: expected one of {', '.join(map(str, BAUD_RATES))}")
         return
     motor.channels[0].uart.format = replace(fmt, baudrate=rate)
 
@@ -104,7 +104,7 @@ def open_channel(motor: Processor, parameters: str) -> None:
     """
     match = OPENING.fullmatch(parameters)
     if match is None or int(match["baud"]) not in BAUD_RATES or (match["type"], match["channel"]) == ("RS2", "1"):
-        motor.syntax_error()
+        motor.syntax_error("invalid parameters: expected e.g. OCHN(RS2,0,N,9600,1,8,C) or OCHN(RS4,1,N,9600,1,8,C)")
         return
     fmt = UartFormat(int(match["baud"]), int(match["data"]), PARITIES[match["parity"]], int(match["stop"]))
     channel = motor.channels[int(match["channel"])]
@@ -119,7 +119,7 @@ def close_channel(motor: Processor, parameters: str) -> None:
     """
     match = CLOSING.fullmatch(parameters)
     if match is None:
-        motor.syntax_error()
+        motor.syntax_error("invalid parameters: expected CCHN(RS2,0), CCHN(RS4,0) or CCHN(RS4,1)")
         return
     channel = motor.channels[int(match["channel"])]
     _wire(motor, channel, rs485=False)
