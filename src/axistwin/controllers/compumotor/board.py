@@ -126,13 +126,20 @@ class Board(State):
     def _obey(self, data: bytes) -> Procedure:
         found = decode(self.commands, data)
         if found is None or not found[0].implemented:
+            self.refuse(data)
             return
         command, values = found
         if self.sequences.defining is not None and Accept.DEFINING not in command.accepted:
             if Accept.SEQUENCE in command.accepted:
                 self.sequences.store(Stored(command, values, command.string(data[1:])))
+            else:
+                self.refuse(
+                    data, "it cannot be in a sequence: send D8 first, which ends the definition of the sequence"
+                )
         elif self.accepts(command):
-            yield from self.carry_out(command, values, self.host)
+            yield from self.carry_out(command, values, self.host, data)
+        else:
+            self.refuse(data, self._hindrance(command))
 
     def accepts(self, command: Opcode) -> bool:
         """True if the present state of the board allows this command of the host.
@@ -141,6 +148,21 @@ class Board(State):
         """
         needed = _needed(self.in_streaming_mode, self.sequencer.running, self.stream.performing)
         return needed in command.accepted and not self.excludes(command)
+
+    def _hindrance(self, command: Opcode) -> str:
+        """Return why the present state of the board does not allow a command, and the remedy."""
+        accepted = command.accepted
+        if not accepted & (Accept.INDEXER | Accept.STREAMING):
+            return ""
+        if self.in_streaming_mode and Accept.STREAMING not in accepted:
+            return f"it is not valid in streaming mode {self.mode:02X}: send 50 (indexer mode) first"
+        if not self.in_streaming_mode and Accept.INDEXER not in accepted:
+            return "it is valid in a streaming mode only: send 51, 52 or 53 first"
+        if self.sequencer.running and Accept.DURING_SEQUENCE not in accepted:
+            return "a sequence is performed: wait for its end, or end it by 79 (kill sequence)"
+        if self.stream.performing and Accept.DURING_STREAMING not in accepted:
+            return "a stream is performed: wait for its end, or end it by 7B (kill the streaming buffer)"
+        return "the move, search or joystick before has not ended: wait for its end, or end it by 73 or 70"
 
     def refresh(self) -> None:
         """Update the output signals of the board after the board's state has changed, e.g. at the end of a move.

@@ -13,7 +13,7 @@ from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
-from axistwin.controllers.product import Abilities, Listing, Order, Product, Register, Store
+from axistwin.controllers.product import Abilities, Listing, Order, Product, Refusal, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.alarms import Alarms
@@ -21,6 +21,7 @@ from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
 from axistwin.sim.progress import Progress
 from axistwin.sim.registers import RegisterPort
+from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
     from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
@@ -53,6 +54,7 @@ class Card:
         self._board: Board | None = None
         self.bus = RegisterPort(clock)
         self.alarms = Alarms(*ALARMS.values())
+        self._refusals: Signal[[Refusal]] = Signal()
         self._progress = Progress()
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
         self.pins |= {name: Pin(clock, name) for name in LOW}
@@ -77,7 +79,8 @@ class Card:
             self.pins["test_switch"].subscribe(self._press)
         self.abilities = Abilities(
             bus=self.bus, alarms=self.alarms, registers=self.registers, programs=self.programs,
-            subscribe_lines=self._progress.subscribe, busy=self._busy, procedures=self._procedures,
+            subscribe_lines=self._progress.subscribe, subscribe_refusals=self._refusals.subscribe, busy=self._busy,
+            procedures=self._procedures,
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
@@ -119,6 +122,7 @@ class Card:
                 encoder=self._encoder,
             )  # fmt: skip
             self._board.events.on_fault = self.alarms.report
+            self._board.on_refusal = self._refusals.emit
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 
     def programs(self) -> Mapping[str, Listing]:

@@ -5,7 +5,8 @@ chapters.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
@@ -24,6 +25,7 @@ from axistwin.controllers.compumotor.parts.stream import Stream
 from axistwin.controllers.compumotor.parts.tracking import Encoder, Tracking
 from axistwin.controllers.compumotor.parts.triggers import Triggers
 from axistwin.controllers.compumotor.registers import Handshake
+from axistwin.controllers.product import Refusal
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event, Procedure
 from axistwin.sim.pins import Pin
@@ -33,6 +35,10 @@ from axistwin.units import MS, US
 INDEXER = 0x50
 """Indexer mode, the mode after reset.  The code of a mode is the opcode that enters it."""
 _SINGULAR_IN_INDEXER_MODE = Accept.SINGULAR | Accept.INDEXER
+IN_MOTION = (
+    "the motor is moving, or the joystick is enabled: wait until 88h reports rest, or send 10 (disable joystick)"
+)
+SHUT_DOWN = "the motor is shut down: send 12 00 first, or end the signal at the shutdown input"
 IN_DEADBAND = 0x80
 """State code for 0Fh: the closed-loop error is within the deadband."""
 
@@ -53,6 +59,8 @@ class State(ABC):
         self.alive = True
         """False during the test function and after a failure, when the processor performs no commands."""
         self.busy_until_ns = 0
+        self.on_refusal: Callable[[Refusal], None] = lambda refusal: None
+        """Function that is called with each command of the host that the board ignores."""
         self.handshake = Handshake(clock, port, pins, options)
         # Motion
         self.pulses = PulseGenerator(clock, axis, pins["direction"])
@@ -122,19 +130,32 @@ class State(ABC):
         """
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
-    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
+    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner, data: bytes = b"") -> Procedure:
         """Perform a command.
 
-        A command that takes time continues in a separate process.  `owner`: the host or the sequence.
+        A command that takes time continues in a separate process.  `owner`: the host or the sequence.  `data`: the
+        command string of the host.
         """
         assert command.handler is not None
         result = command.handler(self, *values)
         if isinstance(result, bytes):
             yield self.occupy(ns(self.options.reply_ms))
             self.send(command.opcode, result)
+        elif isinstance(result, str):
+            self.refuse(data, result)
         elif result is not None:
-            owner.begin(result, self.refresh)
+            owner.begin(result, partial(self._ended, data))
             self.refresh()
+
+    def _ended(self, data: bytes, why: str | None) -> None:
+        if why is not None:
+            self.refuse(data, why)
+        self.refresh()
+
+    def refuse(self, data: bytes, why: str = "") -> None:
+        """Report a command of the host that the board ignores.  `why`: as in `Refusal`."""
+        if data:
+            self.on_refusal(Refusal(data, why))
 
     def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
         """Record the start of a move.

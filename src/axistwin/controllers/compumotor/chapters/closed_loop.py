@@ -8,18 +8,20 @@ from axistwin.controllers.compumotor.chapters.tracking import wake
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
 from axistwin.controllers.compumotor.parts.tracking import Law, wrapped
-from axistwin.controllers.compumotor.state import State
+from axistwin.controllers.compumotor.state import IN_MOTION, State
 from axistwin.sim.clock import Procedure
 
 
-def define_position(board: State, position: int) -> None:
+def define_position(board: State, position: int) -> str | None:
     """Command 2Fh: set the closed-loop position to `position`, in encoder pulses.  The motor does not move.
 
     Ignored while moving.  Every signed 32-bit number is valid.
     """
-    if not board.occupied:
-        board.loop.define(position)
-        board.refresh()
+    if board.occupied:
+        return IN_MOTION
+    board.loop.define(position)
+    board.refresh()
+    return None
 
 
 def go(kind: Kind, board: State, target: int) -> Procedure:
@@ -27,8 +29,9 @@ def go(kind: Kind, board: State, target: int) -> Procedure:
 
     Needs the default move (31h) and B0h to B4h. Ignored while moving or shut down, and beyond 2³¹-1 motor pulses.
     """
-    if board.loop.complete:
-        yield from moves.perform_default(board, kind, target)
+    if not board.loop.complete:
+        return "B0 to B4 (ratio, resolution, sigma, algorithm, teeth) must be sent first"
+    return (yield from moves.perform_default(board, kind, target))
 
 
 def resume(board: State) -> Procedure:
@@ -37,10 +40,11 @@ def resume(board: State) -> Procedure:
     The velocity and the acceleration are also those of the last closed-loop move.  Ignored without an earlier
     closed-loop move.  Loose sheet on command 37h.
     """
-    if board.loop.commanded is not None:
-        move, target = board.loop.commanded
-        again = replace(move, kind=Kind.ABSOLUTE_ENCODER, target=wrapped(target - board.loop.zero))
-        yield from moves.perform(board, again, board.library.calculation_ns)
+    if board.loop.commanded is None:
+        return "no closed-loop move has been sent: send 35 or 36 first"
+    move, target = board.loop.commanded
+    again = replace(move, kind=Kind.ABSOLUTE_ENCODER, target=wrapped(target - board.loop.zero))
+    return (yield from moves.perform(board, again, board.library.calculation_ns))
 
 
 def maintain(board: State, on: bool) -> None:
@@ -80,16 +84,19 @@ def set_sigma(board: State, sigma: int) -> None:
     wake(board)
 
 
-def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
+def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> str | None:
     """Command B3h: select the formula for the velocity at which the motor corrects a position error.
 
     Algorithm 1 is K·e, algorithm 2 is K·√e, and algorithm 3 is K·e².  The position error is e, and `gain` is K.  The
     velocity is at most `maximum`.  The calculated velocity and `maximum` are in units of the velocity range.  The
     command is ignored if `maximum` is beyond the range.
     """
-    if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
-        board.loop.law = Law(algorithm, gain, ranges, maximum)
-        wake(board)
+    velocities = VELOCITY_RANGES[ranges >> 4]
+    if velocities.rate(maximum) is None:
+        return f"velocity {maximum} is beyond its range: expected at most {velocities.highest}"
+    board.loop.law = Law(algorithm, gain, ranges, maximum)
+    wake(board)
+    return None
 
 
 def set_teeth(board: State, teeth: int) -> None:

@@ -15,14 +15,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
+from axistwin.controllers.compumotor.chapters.moves import NO_DEFAULT
 from axistwin.controllers.compumotor.parts.library import HomeDefinition, Move
 from axistwin.controllers.compumotor.parts.profiles import Speed, continuous, preset, stopping
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.tracking import Use
-from axistwin.controllers.compumotor.state import State, ns
+from axistwin.controllers.compumotor.state import IN_MOTION, SHUT_DOWN, State, ns
 from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Clock, Interrupt, Procedure
 from axistwin.sim.pins import Pin
+
+NO_HOME = "38 (define home) must be sent first"
 
 
 @dataclass(frozen=True)
@@ -159,10 +162,11 @@ def go_home(board: State, minus: bool) -> Procedure:
     precede this command.  The command is ignored while the motor is moving or shut down, or the joystick is enabled.
     """
     definition = board.home_definition
-    if definition is not None:
-        pin = board.pins["home"]
-        mark = Mark(pin, definition.active_high, definition.edge, max(1, ns(board.options.home_ms)), lambda: True)
-        yield from _go(board, minus, definition, mark)
+    if definition is None:
+        return NO_HOME
+    pin = board.pins["home"]
+    mark = Mark(pin, definition.active_high, definition.edge, max(1, ns(board.options.home_ms)), lambda: True)
+    return (yield from _go(board, minus, definition, mark))
 
 
 def go_encoder_home(board: State, minus: bool) -> Procedure:
@@ -173,19 +177,22 @@ def go_encoder_home(board: State, minus: bool) -> Procedure:
     (18h) is off.
     """
     definition = board.home_definition
-    if definition is not None and board.loop.on:
-        enable, z_active = board.pins["home"], not board.options.invert_z
-        mark = Mark(
-            board.pins["channel_z"], z_active, -definition.final, 1, lambda: enable.level is definition.active_high
-        )
-        yield from _go(board, minus, definition, mark)
+    if definition is None:
+        return NO_HOME
+    if not board.loop.on:
+        return "position maintenance is off: send 18 01 first"
+    enable, z_active = board.pins["home"], not board.options.invert_z
+    mark = Mark(board.pins["channel_z"], z_active, -definition.final, 1, lambda: enable.level is definition.active_high)
+    return (yield from _go(board, minus, definition, mark))
 
 
 def _go(board: State, minus: bool, definition: HomeDefinition, mark: Mark) -> Procedure:
     default = board.library.default
     speed = default.speed(board.start_stop)
-    if speed is None or not speed.rate or board.occupied or board.shutdown.on:
-        return
+    if speed is None or not speed.rate:
+        return NO_DEFAULT
+    if board.occupied or board.shutdown.on:
+        return SHUT_DOWN if board.shutdown.on else IN_MOTION
     yield board.occupy(board.library.calculation_ns)
     move = replace(default, target=int(minus))
     board.begin_move(move, speed, None)
@@ -198,6 +205,7 @@ def _go(board: State, minus: bool, definition: HomeDefinition, mark: Mark) -> Pr
         raise
     finally:
         _use(board, Use.OPEN_LOOP)
+    return None
 
 
 def _use(board: State, use: Use) -> None:

@@ -1,6 +1,6 @@
 """Chapters Joystick interface and Remote power shutdown: commands 10h to 14h, 95h."""
 
-from axistwin.controllers.compumotor.state import State
+from axistwin.controllers.compumotor.state import IN_MOTION, SHUT_DOWN, State
 from axistwin.sim.clock import Procedure
 
 
@@ -17,7 +17,7 @@ def enable_joystick(board: State) -> Procedure:
     Ignored while the motor is shut down or moving.
     """
     if board.shutdown.on or board.moving:
-        return
+        return SHUT_DOWN if board.shutdown.on else IN_MOTION
     board.motion.end = None
     disabled = board.clock.event()
     board.joystick.enable(disabled)
@@ -27,37 +27,46 @@ def enable_joystick(board: State) -> Procedure:
     finally:
         board.joystick.disable()
     board.refresh()
+    return None
 
 
-def shut_down(board: State, on: bool) -> None:
+def shut_down(board: State, on: bool) -> str | None:
     """Command 12h: switch the current in the motor windings off, or on again.
 
     While the current is off (remote power shutdown), the board performs no moves.  Ignored if the joystick or the
     shutdown input is enabled, or while moving.
     """
-    if not (board.occupied or board.shutdown.input_enabled):
-        board.shutdown.commanded = on
-        board.shutdown.refresh()
+    if board.occupied:
+        return IN_MOTION
+    if board.shutdown.input_enabled:
+        return "the shutdown input is enabled: send 13 00 first"
+    board.shutdown.commanded = on
+    board.shutdown.refresh()
+    return None
 
 
-def enable_shutdown_input(board: State, on: bool) -> None:
+def enable_shutdown_input(board: State, on: bool) -> str | None:
     """Command 13h: enable or disable the shutdown input.
 
     Ignored if the joystick is enabled.
     """
-    if not board.joystick.enabled:
-        board.shutdown.input_enabled = on
-        board.shutdown.refresh()
+    if board.joystick.enabled:
+        return IN_MOTION
+    board.shutdown.input_enabled = on
+    board.shutdown.refresh()
+    return None
 
 
-def set_direction_sense(board: State, ccw_is_plus: bool) -> None:
+def set_direction_sense(board: State, ccw_is_plus: bool) -> str | None:
     """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.
 
     Ignored while the motor is moving.
     """
-    if not board.occupied:
-        board.pulses.cw_is_plus = not ccw_is_plus
-        board.loop.encoder.face(-1 if ccw_is_plus else +1)
+    if board.occupied:
+        return IN_MOTION
+    board.pulses.cw_is_plus = not ccw_is_plus
+    board.loop.encoder.face(-1 if ccw_is_plus else +1)
+    return None
 
 
 def request_joystick(board: State) -> bytes:

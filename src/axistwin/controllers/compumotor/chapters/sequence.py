@@ -94,14 +94,17 @@ def delete(board: State, number: int) -> None:
     board.sequences.buffers.pop(number, None)
 
 
-def perform(board: State, number: int) -> None:
+def perform(board: State, number: int) -> str | None:
     """Command 41h: perform the sequence with the given number (1 to 15).
 
     The command is ignored while a sequence is performed, or if this sequence is undefined.
     """
     buffer = board.sequences[number]
-    if buffer and not board.sequencer.running:
+    if not buffer:
+        return ""
+    if not board.sequencer.running:
         board.sequencer.start(number, _perform(board, list(buffer)))
+    return None
 
 
 def _perform(board: State, buffer: list[Stored]) -> Procedure:

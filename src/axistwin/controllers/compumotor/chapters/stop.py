@@ -88,14 +88,17 @@ def kill_and_suspend(board: State) -> None:
 
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
-) -> None:
+) -> str | None:
     """Assign an action to a trigger input, e.g. by command 74h (stop on trigger).
 
     The commands are 74h to 77h and 7Ch to 7Fh.  `trigger`: number of the trigger input, 1 or 6.  The board performs the
     action when the input becomes active.  If `message` is True, the board also sends a message.  If `on` is False, the
     assignment is removed.
     """
-    board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
+    busy = board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
+    if busy is None:
+        return None
+    return f"trigger {trigger} already has the function {busy:02X}: disable it first"
 
 
 def _respond(board: State, opcode: int, trigger: int, action: Callable[[State], None] | None, message: bool) -> None:
@@ -105,9 +108,9 @@ def _respond(board: State, opcode: int, trigger: int, action: Callable[[State], 
         action(board)
 
 
-def interrupt_on_trigger(board: State, trigger: int, on: bool) -> None:
+def interrupt_on_trigger(board: State, trigger: int, on: bool) -> str | None:
     """Command ACh: send a message when trigger 1 or 6 becomes active.
 
     A trigger has only one function, so the command is ignored if the trigger already has a function of another command.
     """
-    on_trigger(INTERRUPT_ON_TRIGGER, None, board, trigger, on, message=True)
+    return on_trigger(INTERRUPT_ON_TRIGGER, None, board, trigger, on, message=True)

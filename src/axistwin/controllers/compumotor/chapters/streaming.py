@@ -12,7 +12,7 @@ from axistwin.controllers.compumotor.language import CCW, Accept, Opcode
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import FULL
 from axistwin.controllers.compumotor.parts.stream import FASTEST, Entry, Marker, Setting
-from axistwin.controllers.compumotor.state import State, ns
+from axistwin.controllers.compumotor.state import IN_MOTION, SHUT_DOWN, State, ns
 from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
@@ -201,44 +201,46 @@ def indexer_mode(board: State) -> None:
     board.stream.enter(None)
 
 
-def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_ms: int = 0) -> None:
+def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_ms: int = 0) -> str | None:
     """Commands 51h to 53h: enter a streaming mode, and delete all stored sequences.
 
     Ignored while the motor is moving.  `base`: 1 to 9 (53h: 1 to 3); `divisor`: 1 to 16; `alarm` in bytes; `period_ms`:
     update period of 52h and 53h.
     """
-    if not board.occupied:
-        board.sequences.buffers.clear()
-        board.sequences.defining = None
-        board.stream.enter(Setting(mode, base, divisor, alarm, period_ms))
+    if board.occupied:
+        return IN_MOTION
+    board.sequences.buffers.clear()
+    board.sequences.defining = None
+    board.stream.enter(Setting(mode, base, divisor, alarm, period_ms))
+    return None
 
 
-def velocity_distance(board: State, *words: int) -> None:
+def velocity_distance(board: State, *words: int) -> str | None:
     """Command E0h: add three pairs of velocity and distance to the streaming buffer.
 
     The distance is in pulses.  A pair with distance 0 is skipped.
     """
-    board.stream.store(VELOCITY_DISTANCE, zip(words[::2], words[1::2], strict=True))
+    return board.stream.store(VELOCITY_DISTANCE, zip(words[::2], words[1::2], strict=True))
 
 
-def velocity_time(board: State, *numbers: int) -> None:
+def velocity_time(board: State, *numbers: int) -> str | None:
     """Command E1h: add seven velocities to the streaming buffer.
 
     The motor runs at each velocity for the same time, the update period.
     """
-    board.stream.store(VELOCITY_TIME, ((number,) for number in numbers))
+    return board.stream.store(VELOCITY_TIME, ((number,) for number in numbers))
 
 
-def distance_time(board: State, count: int, *distances: int) -> None:
+def distance_time(board: State, count: int, *distances: int) -> str | None:
     """Command E3h: store signed distances in pulses.  The board outputs one distance in each update period.
 
     The host sends seven distances, of which the first `count` are stored.  The value 8001h ends the stream at velocity
     zero.
     """
-    board.stream.store(DISTANCE_TIME, ((distance % FULL,) for distance in distances[:count]))
+    return board.stream.store(DISTANCE_TIME, ((distance % FULL,) for distance in distances[:count]))
 
 
-def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
+def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> str | None:
     """Command EEh: assign a command to a number, e.g. 7FF0h.  The board executes the command when the number occurs in
     the velocity stream.
 
@@ -248,14 +250,18 @@ def define_marker(board: State, word: int, opcode: int, first: int, second: int)
     8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
-        return
+        return "8000h and 8001h cannot be markers in this mode: use another number, e.g. 8002h"
     markers = board.stream.markers
     if opcode == 0:
         markers.pop(word, None)
-    elif word in markers or len(markers) < MOST_MARKERS:
-        marker = _marker(board, opcode, bytes([first, second]))
-        if marker is not None:
-            markers[word] = marker
+        return None
+    if word not in markers and len(markers) >= MOST_MARKERS:
+        return f"{MOST_MARKERS} markers are in use: delete one first, by EE with the opcode 00"
+    marker = _marker(board, opcode, bytes([first, second]))
+    if marker is None:
+        return f"{opcode:02X} cannot be in a marker: use a command valid while streaming with at most two parameters"
+    markers[word] = marker
+    return None
 
 
 def _marker(board: State, opcode: int, parameters: bytes) -> Marker | None:
@@ -268,18 +274,22 @@ def _marker(board: State, opcode: int, parameters: bytes) -> Marker | None:
     return None if values is None else Marker(command, values)
 
 
-def perform(board: State) -> None:
+def perform(board: State) -> str | None:
     """Command 42h: convert the velocities or distances in the streaming buffer to motor pulses.
 
     Ignored if the buffer is empty, during a move, and during shutdown.  At the end of the buffer the motor keeps its
     velocity until the buffer is refilled and 42h is sent again.
     """
-    if not (
-        board.stream.empty or board.host.busy or board.sequence.busy or board.joystick.enabled or board.shutdown.on
-    ):
-        assert board.stream.setting is not None, "42h is valid in streaming modes only"
-        board.motion.end, board.motion.streamed = None, True
-        board.stream.start(StreamOutput(board, board.stream.setting).perform())
+    if board.stream.empty:
+        return "the streaming buffer is empty: send data (E0, E1 or E3) first"
+    if board.shutdown.on:
+        return SHUT_DOWN
+    if board.host.busy or board.sequence.busy or board.joystick.enabled:
+        return IN_MOTION
+    assert board.stream.setting is not None, "42h is valid in streaming modes only"
+    board.motion.end, board.motion.streamed = None, True
+    board.stream.start(StreamOutput(board, board.stream.setting).perform())
+    return None
 
 
 def kill_buffer(board: State) -> None:

@@ -25,10 +25,11 @@ class Owner:
         """True while a command with the attribute SINGULAR is in progress, e.g. a move."""
         return self.singular is not None
 
-    def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
+    def begin(self, procedure: Procedure, ended: Callable[[str | None], None]) -> None:
         """Begin a command that is not instantaneous, e.g. a move.
 
-        The command has the attribute SINGULAR.  The function `ended` is called after the end of the command.
+        The command has the attribute SINGULAR.  The function `ended` is called after the end of the command, with the
+        reason if the command was ignored, otherwise with None.
         """
         self.singular = self._clock.process(self._perform(procedure, ended))
 
@@ -46,11 +47,12 @@ class Owner:
         if process is not None:
             kill(process)
 
-    def _perform(self, procedure: Procedure, ended: Callable[[], None]) -> Procedure:
+    def _perform(self, procedure: Procedure, ended: Callable[[str | None], None]) -> Procedure:
+        why = None
         try:
-            yield from procedure
+            why = yield from procedure
         except Interrupt:
             pass  # discontinued
         finally:
             self.singular = None
-        ended()
+        ended(why)

@@ -134,17 +134,22 @@ class Stream:
         self._entries.clear()
         self._used, self._alarm_on = 0, False
 
-    def store(self, mode: int, entries: Iterable[Entry]) -> None:
+    def store(self, mode: int, entries: Iterable[Entry]) -> str | None:
         """Store data in the streaming buffer.
 
-        The data are lost if the present mode is not `mode`, or if the memory is full.
+        The data are lost if the present mode is not `mode`, or if the memory is full; then the reason is returned.
         """
-        if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
-            return
+        if self.setting is None:
+            return ""
+        if self.setting.mode != mode:
+            return f"the data are for mode {mode:02X}, but the present mode is {self.setting.mode:02X}: send {mode:02X}"
+        if self.free < LEAST_FREE:
+            return "the streaming buffer is full, and the data are lost: wait until a part of it is performed"
         stored = tuple(entries)
         self._entries.extend(stored)
         self._used += WORD * sum(map(len, stored))
         self._alarm_on |= self._used > self.setting.alarm
+        return None
 
     def take(self) -> Entry:
         """Remove and return the first entry of the streaming buffer."""

@@ -44,18 +44,20 @@ class Triggers:
         self._functions.clear()
         self._edges.clear()
 
-    def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> None:
+    def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> int | None:
         """Assign `action` to a trigger input, or remove the assigned action if `on` is False.
 
         `opcode`: opcode of the command that assigns the action.  The call has no effect while the trigger has an action
-        that a command with a different opcode has assigned.
+        that a command with a different opcode has assigned; then this opcode is returned.
         """
-        if self._functions.get(trigger, (opcode,))[0] != opcode:
-            return
+        assigned = self._functions.get(trigger, (opcode,))[0]
+        if assigned != opcode:
+            return assigned
         if on:
             self._functions[trigger] = opcode, action
         else:
             self._functions.pop(trigger, None)
+        return None
 
     def drop(self, opcode: int) -> None:
         """Cancel all actions that a given command has assigned to trigger inputs.
