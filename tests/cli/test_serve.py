@@ -11,6 +11,7 @@ import serial
 
 from axistwin import Bench
 from axistwin.cli.serving import host_lines, lines, served
+from axistwin.drivers import connect
 from axistwin.links import PortUrl, Server
 from axistwin.sim import UartFormat
 
@@ -176,6 +177,48 @@ def test_wrong_usage_is_one_line(arguments, words):
     assert message.startswith("axistwin: ")
     assert words in message
     assert message.count("\n") == 1
+
+
+# Refused lines
+
+REFUSED = {
+    "if1": (
+        [(b"(", b"U\r"), (b"U61\rx1\rF\r", b"8\r"), (b"x1\rF\r", b"8\r")],
+        [
+            "axistwin: if1: refused x1: unknown character 'x': commands are upper case; write X [DP101]",
+            "axistwin: if1: refused x1 (the same once more)",
+        ],
+    ),
+    "smartmotor": (
+        [(b"FLY RP ", b"0\r")],
+        [
+            (
+                "axistwin: smartmotor: refused FLY: unknown command FLY [SM101]: "
+                "The motor sets the status bit Bs (syntax error) and continues with the next statement."
+            )
+        ],
+    ),
+    "1811": (
+        [],
+        ["axistwin: 1811: refused 33 00 00 00 01: 31 (default velocity and acceleration) must be sent first"],
+    ),
+}
+
+
+@pytest.mark.parametrize("quiet", [(), ("--quiet",)])
+@pytest.mark.parametrize("model", list(REFUSED))
+def test_refused_lines_are_told_on_stderr_and_quiet_ends_it(model, quiet):
+    said, told = REFUSED[model]
+    with serving(model, *(AT_ONCE if said else ("--speed", "max")), *quiet) as (program, [(_, url)]):
+        for text, answer in said:
+            assert talk(url, text) == [answer]
+        if not said:
+            with connect(str(url), "1811", timeout=PATIENCE_S) as board:
+                board.command(0x33, 0, 0, 0, 1)
+                board.request(0x83)
+        code, words = ended(program)
+    assert code == 0
+    assert [line for line in words.splitlines() if "refused" in line] == ([] if quiet else told)
 
 
 # --show-hosts

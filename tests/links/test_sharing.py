@@ -7,6 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli import main
+from axistwin.diagnostics import RefusedLines
 from axistwin.drivers import connect
 from axistwin.errors import UsageError
 from axistwin.links import FULL, Gate, Hub, Seat, sharing
@@ -53,6 +54,18 @@ def test_one_client_too_many_is_refused(served, monkeypatch):
         with dial(url) as second:
             assert second.recv(1) == b""
         assert ask(first) == b"C\r"
+
+
+def test_a_refused_line_of_a_shared_port_is_told_whole(served):
+    if1 = served.add()
+    url, told = served.open(if1), []
+    served.do(lambda: RefusedLines(told.append).watch(served.bench))
+    with dial(url) as first, dial(url) as second:
+        served.until(lambda: (served.server.client("if1") or "").count(":") == 2)
+        first.sendall(b"x")
+        assert ask(second) == b"C\r" == receive(first, 2)
+        assert ask(first, b"1\rF\r") == b"8\r"  # data fault
+    assert [text.partition(": unknown")[0] for text in told] == ["if1: refused x1"]
 
 
 def test_only_tcp_ports_can_be_shared(served):

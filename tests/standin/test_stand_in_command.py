@@ -171,7 +171,7 @@ def test_a_board_that_has_gone_ends_the_run(scene, gone, code):
         loaded = Scene.load(scene())
         bench = loaded.build(served=True)
         plan = reading.read(loaded, bench)
-        run = stand_in._Run(bench, plan, None, None)
+        run = stand_in._Run(bench, plan, None, None, quiet=False)
         run._connect([None], lambda line: None)
         run._ended = asyncio.get_running_loop().create_future()
         ((_, wiring),) = plan.boards
@@ -180,6 +180,22 @@ def test_a_board_that_has_gone_ends_the_run(scene, gone, code):
         return run._ended.result() if run._ended.done() else None
 
     assert asyncio.run(serve()) == code
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_refused_lines_are_told_unless_quiet(scene, monkeypatch, quiet):
+    monkeypatch.setattr(stand_in, "_echo", (told := []).append)
+    loaded = Scene.load(scene())
+    bench = loaded.build(served=True)
+    run = stand_in._Run(bench, reading.read(loaded, bench), None, None, quiet=quiet)
+    run._watch_refused()
+    bench.run(1.5)
+    for text in (b"(", b"U61\r", b"x1\r"):
+        bench["table"].serial.write(text)
+        bench.run(2)
+    run._terminal.close()
+    line = "axistwin: table: refused x1: unknown character 'x': commands are upper case; write X [DP101]\n"
+    assert "".join(told) == ("" if quiet else line)
 
 
 def test_a_closed_terminal_ends_no_run(monkeypatch):

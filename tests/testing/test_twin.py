@@ -426,3 +426,18 @@ def test_a_motor_says_once_why_it_does_not_move():
     bench.run(1)
     assert told == [motor.hint]
     assert motor.hint.startswith("in a limit fault, as pins C and D are not held low")
+
+
+def test_refused_lines_are_logged_and_bytes_are_as_before(caplog):
+    with axistwin.serve("if1", speed="manual", line="instant") as twin:
+        twin.advance(1.5)
+        with serial.serial_for_url(twin.ports["if1"], timeout=5) as host:
+            for text in (b"(", b"U61\r", b"x1", b"\r", b"x1\rF\r"):
+                host.write(text)
+                twin.advance(2)
+            assert host.read(4) == b"U\r8\r"
+        assert [record.name for record in caplog.records] == ["axistwin"]
+    assert [record.getMessage().partition(": commands")[0] for record in caplog.records] == [
+        "if1: refused x1: unknown character 'x'",
+        "if1: refused x1 (the same once more)",
+    ]

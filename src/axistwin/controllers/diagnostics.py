@@ -87,6 +87,12 @@ class Diagnostic:
     fix: Fix | None = field(default=None, compare=False)
 
     @property
+    def words(self) -> str:
+        """The problem, its correction if there is one, and the code."""
+        title = f"; {self.fix.title}" if self.fix is not None and self.fix.title not in self.message else ""
+        return f"{self.message}{title} [{self.code}]"
+
+    @property
     def end(self) -> tuple[int, int]:
         """Line and column of the first character after the marked text."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
@@ -163,3 +169,14 @@ class Session(NamedTuple):
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]
 """Function that returns the problems in a host's data, without running a controller."""
+
+
+def check_last(check: Checker, lines: Sequence[bytes]) -> list[Diagnostic]:
+    """Check the last line of a host in the context of the earlier lines, and return its diagnostics."""
+    sent = (
+        Sent(byte, number, column)
+        for number, line in enumerate(lines, start=1)
+        for column, byte in enumerate(line, start=1)
+    )
+    found = check([Session(tuple(sent), initialised=True, ended=False)])
+    return [each for each in found if each.line == len(lines)]

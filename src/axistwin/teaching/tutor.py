@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from axistwin.bench import FAMILIES, Controller
 from axistwin.bench.acts import Act
 from axistwin.bench.controller import on_a_bus
-from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, Severity
+from axistwin.controllers.diagnostics import Diagnostic, Rule, Severity, check_last
 from axistwin.diagnostics.codes import tables
 from axistwin.errors import PlacedError
 from axistwin.sim.manual_actions import ManualAct
@@ -29,7 +29,7 @@ class Tutor:
         """True if the tutor is switched on."""
         self.guide = _guide(controller, self._refused)
         self.guide.remedies = remedies or Remedies()
-        self._lines: list[list[Sent]] = []
+        self._lines: list[bytes] = []
         self._request = b""
         self._reply = bytearray()
         self._told: set[str] = set()
@@ -47,10 +47,9 @@ class Tutor:
         if not self.guide.ready:
             in_the_way = [str(reason) for reason in self.guide.reasons()][:1]
             return in_the_way if text and text[:1] not in (b"(", b"U", b"V") else []
-        characters = self._placed(line)
         notes = list(self.guide.notes(line))
-        found = self._check([*self._lines, characters])
-        self._lines = [*self._lines, characters][-LONGEST:]
+        found = self._refused(line)
+        self._lines = [*self._lines, line][-LONGEST:]
         refused = any(each.severity is Severity.ERROR for each in found)
         comments = [words for each in found for words in self._comment(each)]
         return comments if refused else [*comments, *notes]
@@ -135,8 +134,7 @@ class Tutor:
 
     def _comment(self, found: Diagnostic) -> Iterator[str]:
         mark = "refused" if found.severity is Severity.ERROR else "note"
-        title = f"; {found.fix.title}" if found.fix is not None and found.fix.title not in found.message else ""
-        yield f"{mark}: {found.message}{title} [{found.code}]"
+        yield f"{mark}: {found.words}"
         if self._once(found.code):
             yield self._rule(found.code).explanation
 
@@ -162,21 +160,9 @@ class Tutor:
         return [meaning] if meaning else []
 
     def _refused(self, line: bytes) -> Sequence[Diagnostic]:
-        return self._check([*self._lines, self._placed(line)])
-
-    def _placed(self, line: bytes) -> list[Sent]:
-        return [Sent(byte, 0, column) for column, byte in enumerate(line, start=1)]
-
-    def _check(self, lines: Sequence[Sequence[Sent]]) -> list[Diagnostic]:
-        """Check the last line in the context of the earlier lines, and return its diagnostics."""
         check = self.controller.product.check
         assert check is not None, "every family has a checker"
-        numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)
-        return [
-            found
-            for found in check([Session(tuple(numbered), initialised=True, ended=False)])
-            if found.line == len(lines)
-        ]
+        return check_last(check, [*self._lines, line])
 
     def _handled(self, act: str, *_values: object) -> None:
         if act == ManualAct.POWER:  # Power-off cancels the effect of earlier commands.

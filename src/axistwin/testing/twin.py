@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from axistwin.bench import Bench, endpoints
+from axistwin.diagnostics.refused_lines import RefusedLines
 from axistwin.errors import UsageError
 from axistwin.links.host_thread import HostThread
 from axistwin.links.loop_thread import LoopThread
@@ -115,7 +116,7 @@ class Twin:
         self.ports: dict[str, Url] = {}
         """URLs of controllers, second channels and lines of motors, by name."""
         self._wanted, self._speed, self._writers = wanted, speed, writers
-        self._written = ExitStack()
+        self._written, self._refused = ExitStack(), RefusedLines()
         self._sent_ns = -1
         self._served: _Service | None = None
 
@@ -145,6 +146,8 @@ class Twin:
                 found = loop.run(self._served.server.open(name, url))
                 self.ports.setdefault(name, _url(found))
             self.do(self._watch_hosts)
+            self._written.callback(self._refused.close)
+            self._written.callback(self.do(partial(self._refused.watch, self.bench)))
             self.do(self._served.server.start)
         except BaseException:
             self._close()

@@ -20,6 +20,7 @@ from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.preparing import preparing
 from axistwin.cli.serving.served import Ports
 from axistwin.cli.serving.sparing import Sparing
+from axistwin.diagnostics.refused_lines import RefusedLines
 from axistwin.errors import AxistwinError, UsageError, require
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
@@ -77,6 +78,7 @@ CATCH_UP_S = 0.1
     help="With --panel: run to this virtual time at full speed, and pause.",
 )
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
+@click.option("--quiet", is_flag=True, help="Do not tell lines that a controller refuses.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
 @click.option(
@@ -98,6 +100,7 @@ def serve(
     panel_token: str | None,
     wait: bool,
     to: float | None,
+    quiet: bool,
     show_hosts: bool,
     as_json: bool,
     options: tuple[str, ...],
@@ -109,6 +112,8 @@ def serve(
     same controller: the first client is connected, and others are refused until it disconnects.  With --share several
     clients can connect to a TCP port.  With --json the ports
     are one JSON object: {"ports": [{"name": "if1", "url": "tcp://127.0.0.1:5001", "hosts": []}], "panel": null}.
+
+    A line that a controller refuses is told once on stderr, with the reason and the remedy.  --quiet ends this.
 
     The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM or SIGHUP.  All save the data kept without
     power, as switching off does.
@@ -140,10 +145,12 @@ def serve(
         shown = _panel(served, times, panel, panel_token)
         bench = served.build() if shown is None else shown.session.bench
         wanted = served.ports(bench)
-        if shown is None:
-            _log_hints(bench)
-        else:
-            shown.session.each_bench(_log_hints)
+        refused = RefusedLines()
+        for watch in (_log_hints, *([] if quiet else [refused.watch])):
+            if shown is None:
+                watch(bench)
+            else:
+                shown.session.each_bench(watch)
         files.write(_recording(bench, record, headers), _tracing(bench, trace, signals, trace_limit))
         if shown is None:
             server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect, share=share)
@@ -153,6 +160,7 @@ def serve(
         show = _show_json if as_json else _show_lines
         start = partial(_start, server, shown, waits=wait or served.waits, to=to)
         with ExitStack() as background:
+            background.callback(refused.close)
             # Compile the emulator of each controller in the background, so that the ports open without delay.
             prepare = partial(background.enter_context, preparing(bench, times))
             return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), start, prepare, files))

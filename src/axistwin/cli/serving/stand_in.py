@@ -18,6 +18,7 @@ from axistwin.bench import Bench
 from axistwin.cli.serving import served
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.preparing import preparing
+from axistwin.diagnostics.refused_lines import RefusedLines, prepare
 from axistwin.errors import UsageError
 from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
@@ -48,8 +49,9 @@ WARNING = "axistwin is not a safety controller: wire the emergency stop and the 
 @click.option("--board", metavar="DEV", help="Serial port of the only board, instead of the scene's.")
 @click.option("--dry-run", is_flag=True, help="Print every pin and check the scene; open no port, move nothing.")
 @click.option("--panel", metavar="[H:]P", help="Serve a page with the state of the motors and a stop at this port.")
+@click.option("--quiet", is_flag=True, help="Do not tell lines that a controller refuses.")
 @click.option("--unhomed", is_flag=True, help="Start although the last position is unknown: home the machine first.")
-def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, unhomed: bool) -> int:
+def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, unhomed: bool, quiet: bool) -> int:
     """Replace a defective controller by an emulated controller, which drives the real motors.
 
     The host of the defective controller connects to the emulated controller.
@@ -84,17 +86,19 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
         )
     ports = served.scene(scene, [], alone=False).ports(bench)
     with preparing(bench, 1.0) as prepared:
-        return asyncio.run(_Run(bench, plan, known, panel).serve(ports, prepared))
+        return asyncio.run(_Run(bench, plan, known, panel, quiet=quiet).serve(ports, prepared))
 
 
 class _Run:
     """One run of `axistwin stand-in`, with its boards, its driver and its journal."""
 
-    def __init__(self, bench: Bench, plan: reading.Plan, positions: dict[str, int] | None, panel: str | None) -> None:
+    def __init__(
+        self, bench: Bench, plan: reading.Plan, positions: dict[str, int] | None, panel: str | None, *, quiet: bool
+    ) -> None:
         """Prepare a run of `axistwin stand-in`.
 
         `positions`: positions of the motors at the end of the last run; None if the positions are unknown.
-        `panel`: address of the page that shows the state and has a stop button.
+        `panel`: address of the page that shows the state and has a stop button.  `quiet`: refused lines are not told.
         """
         self.bench, self.plan, self._at_start, self._panel = bench, plan, positions, panel
         self._senders: list[AnySender] = []
@@ -102,6 +106,7 @@ class _Run:
         self._changed = asyncio.Event()
         self._ending = self._proper_end = False
         self._terminal = Writer("terminal", _echo)
+        self._refused, self._quiet = RefusedLines(self._tell), quiet
 
     async def serve(self, ports: served.Ports, prepared: threading.Event) -> int:
         lines = [open_port(table.port, table.baud) if table.port is not None else None for table, _ in self.plan.boards]
@@ -159,6 +164,7 @@ class _Run:
         journal.close()
         for controller in self.bench.controllers.values():
             controller.power(False)
+        self._refused.close()
         self._terminal.close()
         return written
 
@@ -186,8 +192,9 @@ class _Run:
                 return await ended
         if self._driver.failed:
             return 1
-        # Import numpy before the motors start, because an import during a move could delay step pulses.
+        # Import before the motors start, because an import during a move could delay step pulses.
         import_module("numpy")
+        self._watch_refused()
         gc.collect()
         gc.freeze()  # Shorten garbage collections, because a long garbage collection delays step pulses.
         for name, url in ports:
@@ -201,6 +208,11 @@ class _Run:
             return await ended
         finally:
             await self._end()
+
+    def _watch_refused(self) -> None:
+        if not self._quiet:
+            prepare(self.bench)
+            self._refused.watch(self.bench)
 
     def _state(self) -> dict[str, Any]:
         """Return the values that the web page of `axistwin stand-in` shows, e.g. the positions of the motors.
