@@ -251,6 +251,12 @@ def test_refused_lines_are_marked_in_the_listing(axistwin, model, name, text, co
     assert [each["code"] for each in json.loads(axistwin(model, name, "--for", "5", "--json")[1])["refused"]] == codes
 
 
+def test_a_motor_that_is_left_asleep_is_told(axistwin):
+    Path("a.talk").write_text("+0.5\n> UCI UDI ZS A=100 V=100000 MP\\r\n> SLEEP\\r\n> P=500 G\\r\n+1\n")
+    code, _, err = axistwin("smartmotor", "a.talk")
+    assert (code, err) == (0, "axistwin: smartmotor: asleep, so that it ignores all commands but WAKE: WAKE\n")
+
+
 def test_a_refused_line_is_marked_below_its_message(axistwin):
     Path("a.if1").write_text("X100$\nx\nX100$\n")
     lines = [line[16:].partition(" up to")[0] for line in axistwin("if1", "a.if1")[1].splitlines()]

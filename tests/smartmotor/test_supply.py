@@ -95,7 +95,7 @@ def test_it_says_why_it_is_silent(bench):
     motor = ready(bench, shaft=FRAME23)
     assert motor.hint == ""
     dip(bench, 0.2)
-    assert motor.hint == "held in reset: its supply is below 18 V (option reset_below_v)"
+    assert motor.hint == "held in reset, as its supply is below 18 V: raise it, or lower the option reset_below_v"
     bench.faults.mend("supply_dip")
     assert motor.hint == ""
 
@@ -111,9 +111,13 @@ def test_it_says_why_it_does_not_move(bench):
     motor.axes["shaft"].jam(True)
     for before, command, hint in (
         ("", "G", OPEN),
-        ("UDI ZS", "UCI G", "a limit fault has not been cleared: ZS, Zr or Zl"),
-        ("ZS E=5 A=65536 V=999999 MV G", "G", "a position error has not been cleared: ZS or Ze"),
-        ("ZS E=32000 THD=1 TH=10", "G", "an overheat fault has not been cleared: ZS or Zh, 5 °C below TH"),
+        ("UDI ZS", "UCI G", "a limit fault has not been cleared: ZS or Zr"),
+        ("ZS E=5 A=65536 V=999999 MV G", "G", "a position error has not been cleared: free the shaft, then ZS or Ze"),
+        (
+            "ZS E=32000 THD=1 TH=10",
+            "G",
+            "an overheat fault has not been cleared: let it cool to 5 °C below TH, then ZS or Zh",
+        ),
     ):
         send(bench, motor, before, 0.3)
         send(bench, motor, command)

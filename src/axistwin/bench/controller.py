@@ -199,6 +199,11 @@ class Controller:
         """The input for which the controller waits, or None if the controller is not waiting for an input."""
         return self._abilities.awaited()
 
+    @property
+    def ignoring(self) -> str:
+        """The reason why the controller ignores the host's commands, e.g. "asleep"; "" if it does not."""
+        return self._abilities.ignoring()
+
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(hint)` when the controller has a new hint for the user.  Return an unsubscribe function."""
         return self._abilities.subscribe_hint(watcher)

@@ -152,6 +152,8 @@ class Abilities(NamedTuple):
     """Function that subscribes a watcher to the lines that the device refuses.  Returns an unsubscribe function."""
     awaited: Callable[[], Awaited | None] = lambda: None
     """Function that returns the input for which the device waits, or None."""
+    ignoring: Callable[[], str] = lambda: ""
+    """Function that returns the reason why the device ignores the host's commands; "" if it does not."""
     assign: Callable[[str, int], None] | None = None
     """Function that sets a variable or gain by name, at once and without a host."""
     busy: Callable[[], bool] = lambda: False

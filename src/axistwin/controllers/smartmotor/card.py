@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
     from axistwin.controllers.front import Group
 
+ASLEEP = "asleep, so that it ignores all commands but WAKE"
+NOT_ADDRESSED = "not addressed: the last address byte was that of another motor"
+CLOSED = "its channel 0 is closed, or receives data, so that nothing is a command"
+
 
 class SmartMotor:
     """A SmartMotor with its terminals, serial ports, shaft and power supply."""
@@ -59,6 +63,7 @@ class SmartMotor:
             follow=self._registers.follow, programs=self._lines.listings,
             subscribe_lines=self._lines.progress.subscribe, hint=self.hint, assign=self.assign,
             subscribe_hint=self._hints.subscribe, subscribe_refusals=self._refusals.subscribe,
+            ignoring=self.ignoring,
         )  # fmt: skip
 
     def power(self, on: bool) -> None:
@@ -98,10 +103,26 @@ class SmartMotor:
         The text is empty if a move is possible.
         """
         if self._motor is None:
-            low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
-            return low if self._switched_on else ""
+            return f"{self.ignoring()}: raise it, or lower the option reset_below_v" if self._switched_on else ""
         self._motor.catch_up(changing=False)
+        if self._motor.channels[0].asleep:
+            return f"{ASLEEP}: WAKE"
         return inhibition(self._motor)
+
+    def ignoring(self) -> str:
+        """Return the reason why the motor ignores the commands on serial channel 0.
+
+        The text is empty if the motor obeys, or is off.
+        """
+        if self._motor is None:
+            low = f"held in reset, as its supply is below {self.options.reset_below_v:g} V"
+            return low if self._switched_on else ""
+        channel = self._motor.channels[0]
+        if not channel.obeys:
+            return CLOSED
+        if not channel.addressed:
+            return NOT_ADDRESSED
+        return ASLEEP if channel.asleep else ""
 
     def assign(self, name: str, value: int) -> None:
         """Assign a value to a variable, array element, motion parameter or gain, e.g. to `a`, `al[3]`, `A` or `KP`.

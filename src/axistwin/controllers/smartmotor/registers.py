@@ -19,6 +19,8 @@ from axistwin.sim.clock import Clock
 
 LEFT_OUT = ("CLK", "I")
 BUFFERED = ("P", "V")
+SOFT_LIMITS = "SLE"
+"""The register that is 1 while the software limits are enabled; no command reports it."""
 WHILE_RESTING = ("RTEMP",)
 COSTLY = (*WHILE_RESTING, LINE)
 """Registers that change so often that they are traced only on request; `line` changes in every sample of a program."""
@@ -39,7 +41,10 @@ def numbers() -> Mapping[str, tuple[int, int]]:
         and variable.place != NOTHING
         and variable.name not in LEFT_OUT
     }
-    return found | {"RI": (SLOT, state.INDEX), "RMODE": (COMPUTED, MODE_REPORTED), LINE: (COMPUTED, AT_STATEMENT)}
+    return found | {
+        "RI": (SLOT, state.INDEX), "RMODE": (COMPUTED, MODE_REPORTED), LINE: (COMPUTED, AT_STATEMENT),
+        SOFT_LIMITS: (SLOT, state.SOFT_LIMITS),
+    }  # fmt: skip
 
 
 @dataclass(eq=False)
@@ -155,4 +160,5 @@ def _called(variable: str) -> str:
 
 def _also(name: str) -> tuple[str, ...]:
     variable = name.removeprefix("R")
-    return () if name in (*BUFFERED, "RMODE", LINE) or variable in USER_PINS else (variable, f"@{variable}")
+    only = (*BUFFERED, SOFT_LIMITS, "RMODE", LINE)
+    return () if name in only or variable in USER_PINS else (variable, f"@{variable}")

@@ -14,6 +14,8 @@ LATCHED = (s.BR, s.BL, s.BI, s.BW, s.BE, s.BH, s.BD, s.BU, s.BS, s.BA, s.BB, s.B
 OPEN_SWITCHES = (
     "in a limit fault, as pins C and D are not held low: give the shaft limits, or UCI UDI ZS at the top of the program"
 )
+AT_SWITCH = "in a limit fault, at a limit switch: ZS, a move away from it, and ZS again"
+BEYOND = "in a limit fault, at or beyond a software limit: SLD ZS"
 ALARMS = {s.BR: "Br", s.BL: "Bl", s.BE: "Be", s.BH: "Bh"}
 """Names of faults in reports, by flag."""
 FAULT_1 = 1
@@ -160,8 +162,21 @@ def inhibition(motor: Processor) -> str:
 def latched(motor: Processor) -> str:
     """Return the fault that has not been cleared, and the remedy; "" if there is none."""
     i = motor.i
+    if i[s.BP] or i[s.BM]:
+        return _asserted(motor)
     if i[s.BR] or i[s.BL]:
-        return OPEN_SWITCHES if i[s.BP] or i[s.BM] else "a limit fault has not been cleared: ZS, Zr or Zl"
+        own = " or Zr" * (not i[s.BL]) + " or Zl" * (not i[s.BR])
+        return f"a limit fault has not been cleared: ZS{own}"
     if i[s.BE]:
-        return "a position error has not been cleared: ZS or Ze"
-    return "an overheat fault has not been cleared: ZS or Zh, 5 °C below TH" if i[s.BH] else ""
+        return "a position error has not been cleared: free the shaft, then ZS or Ze"
+    return "an overheat fault has not been cleared: let it cool to 5 °C below TH, then ZS or Zh" if i[s.BH] else ""
+
+
+def _asserted(motor: Processor) -> str:
+    """Return the remedy for an asserted limit: a software limit, a switch, or an input without a switch."""
+    i = motor.i
+    pins = [motor.pins[name] for name, slot in (("C", s.LIMIT_C), ("D", s.LIMIT_D)) if i[slot]]
+    hard = [pin for pin in pins if pin.level]
+    if not hard:
+        return BEYOND
+    return AT_SWITCH if all(pin.wired and not (pin.driven or pin.held) for pin in hard) else OPEN_SWITCHES

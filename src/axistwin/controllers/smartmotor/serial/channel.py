@@ -253,6 +253,11 @@ class Channel:
         self.motor.update_outputs()
 
     @property
+    def obeys(self) -> bool:
+        """True unless the channel is closed, receives a program, or passes its characters on as data."""
+        return self.open and self.transfer is None and not self._data_mode
+
+    @property
     def _asked(self) -> bool:
         """True if the byte F9h is a request to this motor now, not data."""
         return self._active and not (self.transfer or self._data_mode or self._record)
