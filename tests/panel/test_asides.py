@@ -1,5 +1,7 @@
 """The tutor in a terminal of the panel."""
 
+import re
+
 from axistwin.panel.views import terminal
 
 from .showing import bench_of, show
@@ -58,3 +60,20 @@ def test_a_board_explains_commands_by_name_and_after_going_back_in_time(written)
         assert "type" in "".join(written)
 
     show(bench_of("1811"), of("1811"), play)
+
+
+def test_a_motor_that_is_not_addressed_obeys_after_the_byte_that_the_tutor_names(written):
+    def play(visit):
+        visit.run(0.5)
+        for line in ("UCI UDI ZS A=100 V=100000 MP SADDR3", r"\x81", "P=50 G"):
+            say(visit, "smartmotor", line)
+            visit.run(0.1)
+        visit.press("why-smartmotor")
+        visit.frame()
+        (address,) = re.findall(r"another motor: type  (\S+?)\x1b", "".join(written))
+        for line in (address, "P=70 G"):
+            say(visit, "smartmotor", line)
+            visit.run(0.5)
+        assert visit.context.bench["smartmotor"].axes["shaft"].position == 70
+
+    show(bench_of("smartmotor"), of("smartmotor"), play)

@@ -154,7 +154,7 @@ def test_a_limit_ends_the_stored_sequence_which_only_a_power_up_starts():
         "a limit switch has ended the stored sequence at step 1, and only a power-up starts it: "
         "type  :drive power off  and  :drive power on: it begins again, and waits: type  :drive input1 high"
     )
-    assert "]  unlocks and gives up the stored sequence" in lock
+    assert "type  ]  to give up the stored sequence" in lock
     stopped = learner.controller.axes["X"].position
     learner.controller.power(False)
     learner.bench.run(1)
@@ -165,13 +165,15 @@ def test_a_limit_ends_the_stored_sequence_which_only_a_power_up_starts():
     assert learner.controller.axes["X"].position > stopped, "the advice has worked"
 
 
-def test_the_unlocked_sequence_is_lost_as_the_tutor_says():
+@pytest.mark.parametrize("again", [(), ("[",)])
+def test_the_unlocked_sequence_is_lost_unless_it_is_locked_again(again):
     learner = a_locked_if2()
-    learner.type("]")
+    for line in ("]", *again):
+        learner.type(line)
     for on in (False, True):
         learner.controller.power(on)
         learner.bench.run(2)
-    assert not learner.controller.programs["sequence"].lines
+    assert bool(learner.controller.programs["sequence"].lines) is bool(again)
 
 
 def test_after_an_emergency_stop_only_the_power_resets_a_locked_if2():
@@ -260,6 +262,19 @@ def test_why_nothing_moves_in_a_smartmotor():
     assert first_reason(learner).startswith("a move is possible")
     learner.type("P=500 G")
     assert learner.controller.axes["shaft"].position == 500
+
+
+def test_a_motor_that_is_asleep():
+    learner = Learner("smartmotor")
+    learner.type("SLEEP")
+    asleep = "asleep, so that it ignores all commands but WAKE: type  WAKE"
+    assert learner.type("RP") == ([asleep], [])
+    assert learner.tutor.why() == learner.tutor.next() == [asleep]
+    assert learner.type("WAKE") == ([], [])
+    assert learner.type("RP") == ([], ["position: 0 counts"])
+    learner.type("SLEEP")
+    learner.initialise()
+    assert learner.type("RP") == ([], ["position: 0 counts"])
 
 
 @pytest.mark.parametrize("model", ["if1", "1811", "smartmotor"])

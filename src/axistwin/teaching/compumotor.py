@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 
 from axistwin.bench.acts import Act, Wait
+from axistwin.controllers.compumotor.card import BEING_DEFINED
 from axistwin.controllers.compumotor.checker.texts import LAYOUTS, name_of
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.controllers.compumotor.registers import Status
@@ -36,7 +37,10 @@ class CompumotorGuide(Guide):
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the board cannot start a move, e.g. an active limit."""
+        """Yield each reason why the board cannot start a move, e.g. an active limit.
+
+        An earlier reason can make the board ignore the remedy of a later one.
+        """
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
@@ -44,24 +48,47 @@ class CompumotorGuide(Guide):
         if int(self.value("status")) & Status.FAILED:
             yield Reason("the board has failed (status bit 5)", self.remedies.power("off", "on"))
             return
-        if pins["shutdown"].level:
-            yield Reason("the motor is shut down (12h)", "type  remote_power_shutdown off")
-        for pin, side in (("cw_limit", "plus"), ("ccw_limit", "minus")):
-            if pins[pin].level:
-                yield Reason(f"the {side} limit is active: only moves away from it begin", self._opened(pin, side))
-        if self.value("phase") == "joystick":
+        yield from self._sequences()
+        if pins["remote_acknowledge"].level:
             yield Reason("the joystick controls the motor (11h)", "type  disable_joystick")
+        if pins["shutdown"].level and not pins["shutdown_in"].level:
+            yield Reason("the motor is shut down by its input (13h)", self.restored("shutdown_in", "high"))
+        elif pins["shutdown"].level:
+            yield Reason("the motor is shut down (12h)", "type  remote_power_shutdown off")
+        reversed_ = self._reversed
+        for pin, clockwise in (("cw_limit", True), ("ccw_limit", False)):
+            if pins[pin].level:
+                side = "plus" if clockwise is not reversed_ else "minus"
+                yield Reason(
+                    f"the {side} limit is active: only moves away from it begin", self._opened(pin, side, reversed_)
+                )
         if int(self.value("mode")) != INDEXER:
             yield Reason(f"the board is in streaming mode {int(self.value('mode')):02X}h", "type  indexer_mode")
         elif any(found.code == NOT_GIVEN.code for found in self.refused(GO_RELATIVE)):
             yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
 
-    def _opened(self, pin: str, side: str) -> str:
+    def _sequences(self) -> Iterator[Reason]:
+        """Yield the reasons why the board stores or ignores the commands of the host."""
+        if any(listing.title.endswith(BEING_DEFINED) for listing in self.controller.programs.values()):
+            yield Reason("the board stores commands in a sequence (D9h)", "type  end_sequence_definition")
+        if number := int(self.value("sequence")):
+            yield Reason(
+                f"sequence {number} is being performed, and stands at its command {self.value('command')}",
+                "type  kill_sequence",
+            )
+
+    @property
+    def _reversed(self) -> bool:
+        """True if CCW is the plus direction (14h), as far as one active limit shows it in the bits of 88h."""
+        cw, ccw = self.controller.pins["cw_limit"].level, self.controller.pins["ccw_limit"].level
+        return cw is not ccw and bool(int(self.value("move")) & 1) is ccw
+
+    def _opened(self, pin: str, side: str, reversed_: bool) -> str:
         """Return a text that tells the user how to make a limit input inactive."""
-        found, other = at_limit(self.controller, side == "plus"), {"plus": "minus", "minus": "plus"}[side]
+        found, other = at_limit(self.controller, pin == "cw_limit"), {"plus": "minus", "minus": "plus"}[side]
         if found is None:
             return self.restored(pin, "low")
-        move = f"go_relative {found[2]}"
+        move = f"go_relative {-found[2] if reversed_ else found[2]}"
         return self.restored(pin, "low", away=f"the slide stands on the switch: move away in {other}: type  {move}")
 
     def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode

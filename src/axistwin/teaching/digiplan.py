@@ -39,6 +39,7 @@ def _input_names(value: int) -> str:
 class DigiplanGuide(Guide):
     """Explains the commands, the replies and the state of an IF1 or IF2 to the user."""
 
+    accepted = b"(", b"U", b"V"
     single_characters = True
     suggestions = (
         ("X1000$", "index X by 1000 steps"),
@@ -66,7 +67,7 @@ class DigiplanGuide(Guide):
         if stage == Stage.RESET.value:
             yield Reason("the self-test takes about a second", "wait")
         elif stage == Stage.WAIT.value:
-            yield Reason("the baud rate is not known yet", "type  (  and then the data format U61, or  :init")
+            yield Reason("the baud rate is not known yet", "type  (  and then  U61  (the data format), or  :init")
         elif stage == Stage.FORMAT.value:
             yield Reason("the data format is not known yet", "type  U61  (8 data bits, no parity), or  :init")
         if stage != Stage.READY.value:
@@ -75,11 +76,10 @@ class DigiplanGuide(Guide):
         open_inputs = [name for name in DRIVEN if not controller.pins[name].level]
         for name in open_inputs:
             yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", self._closed(name, faults))
-        if awaited := controller.awaited:
+        awaited = controller.awaited
+        if awaited is not None:
             work, pin, level = awaited
             yield Reason(f"{work} waits for {pin} {level}", self._given(pin, level))
-        elif controller.hint:
-            yield Reason(controller.hint)
         locked = bool(int(self.value("F")) & LineFault.LOCKED.value)
         if faults and not open_inputs:
             yield from self._unread(MotionFault(faults), locked)
@@ -88,13 +88,13 @@ class DigiplanGuide(Guide):
                 f"a message was refused, and F has not been read since ({self.bits('F', int(self.value('F')))})",
                 "type  F",
             )
-        if locked and not controller.hint:
+        if locked and awaited is None:
             yield from self._locked(faults)
         port = controller.serial
         if not (port.host.dtr and port.host.rts):
-            yield Reason(
-                "DSR or CTS is off, so the interface does not answer", "type  :drive dtr on  and  :drive rts on"
-            )
+            held = next((name for name in ("dsr", "cts") if port.control_lines[name].held), "")
+            remedy = self.remedies.mend(held) if held else "type  :drive dtr on  and  :drive rts on"
+            yield Reason("DSR or CTS is off, so the interface does not answer", remedy)
 
     def _closed(self, name: str, faults: int) -> str:
         """Return a text that tells the user how to close the circuit of a stop input."""
@@ -103,7 +103,8 @@ class DigiplanGuide(Guide):
         if found is None:
             return self.restored(name, "high", then=read)
         side = "minus" if name == "limit_plus" else "plus"
-        line = f"type  {'K  and then  ' if faults else ''}{found[0]}{found[2]}$"
+        locked = int(self.value("F")) & LineFault.LOCKED.value  # A locked interface reports, but makes no moves.
+        line = f"type  {']  and then  ' if locked else ''}{'K  and then  ' if faults else ''}{found[0]}{found[2]}$"
         return self.restored(
             name, "high", then=read, away=f"{found[0]} stands on the switch: move away in {side}: {line}"
         )
@@ -151,7 +152,7 @@ class DigiplanGuide(Guide):
             yield Reason(f"{ended}, and only a power-up starts it", f"{remedy}: {begins}{self._first_wait}")
         yield Reason(
             "communication is locked by [, which keeps the sequence without power",
-            "]  unlocks and gives up the stored sequence: the next power-off loses it, unless  [  is sent again",
+            "type  ]  to give up the stored sequence: the next power-off loses it, unless  [  is sent again",
         )
 
     @property
@@ -188,7 +189,7 @@ class DigiplanGuide(Guide):
         """Yield a note about a move command that does not end with the start command `$`."""
         text = line.strip().decode("latin-1")
         if text[:1] in ("X", "Y", "Z") and not text.endswith("$"):
-            yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
+            yield f"nothing moves without $ at the end: type  {text}$"
 
     def number(self, value: int) -> Iterator[str]:
         """Yield three texts: the meaning of a number in a reply to request K, to request F and to request I.

@@ -80,6 +80,8 @@ class Guide(ABC):
 
     suggestions: tuple[tuple[str, str], ...] = ()
     """Examples of lines to type when moves are possible, with their meanings."""
+    accepted: tuple[bytes, ...] = ()
+    """Beginnings of the lines that the controller obeys before it is ready."""
     single_characters = False
     """True if each command is one character, and commands follow each other without blanks."""
 
@@ -102,7 +104,7 @@ class Guide(ABC):
         pin = self.controller.pins[name]
         if pin.held:
             return self.remedies.mend(name)
-        if pin.driven:
+        if pin.driven and (pin.wired or pin.undriven is (level == "high")):
             return self.remedies.release(name) + then
         if away or pin.wired:
             return away or f"{name} is wired: find what sets it {'low' if level == 'high' else 'high'}"

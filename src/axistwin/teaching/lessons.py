@@ -219,7 +219,7 @@ MOTOR = (
     )),
     Lesson("A repeating sequence", (
         Step("Store a program that moves forth and back while pin A is low: type  :drive A low  and  :store"
-             "  UCI UDI ZS A=100 V=200000 WHILE 1 WHILE UAI LOOP P=2000 G TWAIT P=0 G TWAIT LOOP END",
+             " UCI UDI ZS A=100 V=200000 WHILE 1 WHILE UAI LOOP P=2000 G TWAIT P=0 G TWAIT LOOP END",
              (":drive A low",
               ":store UCI UDI ZS A=100 V=200000 WHILE 1 WHILE UAI LOOP P=2000 G TWAIT P=0 G TWAIT LOOP END",
               ":wait 1.5"), runs_moves),

@@ -30,7 +30,7 @@ class Remedies:
 
         `pin`: the pin at which the fault is injected.
         """
-        return f"an injected fault holds {pin}: it lasts until its end, or until  ! mend all  in a program"
+        return f"an injected fault holds {pin}: type  :drive mend all"
 
     def power(self, *words: str) -> str:
         """Return a text that asks the user to switch the power of the controller off or on.
@@ -38,6 +38,13 @@ class Remedies:
         `words`: "off", "on", or both; the user switches the power in this sequence.
         """
         return "type  " + "  and  ".join(f":drive power {word}" for word in words)
+
+    def address(self, number: int) -> str:  # noqa: ARG002  # the panel uses it
+        """Return the instruction that makes a SmartMotor with the address `number` obey again.
+
+        An address byte cannot be typed in a terminal; after power-up, the motor is addressed.
+        """
+        return self.power("off", "on")
 
 
 def at_limit(controller: Controller, plus: bool) -> tuple[str, Axis, int] | None:

@@ -3,25 +3,28 @@
 from collections.abc import Iterator
 
 from axistwin.bench.acts import Act, Say, Wait
+from axistwin.controllers.smartmotor.card import ASLEEP, CLOSED, NOT_ADDRESSED
+from axistwin.controllers.smartmotor.kernel.servo import COOLER
 from axistwin.controllers.smartmotor.language.forms import Accept, Instruction
 from axistwin.controllers.smartmotor.language.language import read
 from axistwin.programs.stored_programs import READY
 from axistwin.teaching.guide import Guide, Reason, Term, described
-from axistwin.teaching.remedies import at_limit
+from axistwin.teaching.remedies import MARGIN, at_limit
 from axistwin.units import MS
 
-LIMITS = (("Bp", "Br", "C", "plus", "UCI"), ("Bm", "Bl", "D", "minus", "UDI"))
-CLEARED = {
-    "Be": "the position error has exceeded E",
-    "Bh": "the motor has been too hot",
-    "Bk": "the program is corrupt",
-}
+LIMITS = (("Bp", "C", "plus", "UCI"), ("Bm", "D", "minus", "UDI"))
+LIMIT_AGAIN = {"UCI": "UCP", "UDI": "UDM"}
+REVERSED = 2
+"""The bit of F that reverses the direction of the shaft."""
+GIVEN = (("RA", "acceleration", "A=100"), ("V", "velocity", "V=100000"))
+"""The parameters without which nothing moves: register, name and an example."""
 STARTED = 200 * MS
 
 
 class SmartMotorGuide(Guide):
     """Explains the commands, the replies and the state of a SmartMotor to the user."""
 
+    accepted = (b"WAKE",)
     suggestions = (
         ("A=100 V=100000 MP", "acceleration, velocity, mode position"),
         ("P=4000 G", "go to position 4000"),
@@ -32,45 +35,77 @@ class SmartMotorGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True while the motor has power."""
-        return self.controller.powered
+        """True while the motor has power and obeys the host, if the host sends the motor's address."""
+        return self.controller.powered and self.controller.ignoring in ("", NOT_ADDRESSED)
 
     def reasons(self) -> Iterator[Reason]:
         """Yield each reason why the motor cannot start a move, e.g. an active limit."""
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
             return
+        if ignoring := self.controller.ignoring:
+            yield Reason(ignoring, self._obeying(ignoring))
+            return
         flags = {lamp.label for lamp in self.lamps("RW") if int(self.value("RW")) >> (lamp.bit or 0) & 1}
-        active = False
-        for now, _, pin, side, command in LIMITS:
-            if now in flags:
-                active = True
-                yield self._limited(now, pin, side, command)
+        active = [limit for limit in LIMITS if limit[0] in flags]
+        yield from dict.fromkeys(self._limited(*limit) for limit in active)
         if not active and flags & {"Br", "Bl"}:
             yield Reason("a limit fault has not been cleared (Br, Bl)", "type  ZS")
-        for flag, meaning in CLEARED.items():
-            if flag in flags:
-                yield Reason(f"{meaning} ({flag})", "type  ZS")
+        if "Be" in flags:
+            yield Reason("the position error has exceeded E (Be)", "free the shaft, or raise E, and then type  ZS")
+        if "Bh" in flags:
+            yield Reason("the motor has been too hot (Bh)", self._cooled())
         if not int(self.value("RAMPS")):
             yield Reason("the PWM limit AMPS is 0", "type  AMPS=1023")
-        if not int(self.value("RA")):
-            yield Reason("no acceleration has been given", "type  A=100")
-        if not int(self.value("V")):
-            yield Reason("no velocity has been given", "type  V=100000")
+        again = " G" if "Bt" in flags else ""
+        for name, meaning, given in GIVEN:
+            if not int(self.value(name)):
+                yield Reason(f"no {meaning} has been given", f"type  {given}{again}")
+        if "Bk" in flags:
+            yield Reason("the stored program is corrupt, and does not run (Bk)", "store it again, or type  :store END")
+
+    def _obeying(self, ignoring: str) -> str:
+        """Return the remedy for a motor that ignores the host's commands."""
+        if ignoring == ASLEEP:
+            return "type  WAKE"
+        if ignoring == NOT_ADDRESSED:
+            return self.remedies.address(int(self.value("RADDR")))
+        if ignoring == CLOSED:
+            return self.remedies.power("off", "on")
+        return self.remedies.mend("the supply")
+
+    def _cooled(self) -> str:
+        cool = int(self.value("RTH")) - COOLER
+        warm = int(self.value("RTEMP")) > cool
+        return f"let it cool from {self.value('RTEMP')} to {cool} °C, and then type  ZS" if warm else "type  ZS"
 
     def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
         """Describe an active limit, and tell the user how to make the limit inactive."""
-        pin, found = self.controller.pins[name], at_limit(self.controller, side == "plus")
+        pin, other = self.controller.pins[name], {"plus": "minus", "minus": "plus"}[side]
+        low, high, position = (int(self.value(each)) for each in ("RSLN", "RSLP", "RP"))
+        if self.value("SLE") and (position >= high if side == "plus" else position <= low):
+            margin = min(MARGIN, (high - low) // 2)
+            if margin < 1:
+                return Reason("the software limits SLN and SLP leave no room", "type  SLD ZS")
+            move = self._move(high - margin if side == "plus" else low + margin)
+            reached = f"the software limit {'SLP' if side == 'plus' else 'SLN'} is reached ({flag})"
+            return Reason(f"{reached}: move away in {other}", f"type  {move}")
         if not (pin.held or pin.driven or pin.wired):
             wire = f"wire pin {name} to ground, or make it an input, and clear the fault"
             return Reason(f"the {side} limit is active ({flag}): {wire}", f"type  {command} ZS")
-        away = ""
-        if found is not None:
-            _, axis, distance = found
-            other = {"plus": "minus", "minus": "plus"}[side]
-            away = f"the load is on the switch: move away in {other}: type  ZS MP P={axis.position + distance} G"
+        found, away = at_limit(self.controller, side == "plus"), ""
+        if found is not None and int(self.value("RF")) & REVERSED:
+            move = f"{command} {self._move(position - found[2])}  and then  {LIMIT_AGAIN[command]}"
+            away = f"F=2 reverses the shaft, but not the switches: move away in {side}: type  {move}"
+        elif found is not None:
+            away = f"the load is on the switch: move away in {other}: type  {self._move(position + found[2])}"
         remedy = self.restored(name, "low", then="  and then  ZS", away=away)
         return Reason(f"the {side} limit is active ({flag})", remedy)
+
+    def _move(self, target: int) -> str:
+        """Return the commands of a move to `target`, also for a motor that has not moved before."""
+        missing = "".join(f"{given} " for name, _, given in GIVEN if not int(self.value(name)))
+        return f"ZS {missing}MP P={target} G"
 
     def answer(self, request: bytes, reply: bytes) -> str:
         """Return the meaning of the answer to the last report command."""
@@ -107,6 +142,8 @@ class SmartMotorGuide(Guide):
         """
         if self.controller.powered:
             yield Wait(STARTED)
+            if self.controller.ignoring == ASLEEP:
+                yield Say(b"WAKE ")
             yield Say(READY)
             yield Wait(STARTED)
 

@@ -46,7 +46,7 @@ class Tutor:
         text = line.strip()
         if not self.guide.ready:
             in_the_way = [str(reason) for reason in self.guide.reasons()][:1]
-            return in_the_way if text and text[:1] not in (b"(", b"U", b"V") else []
+            return in_the_way if text and not text.startswith(self.guide.accepted) else []
         notes = list(self.guide.notes(line))
         found = self._refused(line)
         self._lines = [*self._lines, line][-LONGEST:]
@@ -77,10 +77,11 @@ class Tutor:
 
     def why(self) -> list[str]:
         """Return the reasons why a move cannot start, each with its remedy."""
-        moving = [name for name, axis in self.controller.axes.items() if axis.moving]
-        if moving:
-            return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
+        moving = {name: axis for name, axis in self.controller.axes.items() if axis.moving}
         reasons = [str(reason) for reason in self.guide.reasons()]
+        # A SmartMotor without acceleration or velocity has a trajectory in progress, but never turns.
+        if moving and not (reasons and all(axis.velocity == 0 for axis in moving.values())):
+            return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
         return reasons or ["a move is possible: try", *self._suggested(1)]
 
     def next(self) -> list[str]:

@@ -176,6 +176,10 @@ class Card:
             self._board.begin_test()
 
 
+BEING_DEFINED = ", being defined"
+"""End of the title of a sequence that stores the host's commands."""
+
+
 def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
     """Return the stored sequences (1 to 15) as text, including a sequence that is being defined."""
     performed = board.sequencer.number if board.sequencer.running else 0
@@ -184,7 +188,7 @@ def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
         name, defined = SEQUENCES[number - 1], number == board.sequences.defining
         lines = tuple(_line(commands, stored.string) for stored in board.sequences[number] or ())
         running = board.sequencer.at if number == performed else None
-        found[name] = Listing(f"{name}, being defined" if defined else name, lines, running)
+        found[name] = Listing(f"{name}{BEING_DEFINED}" if defined else name, lines, running)
     return found
 
 

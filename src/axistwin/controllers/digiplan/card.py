@@ -129,7 +129,11 @@ class Card:
         """
         if found := self.awaited():
             work, pin, level = found
-            return f"{work} waits for {pin} {level}: ! {pin} {level} in a program, :drive {pin} {level} in a terminal"
+            if self.pins[pin].held:
+                act, why = "mend all", f", but an injected fault holds {pin}"
+            else:
+                act, why = f"{pin} {level}", ""
+            return f"{work} waits for {pin} {level}{why}: ! {act} in a program, :drive {act} in a terminal"
         return "" if self._interface is None else self._interface.hint
 
     def awaited(self) -> Awaited | None:

@@ -178,6 +178,10 @@ class PanelRemedies(Remedies):
         """Return the instruction that tells the user how to end the fault at the pin `pin`."""
         return f"a fault holds {pin}: press mend in the list of faults"
 
+    def address(self, number: int) -> str:
+        """Return the address byte to type, in the notation of the panel's terminals."""
+        return f"type  \\x{0x80 + number:02x}"
+
     def power(self, *words: str) -> str:
         """Return an instruction for the user, e.g. `switch the power off (button power)`.
 
