@@ -141,7 +141,8 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
                 break
             await self.controller.driver.clock.pause(self._poll_s)
         if self.axis.core.target != target and not self._stopped_well:
-            status = replace(status, missed="the target was not reached (a stop or another move ended the move)")
+            why = "the target was not reached (a stop or another move ended the move: begin the motion again)"
+            status = replace(status, missed=why)
         arrived(self.name, status)
 
     async def stop(self, success: bool = False) -> None:

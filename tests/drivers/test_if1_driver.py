@@ -112,11 +112,12 @@ def test_a_limit_is_kept_until_it_is_cleared(twin, if1):
     status = x.wait(60)
     assert status.limit_plus and status.faults[0].name == "limit"
     assert status.position == true_position(twin)
+    for distance in (10, -10):
+        with pytest.raises(RefusedError, match="call clear_faults and move away from the limit"):
+            x.move_by(distance)
+    x.clear_faults()
     with pytest.raises(RefusedError, match="limit is active"):
         x.move_by(10)
-    with pytest.raises(RefusedError, match="call clear_faults"):
-        x.move_by(-10)
-    x.clear_faults()
     x.move_by(-10)
     assert x.wait(60).position == true_position(twin) == status.position - 10
 

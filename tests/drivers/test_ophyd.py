@@ -88,6 +88,8 @@ def test_a_move_that_something_stops_fails(ophyd, success, ends):
             with pytest.raises(StoppedError, match=ends):
                 await move
         assert 2000 < (await motor.locate())["readback"] < 8000
+        await motor.set(8000)  # as the message says: begin the motion again
+        assert (await motor.locate())["readback"] == 8000
 
     asyncio.run(session())
 

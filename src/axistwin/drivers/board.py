@@ -6,6 +6,7 @@ Each access to the board is one line: `r OFFSET [COUNT]`, `w OFFSET HH …`, `s 
 
 from collections import deque
 from collections.abc import Iterable
+from contextlib import suppress
 
 from axistwin.drivers.arguments import integer, items
 from axistwin.drivers.board_motor import FAIL, POLL_S, FailedError, Motor, four, signed
@@ -60,6 +61,8 @@ class Board(Core):
         self._lost = ""
         self._syncs, self._owes, self._half = 0, False, False
         """Number of synchronisations; True while a request is not answered; True while a command is not complete."""
+        self._resetting = False
+        """True from the call of `reset` to its beginning: a board that hangs is not asked anything before."""
         self.motor = Motor(self)
         self.axes = {"motor": self.motor}
 
@@ -114,10 +117,16 @@ class Board(Core):
     # Synchronisation
 
     def synchronise(self) -> Procedure[None]:
-        """Wait until the board is ready, and discard old messages from the board."""
+        """Wait until the board is ready, and discard old messages from the board; a failed board stays as it is."""
         yield from self._bus_in_step()
         if self.interrupts:
             yield from self._ask("s 1")
+        resetting, self._resetting = self._resetting, False
+        if not resetting:
+            with suppress(FailedError):  # only `reset` leads on; each command says so
+                yield from self._board_in_step()
+
+    def _board_in_step(self) -> Procedure[None]:
         yield from self._status_until(READY, STARTUP_S)
         if self._half:
             # Surplus bytes other than 0 make the board ignore the bytes of the command that was not completed.
@@ -159,7 +168,7 @@ class Board(Core):
             elif (yield from self._message())[:2] == bytes([0x01, number]):
                 self._owes = False
                 return
-        raise SilentError("the board does not answer the command 01h: check its power, or call reset")
+        raise SilentError("the board does not answer the command 01h: call reset, or switch its power off and on")
 
     def _prepare(self) -> Procedure[None]:
         """Restore the settings that the board has lost in a reset."""
@@ -176,7 +185,7 @@ class Board(Core):
         end = (yield Clock()) + self.timeout + 1.0
         while not (yield from self._status_byte()) & bit:
             if (yield Clock()) > end:
-                raise SilentError("the board is not ready for a command: check its power, or call reset")
+                raise SilentError("the board is not ready for a command: call reset, or switch its power off and on")
             yield Pause(poll)
 
     # Commands
@@ -247,6 +256,11 @@ class Board(Core):
 
     def reset(self) -> Procedure[None]:
         """Reset the board, which loses its position, moves and sequences."""
+        self._resetting = True
+        return self._reset()
+
+    def _reset(self) -> Procedure[None]:
+        self._resetting = self._half = False
         yield from self._write(1, [RESET])
         self._known, self._owes, self._lost = False, False, "the board was reset"
         yield Pause(0.01)
@@ -323,6 +337,7 @@ class Board(Core):
             del values[:count]
             if not begun:
                 yield from self.command(0x42)
+                self.motor.stream(update_ms)
             elif not count:
                 yield Pause(update_ms * SEVEN / 1000)
             before, free = free, (yield from self._free_bytes())

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from axistwin.drivers.axis import Fault, Status
-from axistwin.drivers.core import AxisCore
+from axistwin.drivers.core import BOTH_LIMITS, AxisCore
 from axistwin.drivers.errors import BusyError, RefusedError
 from axistwin.drivers.steps import Clock, Pause, Procedure
 
@@ -15,6 +15,8 @@ MOVE_ID = 50
 """Number of the predefined move that `move_at` uses."""
 BEGIN_S = 0.1
 """Seconds after which a motion that has not begun counts as refused; a motion begins within 20 ms."""
+STREAM_UPDATES = 8
+"""Number of updates that may pass at velocity 0 at the end of a stream: a command has seven."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
 NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
 FAIL = Fault("board failure", "call reset; the position is then lost")
@@ -44,16 +46,19 @@ class Motor(AxisCore):
         self._profile: tuple[int, int] | None = None
         self._homing, self._home_failed = False, False
         self._begin_by: float | None = None
+        self._streaming = False
+        self._tail_s = 0.0
+        """Longest pause in a motion that consists of several: a search for home, or a stream, which ends with zeros."""
         self._has_moved = False
         self._home_from = 0
 
     def _aim(self, target: int | None, *, seeking: bool = False, faults: tuple[Fault, ...] = ()) -> None:
         super()._aim(target, seeking=seeking, faults=faults)
-        self._homing = False
+        self._homing, self._tail_s = False, 0.0
 
     def forget(self) -> None:
         """Discard the driver's data about the motion, because a reset of the board has ended the motion."""
-        self._profile, self._begin_by, self._homing = None, None, False
+        self._profile, self._begin_by, self._homing, self._streaming = None, None, False, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
         """Encode the velocity and the acceleration of a move for a command.
@@ -79,9 +84,17 @@ class Motor(AxisCore):
         yield from self._board._command(0x31, 0, ranges, *numbers)
 
     def at_rest(self) -> Procedure[None]:
-        """Raise BusyError during a motion."""
-        if (yield from self._bits()) & 0x10:
+        """Leave a streaming mode.  Raises BusyError during a motion, and while the last velocities of a stream pass."""
+        busy = (yield from self._bits()) & 0x10
+        if self._streaming and not busy:
+            yield from self._board._command(0x50)
+            busy = self._streaming = (yield from self._board.request(0x90))[0] != 0x50
+        if busy:
             raise BusyError("the motor is moving: wait for the end of the motion, or stop the motor")
+
+    def stream(self, update_ms: int) -> None:
+        """Note that a stream of velocities has begun."""
+        self._streaming, self._tail_s = True, STREAM_UPDATES * update_ms / 1000
 
     def _bits(self) -> Procedure[int]:
         return (yield from self._board.request(0x88))[0]
@@ -99,6 +112,8 @@ class Motor(AxisCore):
             raise RefusedError(f"the distance of {distance} pulses is too long: expected at most 2147483647 pulses")
         if distance:
             bits = yield from self._bits()
+            if bits & 3 == 3:
+                raise RefusedError(BOTH_LIMITS)
             if bits & (1 if distance > 0 else 2):
                 sign = "+" if distance > 0 else "-"
                 raise RefusedError(f"the {sign} limit is active: move in the other direction")
@@ -121,6 +136,8 @@ class Motor(AxisCore):
             yield from self.stop()
             return
         ranges, numbers = self._numbers(abs(velocity))
+        if self._streaming:
+            yield from self.at_rest()
         yield from self._board.command(0xCE, MOVE_ID, ranges, *numbers, 0 if velocity > 0 else 1)
         yield from self._board.command(0x40, MOVE_ID)
         self._begin_by = (yield Clock()) + BEGIN_S
@@ -138,7 +155,7 @@ class Motor(AxisCore):
         yield from self._set_profile()
         self._home_from = yield from self._position()
         self._aim(None, seeking=True)
-        self._homing, self._home_failed, self._has_moved = True, False, False
+        self._homing, self._home_failed, self._has_moved, self._tail_s = True, False, False, BEGIN_S
         yield from self._board._command(0x38, *self._board.home_definition)
         yield from self._board._command(0x39, 0 if direction > 0 else 1)
         self._begin_by = (yield Clock()) + BEGIN_S
@@ -191,8 +208,7 @@ class Motor(AxisCore):
         """
         if moving:
             self._has_moved = True
-            # A search for HOME consists of several motions, so the end of a motion may not be the end of the search.
-            self._begin_by = (yield Clock()) + BEGIN_S if self._homing else None
+            self._begin_by = (yield Clock()) + self._tail_s if self._tail_s else None
         elif self._begin_by is not None and position != self.target and (yield Clock()) < self._begin_by:
             yield Pause(POLL_S)
             return True

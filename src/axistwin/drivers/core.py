@@ -16,6 +16,9 @@ MOST_BYTES = 4096
 """Largest number of bytes in an answer; more bytes without an end come from another kind of device."""
 
 
+BOTH_LIMITS = "both limits are active: check the limit switches and their wiring, then call clear_faults"
+
+
 @dataclass(frozen=True)
 class Line:
     """Factory settings of a controller's serial line: the baud rate and the number of stop bits."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from axistwin.drivers.arguments import ascii_text, integer, items, positive
 from axistwin.drivers.axis import Fault, Status
-from axistwin.drivers.core import MOST_BYTES, AxisCore, Core, Line, shown
+from axistwin.drivers.core import BOTH_LIMITS, MOST_BYTES, AxisCore, Core, Line, shown
 from axistwin.drivers.errors import BusyError, RefusedError, SilentError, WrongAnswerError
 from axistwin.drivers.estimate import Trapezoid
 from axistwin.drivers.if1_axis import I_INPUTS, MAX_DISTANCE, MAX_SPEED, START_POLLS, IF1Axis, Known, Move
@@ -320,16 +320,18 @@ class IF1(Core):
             yield from self._reset_count(signs, speed)
         profile = Trapezoid(speed, (self._ramp or 1) * 1000.0, distance)
         self._move = move = Move(signs, distance, profile, (yield Clock()), self._state.counted)
+        earlier, self._state.communication = self._state.communication, 0
         yield from self.message(text)
         move.begun, move.sure = (yield Clock()), True
         bits = yield from self._motion()
-        if self._state.communication and not bits & MOVING:
+        refused, self._state.communication = self._communication_faults(), earlier | self._state.communication
+        if refused and not bits & MOVING:
             self._move = None
             for name in signs:
                 self.axes[name]._aim(None)
-            fault = self._communication_faults()[0]
-            self._state.communication, self._state.latched = 0, self._state.latched & ~COMMUNICATION
-            raise RefusedError(f"the IF1 refused the message {text} ({fault.name}): {fault.remedy}")
+            self._state.communication = earlier
+            self._state.latched &= ~COMMUNICATION
+            raise RefusedError(f"the IF1 refused the message {text} ({refused[0].name}): {refused[0].remedy}")
         return move
 
     def _reset_count(self, signs: dict[str, int], speed: float) -> Procedure[None]:
@@ -353,12 +355,14 @@ class IF1(Core):
             if state.latched & bit or state.inputs & active:
                 fault = FAULTS[bit]
                 raise RefusedError(f"the IF1 does not move because of a fault ({fault.name}): {fault.remedy}")
-        for direction, bit, sign in ((1, I_PLUS, "+"), (-1, I_MINUS, "-")):
-            if state.inputs & bit and direction in directions:
-                raise RefusedError(f"the {sign} limit is active: move in the other direction")
+        if state.inputs & I_PLUS and state.inputs & I_MINUS:
+            raise RefusedError(BOTH_LIMITS)
         if state.latched & LIMIT:
             fault = FAULTS[LIMIT]
             raise RefusedError(f"the IF1 does not move because of a fault ({fault.name}): {fault.remedy}")
+        for direction, bit, sign in ((1, I_PLUS, "+"), (-1, I_MINUS, "-")):
+            if state.inputs & bit and direction in directions:
+                raise RefusedError(f"the {sign} limit is active: move in the other direction")
 
     def stop(self) -> Procedure[None]:
         """Decelerate all axes to a standstill, and end the running sequence, if any."""

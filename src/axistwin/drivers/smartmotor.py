@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 from axistwin.drivers.arguments import ascii_text, integer, items
 from axistwin.drivers.axis import Fault, Status
-from axistwin.drivers.core import AxisCore, Core, Line, shown
+from axistwin.drivers.core import BOTH_LIMITS, AxisCore, Core, Line, shown
 from axistwin.drivers.errors import RefusedError, SilentError, WrongAnswerError
 from axistwin.drivers.steps import Pause, Procedure, Write
 
@@ -13,9 +13,10 @@ SAMPLE_S = 245.76e-6
 SCALE = 65536
 TRAJECTORY, RIGHT, LEFT, INDEX, WRAP, ERROR, HEAT, OFF = 1, 2, 4, 8, 16, 32, 64, 128
 AT_INDEX, NOW_RIGHT, NOW_LEFT, SYNTAX, CURRENT, PROGRAM = 256, 512, 1024, 8192, 16384, 32768
+LEAVE_LIMIT = "call clear_faults, move away from the limit, then call clear_faults again"
 FAULTS = {
-    RIGHT: Fault("positive limit", "call clear_faults and move away from the limit"),
-    LEFT: Fault("negative limit", "call clear_faults and move away from the limit"),
+    RIGHT: Fault("positive limit", LEAVE_LIMIT),
+    LEFT: Fault("negative limit", LEAVE_LIMIT),
     WRAP: Fault("position wrap", "call clear_faults and set_position"),
     ERROR: Fault("position error", "remove the load that blocks the shaft, then call clear_faults"),
     HEAT: Fault("overheat", "let the motor cool down, then call clear_faults"),
@@ -273,10 +274,14 @@ class Shaft(AxisCore):
             return
         if self._set_acceleration:
             self._lost, self._homing = f"the power of {self.name} was cut", 0
+        pins = "UCP UDM" if self._line.limits else "UCI UDI"
         if not acceleration:
-            yield from self._line.send(self.prefix, "ZS" if self._line.limits else "UCI UDI ZS")
+            yield from self._line.send(self.prefix, f"{pins} ZS")
+        elif self._line.limits:
+            yield from self._line.send(self.prefix, pins)
         self._set_acceleration = max(acceleration, self._units())
         yield from self._line.send(self.prefix, f"A={self._set_acceleration}")
+        yield from self._read()  # the motor has received it
 
     def _units(self) -> int:
         return max(round(self.acceleration * SCALE * SAMPLE_S**2), 2)
@@ -313,6 +318,8 @@ class Shaft(AxisCore):
         position, word = yield from self._state()
         if not word & TRAJECTORY and position != target and (faults := self._faults(word)):
             self._aim(None)
+            if word & NOW_RIGHT and word & NOW_LEFT:
+                raise RefusedError(f"{BOTH_LIMITS}; without switches, call command('UCI UDI') before")
             reasons = "; ".join(map(str, faults))
             raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
 
