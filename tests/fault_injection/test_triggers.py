@@ -122,7 +122,7 @@ def test_a_waiting_fault_can_be_cancelled(bench):
         ("jam on=Q", "unknown axis 'Q': expected one of if1.X, if1.Y, if1.Z, X, Y, Z"),
         (
             "jam X when='X goes'",
-            "invalid event when='X goes': expected e.g. 'X passes 1000'; possible verbs are passes",
+            "invalid event when='X goes': expected e.g. 'if1.X passes 1000'; possible verbs are passes",
         ),
         ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
         ("jam X when='switch ends'", "unknown fault 'switch': known faults are none"),

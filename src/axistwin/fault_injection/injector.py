@@ -235,7 +235,7 @@ class Faults:
         if not on and here in found:
             on = here
         if not on:
-            example = kind.on.value.partition(",")[0]
+            example = next(iter(found), kind.on.value.partition(",")[0])
             affected_part = with_article(THINGS[kind.on])
             raise UsageError(f"the fault {kind.name} needs the name of {affected_part}: expected e.g. {example}")
         return places.find(found, on, THINGS[kind.on])

@@ -53,8 +53,8 @@ def read(text: str, world: World, here: str = "") -> Arm:
     """Return the trigger for an event such as "X passes 1000".  Raises UsageError for an invalid event."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in VERBS:
-        verbs = ", ".join(VERBS)
-        raise UsageError(f"invalid event when={text!r}: expected e.g. 'X passes 1000'; possible verbs are {verbs}")
+        axis, verbs = next(iter(places.names(places.axes(world), here)), "X"), ", ".join(VERBS)
+        raise UsageError(f"invalid event when={text!r}: expected e.g. '{axis} passes 1000'; possible verbs are {verbs}")
     return VERBS[found["verb"]](_Wish(world, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -76,7 +76,7 @@ class _Wish:
         return places.find(places.names(found, self.here), self.who, thing)
 
     def wrong(self, example: str) -> UsageError:
-        return UsageError(f"invalid event when={self.text!r}: expected e.g. {example!r}")
+        return UsageError(f"invalid event when={self.text!r}: expected e.g. '{example}'")
 
 
 def _passes(wish: _Wish) -> Arm:
@@ -84,7 +84,7 @@ def _passes(wish: _Wish) -> Arm:
     assert axis is not None, "an axis was found"
     found = _POSITION.fullmatch(wish.what)
     if found is None:
-        raise wish.wrong(example="X passes 1000")
+        raise wish.wrong(example=f"{wish.who} passes 1000")
     ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
     try:
         position = machine_units.position(found["position"], axis.units)
@@ -115,7 +115,7 @@ def _edge(wish: _Wish) -> Arm:
     pin = wish.spot(places.pins(wish.world), "pin").pin
     assert pin is not None, "a terminal was found"
     if wish.what:
-        raise wish.wrong(example="input1 rises")
+        raise wish.wrong(example=f"{wish.who} {wish.verb}")
     wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
     return lambda happens: pin.subscribe_edges(lambda pin: happens() if pin.level in wanted else None)
 
@@ -170,7 +170,7 @@ def _written(wish: _Wish) -> bytes:
     except UnicodeEncodeError:
         pattern = b""
     if not pattern:
-        raise wish.wrong(example=r"if1 hears X1000\r")
+        raise wish.wrong(example=rf"{wish.who} {wish.verb} X1000\r")
     return pattern
 
 
@@ -180,7 +180,7 @@ def _hexadecimal(wish: _Wish) -> bytes:
     except ValueError:
         pattern = b""
     if not pattern:
-        raise wish.wrong(example="1811 hears 33 00")
+        raise wish.wrong(example=f"{wish.who} {wish.verb} 33 00")
     return pattern
 
 
