@@ -202,7 +202,7 @@ WRONG = {
     "half a wire": (controllers("if1", more="[[wire]]\nfrom = 'if1.led'"), "3:1: 'to' is missing: add to = …"),
     "a wire from nowhere": (
         controllers("if1", more="[[wire]]\nfrom = 'led'\nto = 'if1.input1'"),
-        "4:1: invalid terminal 'led': expected CONTROLLER.PIN, e.g. table.input1",
+        "4:1: invalid terminal 'led': expected CONTROLLER.PIN, e.g. if1.output1",
     ),
     "a wire from nobody": (
         controllers("if1", more="[[wire]]\nfrom = 'if2.led'\nto = 'if1.input1'"),

@@ -199,9 +199,12 @@ class Builder:
         """Check that a wire does not begin at a step output, and that the wire ends at an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
+            name, _, pin = from_.rpartition(".")
+            axes = self.bench[name].axes
+            axis = next((axis for axis in axes if pin.startswith(axis.lower())), next(iter(axes)))
             raise self.source.error(
                 f"a wire cannot begin at the step output {from_}: "
-                'to send step pulses to a SmartMotor, use the key `master`, e.g. master = "feeder.X"',
+                f'to send step pulses to a SmartMotor, use its key `master`, e.g. master = "{name}.{axis}"',
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
@@ -228,14 +231,25 @@ class Builder:
     def _pin(self, terminal: str, path: Path_) -> Pin:
         controller, _, pin = terminal.rpartition(".")
         if not controller:
-            raise self.source.error(f"invalid terminal {terminal!r}: expected CONTROLLER.PIN, e.g. table.input1", path)
+            example = self._example_pin(output=path[-1] == "from" or "lamp" in path)
+            raise self.source.error(f"invalid terminal {terminal!r}: expected CONTROLLER.PIN, e.g. {example}", path)
         return self._named(pin, self._motor(controller, path).pins, controller, "pin", path)
 
     def _axis(self, whole: str, path: Path_) -> Axis:
         controller, _, axis = whole.rpartition(".")
         if not controller:
-            raise self.source.error(f"invalid axis {whole!r}: expected CONTROLLER.AXIS, e.g. table.X", path)
+            example = self._example_axis(but=self.contents.controller[int(path[1])].called)
+            raise self.source.error(f"invalid axis {whole!r}: expected CONTROLLER.AXIS, e.g. {example}", path)
         return self._named(axis, self._motor(controller, path).axes, controller, "axis", path)
+
+    def _example_pin(self, output: bool) -> str:
+        machines = self.bench.controllers.items()
+        pins = (f"{name}.{pin}" for name, each in machines for pin in each.pins if each.pins[pin].is_output is output)
+        return next(pins, "table.input1")
+
+    def _example_axis(self, but: str = "") -> str:
+        machines = self.bench.controllers.items()
+        return next((f"{name}.{axis}" for name, each in machines if name != but for axis in each.axes), "table.X")
 
     def _named(self, name: str, known: Mapping[str, T], owner: str, kind: str, path: Path_) -> T:
         """Return the controller, pin or axis with the given name.  Raises SceneError for an unknown name."""
@@ -272,7 +286,7 @@ class Builder:
                 event = table.when
                 raise self.source.error(
                     f"the fault {name} can never begin: its trigger {event!r} happens only after the fault {name} "
-                    "has begun; expected another trigger, e.g. 'table.X passes 1000'",
+                    f"has begun; expected another trigger, e.g. '{self._example_axis()} passes 1000'",
                     ("fault", number, "when"),
                 )
 
@@ -308,7 +322,8 @@ class Builder:
 
     def _check_operated(self, name: str, path: Path_) -> None:
         if not self._pin(name, path).drivable:
-            raise self.source.error(f"{name} is an output: expected an input of a controller, e.g. if1.input1", path)
+            example = self._example_pin(output=False)
+            raise self.source.error(f"{name} is an output: expected an input of a controller, e.g. {example}", path)
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
