@@ -145,7 +145,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ),
         (
             {"model": "if1", "X": 5},
-            'invalid value 5 for axis X: expected a dict of options, e.g. X={"limits": (-100, 5000)}',
+            "invalid value 5 for axis X: expected a table of options, e.g. X={ limits = [-100, 5000] }",
         ),
         ({"model": "if1", "X": {"motor": 1}}, "invalid option of axis X: "),
         (

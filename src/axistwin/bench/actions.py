@@ -251,9 +251,10 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
         return _sitting(controller, sits)
     found = _RUN.fullmatch(value)
     if found is None:
+        example = _example_axis(controller)
         raise ProgramError(
-            f"invalid value {value!r} of the action `! master` (external encoder): "
-            "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS times RATIO`, e.g. `4000 in 2` or `on table.X`"
+            f"invalid value {value!r} of the action `! master` (external encoder): expected `COUNTS in SECONDS` or "
+            f"`on CONTROLLER.AXIS times RATIO`, e.g. `4000 in 2`{example and f' or `on {example}`'}"
         )
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
@@ -268,11 +269,20 @@ def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
         axis_name = sits["axis"]
-        raise ProgramError(f"unknown axis {axis_name!r}: expected the names of a controller and its axis, e.g. table.X")
+        example = _example_axis(controller)
+        wanted = "the names of a controller and its axis" if example else "`COUNTS in SECONDS`"
+        raise ProgramError(f"unknown axis {axis_name!r}: expected {wanted}, e.g. {example or '4000 in 2'}")
     numerator, denominator = int(sits["above"] or 1), int(sits["below"] or 1)
     if denominator == 0:
         raise ProgramError(f"invalid ratio {numerator}/0: expected a denominator above 0, e.g. 3/2")
     return partial(controller.master.follow, controller.bench[name].axes[axis], Fraction(numerator, denominator))
+
+
+def _example_axis(motor: Controller) -> str:
+    """Return an axis of another controller of the bench, which can turn the motor's external encoder, or ""."""
+    assert motor.bench is not None, "a controller with actions is part of a bench"
+    others = (each for each in motor.bench.controllers.values() if each is not motor)
+    return next((f"{each.name}.{axis}" for each in others for axis in each.axes), "")
 
 
 def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:

@@ -45,7 +45,7 @@ def axis_options(name: str, given: object) -> dict[str, Any]:
     """Return the options of an axis as a dict.  Raises UsageError if the argument `given` is not a dict."""
     if not isinstance(given, Mapping):
         raise UsageError(
-            f"invalid value {given!r} for axis {name}: expected a dict of options, "
-            f'e.g. {name}={{"limits": (-100, 5000)}}'
+            f"invalid value {given!r} for axis {name}: expected a table of options, "
+            f"e.g. {name}={{ limits = [-100, 5000] }}"
         )
     return dict(given)

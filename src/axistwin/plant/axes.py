@@ -20,10 +20,11 @@ MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
 MOST = 1_000_000_000
 """Largest number in the data of a stepper axis."""
 EXAMPLES = {
-    "encoder": "{'counts_per_rev': 4000, 'pulses_per_rev': 400}",
-    "motor": "{'torque': [[0, 1.2], [5000, 0.4]]}",
-    "load": "{'torque': 0.1, 'inertia': 1e-5}",
+    "encoder": "{ counts_per_rev = 4000, pulses_per_rev = 400 }",
+    "motor": "{ torque = [[0, 1.2], [5000, 0.4]] }",
+    "load": "{ torque = 0.1, inertia = 1e-5 }",
 }
+"""Options of an axis in TOML, as scenes and the command line have them."""
 STEPPER = ("limits", "home", "encoder", "motor", "load", "units")
 SERVO = ("limits", "motor", "load", "units")
 
@@ -40,7 +41,7 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
     except KeyError:
         raise UsageError(
             f"the motor of axis {name} needs `torque`: expected pairs of speed (pulses/s) and torque (N·m), "
-            "e.g. [[0, 1.2], [5000, 0.4]]"
+            "e.g. torque=[[0, 1.2], [5000, 0.4]]"
         ) from None
     except ValueError as what_was_expected:
         raise UsageError(f"invalid option of axis {name}: {what_was_expected}") from None

@@ -135,8 +135,10 @@ def rate(given: float | str, units: MachineUnits | None) -> float:
 def _quantity(number: str, unit: str, units: MachineUnits | None) -> Fraction:
     given_unit = shortened(unit)
     if units is None:
+        of = unit if _OF.fullmatch(unit) else "mm"
         raise UsageError(
-            f"unknown unit {given_unit}: use counts, or define the unit of the axis, e.g. units = {EXAMPLE}"
+            f"unknown unit {given_unit}: use counts, or define the unit of the axis, "
+            f'e.g. units = {{ per = 80, of = "{of}" }}'
         )
     if unit != (axis_unit := units.of):
         raise UsageError(f"{given_unit} is not the unit of the axis: expected {axis_unit}")

@@ -182,7 +182,7 @@ def servo_load(given: object = None) -> ServoLoad:
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):
-        raise UsageError(f"invalid load {given!r}: expected a table of parameters, e.g. {{'inertia_kg_m2': 1e-5}}")
+        raise UsageError(f"invalid load {given!r}: expected a table of parameters, e.g. {{ inertia_kg_m2 = 1e-5 }}")
     values = dict(given or {})
     _check_names("load", values, tuple(field.name for field in fields(ServoLoad)))
     return ServoLoad(**values)

@@ -50,11 +50,18 @@ class StepperMotor:
         if not all(0 <= torque < inf for _, torque in self.torque):
             raise ValueError("invalid torque curve: expected torques of 0 N·m or more")
         if not 0 <= self.inertia < inf:
-            raise ValueError(f"invalid inertia={self.inertia!r} of the motor: expected 0 kg·m² or more, e.g. 0.00001")
+            raise ValueError(
+                f"invalid inertia={self.inertia!r} of the motor: expected 0 kg·m² or more, e.g. inertia=0.00001"
+            )
         if not self.pull_in >= 0:
-            raise ValueError(f"invalid pull_in={self.pull_in!r} of the motor: expected 0 pulses/s or more, e.g. 1000")
+            raise ValueError(
+                f"invalid pull_in={self.pull_in!r} of the motor: expected 0 pulses/s or more, e.g. pull_in=1000"
+            )
         if self.pulses_per_rev <= 0 or self.rotor_teeth <= 0:
-            raise ValueError("invalid motor: expected pulses_per_rev and rotor_teeth above 0, e.g. 400 and 50")
+            raise ValueError(
+                "invalid motor: expected pulses_per_rev and rotor_teeth above 0, "
+                "e.g. pulses_per_rev=400 and rotor_teeth=50"
+            )
 
     @property
     def pulses_per_tooth(self) -> int:
