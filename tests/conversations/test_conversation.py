@@ -65,8 +65,8 @@ def test_times_are_written_to_the_nanosecond(ns):
         ("+soon", "a.talk:1:2", "expected seconds"),
         ("+-1", "a.talk:1:2", "expected seconds"),
         (r"> U\y", "a.talk:1:4", r"\y"),
-        ("! input1", "a.talk:1:9", "! input1 high"),
-        ("  = X.position", "a.talk:1:15", "= X.position 1000"),
+        ("! input1", "a.talk:1:9", "power off"),
+        ("  = X.position", "a.talk:1:15", "X.position 1000"),
         ("left: ?", "a.talk:1:1", "unknown kind of line"),
     ],
 )

@@ -99,7 +99,9 @@ class Conversation:
             try:
                 return shlex.split(self.headers.get("options", ""))
             except ValueError:
-                raise UsageError("a quotation mark is missing in the options: expected a pair, e.g. X='a b'") from None
+                raise UsageError(
+                    "a quotation mark is missing in the options: expected a pair, e.g. line='9600 8N2'"
+                ) from None
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
@@ -217,8 +219,8 @@ def _act(mark: str, text: str, codec: Codec, place: dict[str, Any]) -> Act:
         case "<":
             return Hear(codec.hear(text), **place)
         case "!":
-            return Do(*_name_and_value(text, "! input1 high"), **place)
-    return Expect(*_name_and_value(text, "= X.position 1000"), **place)
+            return Do(*_name_and_value(text, "power off"), **place)
+    return Expect(*_name_and_value(text, "X.position 1000"), **place)
 
 
 def _time_ns(given_time: str) -> int:
