@@ -69,9 +69,10 @@ def parse(text: str) -> PortUrl:
 def parse_as(scheme: str, text: str) -> PortUrl:
     """Parse the value of an option such as `--tcp 127.0.0.1:5001`.
 
-    The name of the option is the scheme of the URL.
+    The name of the option is the scheme of the URL; the value may be a whole URL, as messages and `listening on` have.
     """
-    return parse(f"{scheme}:{text}" if scheme == "pty" else f"{scheme}://{text}")
+    before = f"{scheme}:" if scheme == "pty" else f"{scheme}://"
+    return parse(f"{before}{text.removeprefix(before)}")
 
 
 def _network(scheme: str, rest: str, text: str) -> PortUrl:
