@@ -164,6 +164,9 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
             option, did_you_mean_or_expected = rest[1], instead(rest[1], known)
             raise UsageError(f"the axis has no option {option!r} (in {path}): {did_you_mean_or_expected}")
         rest = rest[1:]
+    elif rest[0] in controller.axes:
+        example = "load.inertia_kg_m2" if isinstance(controller.axes[rest[0]], ServoAxis) else "load.torque"
+        raise UsageError(f"the setting {path} is incomplete: expected an option of the axis, e.g. {path}.{example}")
     if rest[0] in OWN:
         return Place(path, _checked(scene, path, (*at, *map(_key, rest))))
     if rest[0] in options:
