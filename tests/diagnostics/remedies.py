@@ -243,7 +243,7 @@ REMEDIES = (
     R("AX101", "; model: if1\n?what", "expected `;`, `+`, `>`, `<`, `!` or `=` at the beginning",
       "; model: if1\n; ?what"),
     R("AX102", "+soon", "expected seconds, e.g. +0.25", "+0.25"),
-    R("AX103", "! input1", "expected a name and a value, e.g. '! input1 high'", "! input1 high"),
+    R("AX103", "! input1", "expected a name and a value, e.g. 'power off'", "! power off"),
     R("AX104", "X100é$", "Write a printable ASCII character", "X100$"),
     R("AX104", INIT + "> X100é$\\r", "write any other byte as `\\xNN`", INIT + "> X100\\x20$\\r"),
     R("AX105", INIT + "> X100\\q$\\r", "The valid escape sequences are", INIT + "> X100$\\r"),

@@ -1,0 +1,125 @@
+"""A remedy leads out: an example in a message, taken literally, is accepted or leads to the next message."""
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from axistwin import links, sweeps
+from axistwin.errors import AxistwinError
+
+from .command import run
+from .told import bare, examples
+
+SCENE = """seed = 1
+[[controller]]
+model = "if1"
+name = "table"
+host = "moves.if1"
+axes.X.motor.torque = [[0, 1.2], [5000, 0.4]]
+[[controller]]
+model = "smartmotor"
+name = "knife"
+program = "home.sms"
+axes.shaft.motor = "frame23"
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("moves.if1").write_text("X10$\n")
+    Path("home.sms").write_text("KP=100 END\n")
+    Path("scene.toml").write_text(SCENE)
+
+
+def raised(function: Callable[..., object], *given: object) -> str:
+    try:
+        function(*given)
+    except AxistwinError as error:
+        return str(error)
+    return ""
+
+
+# Texts that one function reads
+
+
+READERS = [
+    *((sweeps.read_values, "{}", bad) for bad in ("5..1", "x..y", "[", "[]", "1..5:1", "-1..5:3:log", "0..99999999")),
+    *((sweeps.measure, "{}", bad) for bad in ("", "x", "final")),
+    (sweeps.measure, "count {}", "x"),
+    (sweeps.measure, "from {}", "a to b"),
+    *((sweeps.claim, "{}", bad) for bad in ("", "x")),
+    (sweeps.claim, "never {}", "x"),
+    (sweeps.claim, "always {}", "x"),
+    (sweeps.claim, "never table.X passes {}", "a"),
+    *((links.parse, "{}", bad) for bad in ("", "x", "tcp:x", "rfc2217:x", "bus:x", "serial:", "pty")),
+    *((lambda text, scheme=scheme: links.parse_as(scheme, text), "{}", "x") for scheme in ("tcp", "rfc2217", "bus")),
+]
+
+
+@pytest.mark.parametrize(("read", "form", "bad"), READERS)
+def test_an_example_for_a_text_is_accepted(read: Callable[[str], object], form: str, bad: str) -> None:
+    message = raised(read, form.format(bad))
+    assert examples(message), message
+    for example in examples(message):
+        assert raised(read, form.format(bare(example))) == "", message
+
+
+# Conversations
+
+
+@pytest.mark.parametrize(
+    ("model", "form", "bad"),
+    [
+        ("if1", "; patience: {}", "x"),
+        ("if1", "; options: {}", "X='a"),
+        ("if1", "{}", "+x"),
+        ("if1", "! {}", "input1"),
+        ("if1", "! input1 {}", "x"),
+        ("smartmotor", "! A {}", "x"),
+        ("smartmotor", "! ambient {}", "x"),
+        ("smartmotor", "! master {}", "x"),
+        ("1811", "! read {}", "x"),
+        ("1811", "! write {}", "x"),
+    ],
+)
+def test_an_example_for_a_line_of_a_conversation_is_accepted(model: str, form: str, bad: str) -> None:
+    def error_of(text: str) -> str:
+        Path("a.talk").write_text(f"{form.format(text)}\n")
+        done = run("run", model, "a.talk")
+        return done.err if done.code else ""
+
+    message = error_of(bad).strip()
+    for example in examples(message):
+        assert error_of(bare(example)) == "", message
+
+
+# The command line
+
+COMMANDS = (
+    "check", "run if1", "examples drill", "run if1 moves.if1 --trace a.csv --trace-limit x",
+    "sweep scene.toml --for 0.05", "sweep scene.toml --for 0.05 --out a.parquet --vary x",
+    "sweep scene.toml --for 0.05 --out a.parquet --vary table.X=1..2:2",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_the_messages_lead_to_a_command_that_is_accepted(line: str) -> None:
+    """An example is a whole command, an option that is missing, or the value of the last option."""
+    told = [""]
+    while (done := run(*shlex.split(line))).code:
+        message = done.err.strip()
+        assert message not in told
+        told.append(message)
+        example = examples(message)[0]
+        if "axistwin " in example:
+            line = bare(example).removeprefix("axistwin ")
+        elif example.startswith("--"):
+            line = f"{line} {example}"
+        else:
+            *words, last = shlex.split(line)
+            _, equals, value = last.partition("=")
+            line = shlex.join([*words, f"{example}={value}" if equals and "=" not in example else bare(example)])
+    assert len(told) > 1
