@@ -20,6 +20,8 @@ from .test_tutor import Learner
 
 COMMAND = re.compile(r"(?P<word>type|send|and|then|or|,)  (?P<line>\S.*?)(?=  |, |: |$)")
 """A line to type, which a text marks by two blanks."""
+SENT_FIRST = re.compile(r"send (?P<line>\S+(?: \d\d)?) first")
+"""The line that a controller needs before one that it has ignored."""
 BY_HAND = (
     (r"\bwait$", (":wait 1.5",)),
     ("free the shaft", (":drive shaft.jam off",)),
@@ -48,7 +50,7 @@ def choices(text: str) -> list[list[str]]:
         if each["word"] == "or":
             found.append([])
         found[-1].append(each["line"])
-    return found
+    return found if found != [[]] else [SENT_FIRST.findall(text)]
 
 
 def by_hand(text: str, learner: Learner) -> Iterator[str]:
@@ -184,6 +186,8 @@ SCENES = (
           LIMITED, IF2),
     Scene("if2", "its last step has ended the stored sequence at step 1, and only a power-up starts it",
           (":X300:$", "["), IF2),
+    Scene("if1", "the host sends at 1200 baud, not at 9600: type  :drive line 9600 8N2",
+          (":drive line 1200 8N2", "X9$")),
     # 1810 and 1811
     Scene("1811", "the board has failed (status bit 5): type  :drive power off  and  :drive power on",
           ("FF", ":wait 60")),
@@ -206,7 +210,11 @@ SCENES = (
           (DEFAULTS, "remote_power_shutdown on", "D9 01")),
     Scene("1811", "sequence 1 is being performed, and stands at its command 2: type  kill_sequence",
           (DEFAULTS, "D9 01", "29 00 00 00 01", "2C 02 00", "33 00 00 01 00", "D8", "perform_sequence 1")),
+    Scene("1811", "the last line was ignored: position maintenance is on: send 18 00 first",
+          (DEFAULTS, "18 01", "go_relative 500")),
     # SmartMotor
+    Scene("smartmotor", "the host sends at 9600 baud, not at 19200: type  :drive line 19200 8N1",
+          (MOTOR, "BAUD19200", "P=300 G")),
     Scene("smartmotor", "the plus limit is active (Bp): "
           "wire pin C to ground, or make it an input, and clear the fault: "
           "type  UCI ZS", ("G",)),

@@ -12,6 +12,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
@@ -66,6 +67,11 @@ class Controller:
                 f"{self.name} has no serial port of its own in the daisy chain {chain!r}: use Bench.port({chain!r})"
             )
         return self._plug.port
+
+    @property
+    def line_format(self) -> UartFormat | None:
+        """Format of the characters that the controller receives; None on a bus, or while the format is not known."""
+        return None if self._abilities.uart is None else self._abilities.uart.format
 
     @property
     def rs485(self) -> SerialPort:

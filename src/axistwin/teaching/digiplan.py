@@ -63,6 +63,9 @@ class DigiplanGuide(Guide):
         if not controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
             return
+        if rate := list(self.line()):
+            yield from rate
+            return
         stage = self.value("state")
         if stage == Stage.RESET.value:
             yield Reason("the self-test takes about a second", "wait")

@@ -12,6 +12,8 @@ from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp, Reading, Word
 from axistwin.teaching.remedies import Remedies
 
+MOST_DEVIATION = 20
+"""The reciprocal of the deviation of a baud rate that still lets characters arrive whole, 5 %."""
 Refused = Callable[[bytes], Sequence[Diagnostic]]
 """Function that returns the diagnostics of a line that the host would send now."""
 
@@ -109,6 +111,15 @@ class Guide(ABC):
         if away or pin.wired:
             return away or f"{name} is wired: find what sets it {'low' if level == 'high' else 'high'}"
         return self.remedies.drive(name, level) + then
+
+    def line(self) -> Iterator[Reason]:
+        """Yield the reason why no character arrives whole: another baud rate at the host, on a line of its own."""
+        own, port = self.controller.line_format, self.controller.ports.get(self.controller.name)
+        if own is None or port is None:
+            return
+        rate = port.host.format.baudrate
+        if MOST_DEVIATION * abs(rate - own.baudrate) > own.baudrate:
+            yield Reason(f"the host sends at {rate} baud, not at {own.baudrate}", f"type  :drive line {own}")
 
     def value(self, source: str) -> int | str:
         """Return the value of a register, or the level of a terminal as 0 or 1."""

@@ -46,6 +46,9 @@ class SmartMotorGuide(Guide):
         if ignoring := self.controller.ignoring:
             yield Reason(ignoring, self._obeying(ignoring))
             return
+        if rate := list(self.line()):
+            yield from rate
+            return
         flags = {lamp.label for lamp in self.lamps("RW") if int(self.value("RW")) >> (lamp.bit or 0) & 1}
         active = [limit for limit in LIMITS if limit[0] in flags]
         yield from dict.fromkeys(self._limited(*limit) for limit in active)

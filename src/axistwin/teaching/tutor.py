@@ -8,6 +8,7 @@ from axistwin.bench import FAMILIES, Controller
 from axistwin.bench.acts import Act
 from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.diagnostics import Diagnostic, Rule, Severity, check_last
+from axistwin.controllers.product import Refusal
 from axistwin.diagnostics.codes import tables
 from axistwin.errors import PlacedError
 from axistwin.sim.manual_actions import ManualAct
@@ -33,7 +34,10 @@ class Tutor:
         self._request = b""
         self._reply = bytearray()
         self._told: set[str] = set()
+        self._ignored = ""
+        """Why the controller has ignored the last line in its present state, with the remedy."""
         controller.manual_actions.subscribe(self._handled)
+        controller.subscribe_refusals(self._note_refusal)
 
     # Comments
 
@@ -41,7 +45,7 @@ class Tutor:
         """Return explanations of the line of text that the host is about to send."""
         if not line:
             return []
-        self._request = line
+        self._request, self._ignored = line, ""
         self._reply.clear()
         text = line.strip()
         if not self.guide.ready:
@@ -78,7 +82,7 @@ class Tutor:
     def why(self) -> list[str]:
         """Return the reasons why a move cannot start, each with its remedy."""
         moving = {name: axis for name, axis in self.controller.axes.items() if axis.moving}
-        reasons = [str(reason) for reason in self.guide.reasons()]
+        reasons = self._reasons()
         # A SmartMotor without acceleration or velocity has a trajectory in progress, but never turns.
         if moving and not (reasons and all(axis.velocity == 0 for axis in moving.values())):
             return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
@@ -86,8 +90,7 @@ class Tutor:
 
     def next(self) -> list[str]:
         """Return suggestions for lines that the user may type next, with their meanings."""
-        remedies = [str(reason) for reason in self.guide.reasons()]
-        return remedies[:1] or self._suggested(3)
+        return self._reasons()[:1] or self._suggested(3)
 
     def explain(self, words: str) -> list[str]:
         """Return the meaning of a word that the user asks about.
@@ -114,6 +117,10 @@ class Tutor:
         return self.guide.words()
 
     # Parts
+
+    def _reasons(self) -> list[str]:
+        reasons = [str(reason) for reason in self.guide.reasons()]
+        return reasons or [f"the last line was ignored: {self._ignored}"] * bool(self._ignored)
 
     def _suggested(self, count: int) -> list[str]:
         width = max(len(line) for line, _ in self.guide.suggestions[:count])
@@ -165,9 +172,13 @@ class Tutor:
         assert check is not None, "every family has a checker"
         return check_last(check, [*self._lines, line])
 
+    def _note_refusal(self, refusal: Refusal) -> None:
+        self._ignored = "" if refusal.rule is not None else refusal.why
+
     def _handled(self, act: str, *_values: object) -> None:
         if act == ManualAct.POWER:  # Power-off cancels the effect of earlier commands.
             self._lines.clear()
+            self._ignored = ""
 
 
 def _guide(controller: Controller, refused: Refused) -> Guide:
