@@ -415,6 +415,24 @@ def test_an_exception_says_that_virtual_time_stood_still():
     assert ["twin.call" in note for note in raised.value.__notes__] == [True]
 
 
+@pytest.mark.parametrize(("then_s", "told"), [(0, [True]), (0.1, [])])
+def test_a_board_on_a_bus_has_the_note_too(then_s, told):
+    def test():
+        with axistwin.serve("1811", speed="manual") as twin:
+            twin.advance(1)
+            url = twin.ports["1811"]
+            with socket.create_connection((url.host, url.port), timeout=10) as host, host.makefile() as answers:
+                host.sendall(b"w 0 83\nw 1 10\nr 1\n")  # request the position, and ask for the status
+                assert [next(answers) for _ in range(2)] == ["ok\n", "ok\n"]
+                status = next(answers)  # without bit 3: no message is ready
+                twin.advance(then_s)
+                assert int(status, 16) & 0x08
+
+    with pytest.raises(AssertionError) as raised:
+        test()
+    assert ["twin.call" in note for note in getattr(raised.value, "__notes__", [])] == told
+
+
 def test_a_motor_says_once_why_it_does_not_move():
     """`axistwin serve` logs what `subscribe_hint` reports."""
     bench = axistwin.Bench()

@@ -117,6 +117,7 @@ class Master(Connection):
             too_long, self._too_long = self._too_long or len(line) > LONGEST_LINE, False
             if too_long or line.strip():
                 pacer.sync()
+                self.slot.heard_ns = pacer.clock.now
                 self._write(self._answer(line, too_long))
                 pacer.work()
         if len(self._line) > LONGEST_LINE:

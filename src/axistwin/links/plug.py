@@ -193,6 +193,7 @@ class Plug(SingleClient[SerialClient]):
     def send(self, data: bytes) -> None:
         """Transmit characters from the client to the controller."""
         self.pacer.sync()
+        self.heard_ns = self.pacer.clock.now
         self.serial.write(data)
         self.pacer.work()
         pending = self.serial.pending

@@ -127,6 +127,11 @@ class Server:
         return next((endpoint.client_name for endpoint in self._endpoints if endpoint.name == name), "")
 
     @property
+    def heard_ns(self) -> int:
+        """Virtual time at which a client has last sent data, in ns; -1 if none has."""
+        return max((endpoint.heard_ns for endpoint in self._endpoints), default=-1)
+
+    @property
     def _endpoints(self) -> list[SingleClient[Any]]:
         return [*self._plugs.values(), *self._slots.values()]
 

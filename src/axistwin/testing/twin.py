@@ -117,7 +117,6 @@ class Twin:
         """URLs of controllers, second channels and lines of motors, by name."""
         self._wanted, self._speed, self._writers = wanted, speed, writers
         self._written, self._refused = ExitStack(), RefusedLines()
-        self._sent_ns = -1
         self._served: _Service | None = None
 
     @property
@@ -145,7 +144,6 @@ class Twin:
             for name, url in self._wanted:
                 found = loop.run(self._served.server.open(name, url))
                 self.ports.setdefault(name, _url(found))
-            self.do(self._watch_hosts)
             self._written.callback(self._refused.close)
             self._written.callback(self.do(partial(self._refused.watch, self.bench)))
             self.do(self._served.server.start)
@@ -173,20 +171,13 @@ class Twin:
 
         def read() -> list[str]:
             hints = [f"{name}: {made.hint}" for name, made in self.bench.controllers.items() if made.hint]
-            return hints + [STOOD_STILL] * (self._speed == "manual" and self._sent_ns == self.bench.clock.now)
+            stands = self._speed == "manual" and self._service.server.heard_ns == self.bench.clock.now
+            return hints + [STOOD_STILL] * stands
 
         pacer = self._service.server.pacer
         if isinstance(pacer, ManualPacer):
             self._service.loop.run(pacer.receive_all())
         return self._service.loop.do(read)
-
-    def _watch_hosts(self) -> None:
-        def sent(_: bytes) -> None:
-            self._sent_ns = self.bench.clock.now
-
-        for name in endpoints.names(self.bench):
-            if not endpoints.at_a_bus(self.bench, name):
-                self.bench.port(name).subscribe_sent(sent)
 
     def _close(self) -> None:
         self.do(self._service.server.close)
