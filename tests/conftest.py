@@ -34,7 +34,7 @@ SLOW_FOLDERS = {"panel", "sessions", "basic", "drivers", "fmu", "integrations", 
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
-    "cli": "board cli demo ending full_disk learn motors other_systems plot record run serve term way_in",
+    "cli": "board cli demo ending full_disk learn listening motors other_systems plot record run serve term way_in",
     "compumotor": "closed_loop closed_loop_maintenance closed_loop_stall command_list decisions home interactions"
     " manual_moves manual_programming manual_requests manual_sequences manual_stop moves outputs owners"
     " state_machine streaming streaming_moments",

@@ -331,13 +331,13 @@ def test_a_cut_line_is_an_alarm_until_the_controller_answers():
         motor = lab.records["motor"]
         await motor.put("VAL", 100)
         driver = lab.machine.stations[0].driver
-        url, driver.url = driver.url, "tcp://127.0.0.1:1"
+        opening, driver._opening, driver.url = driver._opening, None, "tcp://127.0.0.1:1"
         await driver.close()
         await lab.until("motor", STAT="COMM", SEVR=3)
         assert motor.values["MSTA"] & SILENT and "cannot open" in motor.values["FAULT"]
         move = asyncio.create_task(motor.put("VAL", 200))
         await lab.until("motor", DMOV=0)
-        driver.url = url
+        driver._opening = opening
         with pytest.raises(RefusedError, match="cannot open"):
             await move
         await motor.put("VAL", 300)

@@ -3,20 +3,21 @@
 import asyncio
 from collections.abc import Mapping, Sequence
 from contextlib import AsyncExitStack
+from functools import partial
 from typing import Any, Self
 
 from axistwin.bench import Bench, endpoints
-from axistwin.drivers.asynchronous import AsyncController
+from axistwin.drivers.asynchronous import AsyncController, TcpPort
 from axistwin.drivers.blocking import nothing
 from axistwin.drivers.core import Core
-from axistwin.drivers.errors import DriverError
+from axistwin.drivers.errors import DriverError, PortError
 from axistwin.drivers.models import make
 from axistwin.errors import LinkError, UsageError
 from axistwin.integrations.station import Station
 from axistwin.links.server import Server
-from axistwin.links.urls import parse
 from axistwin.plant.axes import Axis
 from axistwin.plant.machine_units import MachineUnits
+from axistwin.storage import reason
 
 Units = Mapping[str, MachineUnits]
 """Units by axis: `X`, or in a scene `if1.X`."""
@@ -94,7 +95,7 @@ async def of_scene(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Start the controllers of a scene on local ports, and return a machine with these controllers.
+    """Start the controllers of a scene, and return a machine with these controllers.
 
     `options`: options of drivers by controller; `without`: endpoints that have other hosts.  Raises UsageError.
     """
@@ -106,10 +107,9 @@ async def of_scene(
     stations = []
     try:
         for name in names:
-            kind = "bus" if endpoints.at_a_bus(bench, name) else "tcp"
-            url = await server.open(name, parse(f"{kind}://127.0.0.1:0"))
             model, given, own = of_bench(bench, name)
-            driver = AsyncController(str(url), core_of(model, {**given, **options.get(name, {})}))
+            core = core_of(model, {**given, **options.get(name, {})})
+            driver = AsyncController(f"inside:{name}", core, opening=partial(_open_inside, server, name))
             station = Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers))
             for axis, shaft in _shafts(bench, name).items():
                 station.axes[axis].shaft = shaft
@@ -120,6 +120,15 @@ async def of_scene(
         raise
     server.start()
     return Machine(stations, period_s, server)
+
+
+async def _open_inside(server: Server, name: str) -> TcpPort:
+    try:
+        return TcpPort(f"inside:{name}", *await asyncio.open_connection(sock=await server.connect(name)))
+    except OSError as error:
+        raise PortError(
+            f"cannot connect to {name} ({reason(error)}): raise the limit of open files, e.g. ulimit -n 4096"
+        ) from None
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:

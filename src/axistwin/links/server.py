@@ -1,11 +1,12 @@
 """A server: the controllers of a bench on real ports."""
 
+import socket
 import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from axistwin.bench import FAMILIES, Bench
+from axistwin.bench import FAMILIES, Bench, endpoints
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import HostPort, Plug
@@ -96,6 +97,15 @@ class Server:
         self._open.append(port)
         self.ports.append((name, port.url))
         return port.url
+
+    async def connect(self, name: str) -> socket.socket:
+        """Connect a client in this process to a controller, and return its socket.  No port is opened for others."""
+        from axistwin.links.bus import Master
+        from axistwin.links.tcp import TcpClient, connected
+
+        if endpoints.at_a_bus(self.bench, name):
+            return await connected(lambda: Master(self._slot(name)))
+        return await connected(lambda: TcpClient(self._plug(name)))
 
     def start(self) -> None:
         """Start virtual time."""

@@ -253,6 +253,20 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     return TcpPort(replace(url, host=host, port=port), server)
 
 
+async def connected(make: Callable[[], Connection]) -> socket.socket:
+    """Connect a client in this process; return its socket.  Nobody else can connect: no port stays open."""
+    with _listening_socket(socket.AF_INET, ("127.0.0.1", 0)) as listening:
+        listening.listen()
+        client = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        client.connect(listening.getsockname())
+        served, address = listening.accept()
+        while address != client.getsockname():
+            served.close()
+            served, address = listening.accept()
+    await asyncio.get_running_loop().connect_accepted_socket(make, served)
+    return client
+
+
 async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
     """Return the address family and the socket address for `url`.
 
