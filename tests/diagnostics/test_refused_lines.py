@@ -204,3 +204,61 @@ def test_when_nobody_listens_nothing_is_checked():
     end()
     say(bench, "x1\r")
     assert len(told) == 1  # of the first listener
+
+
+RATIO = "B0 00 01 00 01"
+LOOP = (RATIO, "B1 00 00 61 A8", "B2 00 00 00 00", "B3 01 10 50 00 00 61 A8", "B4 00 00 00 32")
+PAIRS = "E0" + " 20 00 7F FF" * 3  # a quarter of the clock's maximum, for 32,767 pulses each
+FAR = "33 00 10 00 00"  # 1,048,576 pulses at 25,000 pulses/s: 42 s
+NEAR = "33 00 00 00 01"
+WAITS = "28 00"
+
+REMEDIES = [
+    ("if1", ["["], "X1$", "send ] first", ["]"]),
+    ("if1", [":%:$"], ":X1:$", "send % first", ["%"]),
+    ("if1", [":%:$"], ":X1:$", "or # to cancel it", ["#"]),
+    ("smartmotor", ["SLE"], "SLP=10", "send SLD first", ["SLD"]),
+    ("smartmotor", ["MFDIV=0"], "MFR", "MFDIV=1", ["MFDIV=1"]),
+    ("smartmotor", ["SIZE=101 BASE=100"], "MC", "BASE at least SIZE: set them first", ["BASE=101"]),
+    ("smartmotor", [], "LOAD", "UCI UDI ZS at the top of the program", ["UCI UDI ZS"]),
+    ("smartmotor", ["EPTR=7999"], "VST(a,1)", "or a lower EPTR", ["EPTR=0"]),
+    ("smartmotor", [], "GOSUB5", "load one that has", ["UCI UDI ZS", "LOAD", "END C5 RETURN \xff\xff"]),
+    ("1811", [], NEAR, "31 (default velocity and acceleration) must be sent first", [DEFAULT]),
+    ("1811", [DEFAULT], "39 00", "38 (define home) must be sent first", ["38 01 00 32 00"]),
+    ("1811", ["38 01 00 32 00"], "39 00", "31 (default velocity and acceleration) must be sent first", [DEFAULT]),
+    ("1811", [DEFAULT, "12 01"], NEAR, "send 12 00 first", ["12 00"]),
+    ("1811", ["13 01"], "12 01", "send 13 00 first", ["13 00"]),
+    ("1811", [DEFAULT, "18 01"], NEAR, "send 18 00 first", ["18 00"]),
+    ("1811", [DEFAULT, "38 01 00 32 00"], "3A 00", "send 18 01 first", ["18 01"]),
+    ("1811", [STREAMING], "32 00", "send 50 (indexer mode) first", ["50", DEFAULT]),
+    ("1811", [], PAIRS, "send 51, 52 or 53 first", [STREAMING]),
+    ("1811", [STREAMING], "42", "send data (E0, E1 or E3) first", [PAIRS]),
+    ("1811", ["53 01 04 00 00 00 00 00 02"], PAIRS, "send 51", [STREAMING]),
+    ("1811", ["D9 01"], "70", "send D8 first", ["D8"]),
+    ("1811", ["74 01 01 00"], "AC 01 01", "disable it first", ["74 01 00 00"]),
+    ("1811", [DEFAULT, FAR], "30", "wait until 88h reports rest", ["70"]),
+    ("1811", ["11"], "30", "send 10 (disable joystick)", ["10"]),
+    ("1811", [DEFAULT, FAR], NEAR, "or end it by 73 or 70", ["70"]),
+    ("1811", [DEFAULT, "11"], NEAR, "the move, search or joystick before has not ended", ["10"]),
+    ("1811", ["D9 01", WAITS, "D8", "41 01"], "41 01", "or end it by 79", ["79"]),
+    ("1811", [STREAMING, PAIRS, "42"], STREAMING, "or end it by 7B", ["7B", "70"]),
+    ("1811", [DEFAULT], "35 00 00 00 01", "B0 to B4", LOOP),
+    ("1811", ["D4 01 50 00 00 61 A8 00 03 D0 90 00 00 00 01"], "40 01", "B0 (ratio) must be sent first", [RATIO]),
+    ("1811", [DEFAULT, *LOOP], "37", "send 35 or 36 first", ["35 00 00 00 00"]),
+]
+
+
+@pytest.mark.parametrize(("model", "before", "line", "words", "remedy"), REMEDIES, ids=lambda value: str(value)[:30])
+def test_who_does_what_is_said_is_out_of_trouble(model, before, line, words, remedy):
+    bench, told = ready(model, line="instant") if model != "1811" else ready(model)
+    refused = []
+    bench[model].subscribe_refusals(refused.append)
+    end = "" if model == "1811" else "\r"
+    say(bench, *(f"{each}{end}" for each in before))
+    assert refused == []
+    say(bench, f"{line}{end}")
+    assert [text for text in told if words in text], told
+    say(bench, *(f"{each}{end}" for each in remedy), seconds=3)
+    refused.clear()
+    say(bench, f"{line}{end}")
+    assert refused == []
