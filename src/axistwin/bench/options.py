@@ -19,6 +19,7 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for option in options:
         name, equals, text = option.partition("=")
+        name = name.strip()  # as in the key of a scene, e.g. `X.units = { … }`
         if not equals or not name:
             raise UsageError(f"invalid option {option!r}: expected NAME=VALUE")
         *path, last = name.replace("-", "_").split(".")
