@@ -130,7 +130,7 @@ def test_a_waiting_fault_can_be_cancelled(bench):
         ("jam X at=soon", "invalid value at='soon': expected a number, e.g. at=1"),
         ("jam X duration=-1", "invalid duration=-1.0: expected a number of seconds, 0 or more"),
         ("break duration=1", "the fault break occurs only once and cannot have a duration: leave out `duration`"),
-        ("jam X nth=0", "invalid nth=0: expected a whole number of 1 or more, e.g. 3 to begin"),
+        ("jam X nth=0", "invalid nth=0: expected a whole number of 1 or more, e.g. nth=3"),
         ("overheat", "if1 is not a SmartMotor: expected the name"),
         ("jam 'X", "a quotation mark is missing"),
         ("lose count=1 count=2", "count is given twice"),

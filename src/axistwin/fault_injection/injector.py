@@ -53,8 +53,7 @@ class Terms:
                 _check_seconds(key, given)
         if type(self.nth) is not int or self.nth < 1:
             raise UsageError(
-                f"invalid nth={self.nth!r}: expected a whole number of 1 or more, "
-                "e.g. 3 to begin the fault at the third event"
+                f"invalid nth={self.nth!r}: expected a whole number of 1 or more, e.g. nth=3 for the third event"
             )
         if self.seed is not None and type(self.seed) is not int:
             raise UsageError(f"invalid seed={self.seed!r}: expected a whole number, e.g. 1")

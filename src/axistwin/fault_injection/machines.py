@@ -241,9 +241,7 @@ def _fault_pin(spot: Spot) -> str:
     name = spot.name.rpartition(".")[2]
     controller, pins = spot.machine.name, spot.machine.product.drive_fault_pins
     if not pins:
-        raise UsageError(
-            f"controller {controller} has no drive fault input: simulate another fault, e.g. `jam` or `stall`"
-        )
+        raise UsageError(f"controller {controller} has no drive fault input: simulate another fault, e.g. `jam`")
     if name not in pins:
         axes = ", ".join(pins)
         raise UsageError(f"{controller} has no drive fault input for axis {name}: expected one of the axes {axes}")
