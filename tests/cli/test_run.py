@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.cli import main
+from axistwin.cli import execute, main
 from axistwin.cli.common import RunProgress
 
 
@@ -249,6 +249,43 @@ def test_refused_lines_are_marked_in_the_listing(axistwin, model, name, text, co
     assert (code, marked) == (1, codes)
     assert err == f"axistwin: {len(codes)} line{'s' * (len(codes) > 1)} refused: axistwin check {model} {name}\n"
     assert [each["code"] for each in json.loads(axistwin(model, name, "--for", "5", "--json")[1])["refused"]] == codes
+
+
+ENDLESS = ":X100:X-100:=0,1:$\n"
+LOOP = "31 00 00 00 00 61 A8 00 03 D0 90\nD9 01\n21 01\n33 00 00 10 00\nD8\n41 01\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says", "followed", "options"),
+    [
+        ("a.if1", "XG$\n", "X still running: run longer with --for SECONDS", "XG$\n", ("--for", "5")),
+        ("a.if1", ENDLESS, "stopped after 3600 s, set another time with --for SECONDS", ENDLESS, ("--for", "5")),
+        ("a.if1", f"{ENDLESS}#\n", "write +SECONDS above line 2 to send line 2", f"{ENDLESS}+2\n#\n", ()),
+        ("a.181x", f"{LOOP}71\n", "write +SECONDS above line 7 to send line 7", f"{LOOP}+2\n71\n", ()),
+    ],
+)
+def test_what_a_note_says_leads_out(axistwin, name, text, says, followed, options):
+    model = {".if1": "if1", ".181x": "1811"}[Path(name).suffix]
+    Path(name).write_text(text)
+    assert says in axistwin(model, name)[2]
+    Path(name).write_text(followed)
+    assert axistwin(model, name, *options)[::2] == (0, "")
+
+
+def test_a_run_that_ends_too_early(axistwin):
+    Path("a.if1").write_text("X100$\n")
+    note = axistwin("if1", "a.if1", "--for", "2")[2]
+    longer = re.search(r"run longer with --for SECONDS, e\.g\. (--for \S+)", note)[1]
+    code, out, err = axistwin("if1", "a.if1", *longer.split())
+    assert (code, err) == (0, "")
+    assert r"> X100$\r" in out
+
+
+def test_the_check_that_a_run_names_finds_the_refused_line(axistwin, capsys):
+    Path("a.if1").write_text("X100$\nx\n")
+    named = axistwin("if1", "a.if1")[2].partition("refused: axistwin ")[2].split()
+    assert execute(named) == 1
+    assert capsys.readouterr().out.startswith("a.if1:2:1: error: unknown character 'x'")
 
 
 def test_a_motor_that_is_left_asleep_is_told(axistwin):

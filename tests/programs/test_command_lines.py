@@ -146,6 +146,9 @@ BUSY = "line 2 and later lines were not sent, because an earlier line is not fin
 SOONER = "write +SECONDS above line 2 to send line 2 at a given time"
 
 
+LONGER = "run longer with --for SECONDS, e.g. --for 6"
+
+
 @pytest.mark.parametrize(
     ("text", "until_s", "end_s", "position", "note"),
     [
@@ -153,7 +156,7 @@ SOONER = "write +SECONDS above line 2 to send line 2 at a given time"
          f"{BUSY} 3600 s: {SOONER}: stopped after 3600 s, set another time with --for SECONDS"),
         ("X10$\n+100\nX10$\n", 20, 20, 10, f"{BUSY} 20 s: {SOONER}"),
         ("XYG$\n", None, None, None, "X and Y still running: run longer with --for SECONDS"),
-        ("X1$\n", 1, None, 0, "no line was sent: the interface is not ready at 2.70667 s"),
+        ("X1$\n", 1, None, 0, f"no line was sent, as the interface is ready only at 2.70667 s: {LONGER}"),
     ],
     ids=["an endless sequence", "a pause beyond the end", "axes still move", "the end before the initialisation"],
 )  # fmt: skip

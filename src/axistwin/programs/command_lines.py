@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
+from math import ceil
 
 from axistwin.bench import FAMILIES, Bench, Controller, rules
 from axistwin.bench.actions import action
@@ -106,7 +107,11 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
     planned = [(act, sender.prepare(act)) for act in acts]
     sender.initialise()
     if bench.now >= deadline_ns and planned:
-        return f"no line was sent: the interface is not ready at {bench.seconds:g} s"
+        longer = ceil(2 * bench.seconds)
+        return (
+            f"no line was sent, as the interface is ready only at {bench.seconds:g} s: "
+            f"run longer with --for SECONDS, e.g. --for {longer}"
+        )
     timed = True
     for act, do in planned:
         pause = isinstance(act, Wait)
