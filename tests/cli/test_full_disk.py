@@ -16,7 +16,8 @@ from axistwin.errors import AxistwinError
 from axistwin.probing import VirtualEnd
 from axistwin.probing.rescue import Found, rescue
 
-from ..command import ended, run, serving
+from ..command import ended, run, running, serving
+from ..integrations.conftest import free_port
 from ..sweeps.scenes import motor, stepper
 
 resource = pytest.importorskip("resource", reason="this system has no limit of the size of a file")
@@ -132,6 +133,21 @@ def test_a_server(files, size, what):
     ) as (program, _):  # fmt: skip
         code, messages = ended(program, signal.SIGTERM)
     assert (code, "file too large" in messages.lower(), "Traceback" in messages) == (1, True, False)
+
+
+@pytest.mark.parametrize(("command", "extra"), [("ioc", "caproto"), ("opcua", "asyncua")])
+def test_a_server_of_axes(files, command, extra):
+    pytest.importorskip(extra, reason=f"{extra} is not installed")
+    motor(files)
+    Path("motor.toml").write_text(Path("motor.toml").read_text() + 'state = "out"\n')
+    words = ("--port", free_port(), "--json", *(("--prefix", "LAB:") if command == "ioc" else ()))
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    with full_after(100), running(command, "motor.toml", *words, env=environment) as program:
+        ready = program.stdout.readline()
+        code, messages = ended(program, signal.SIGTERM)
+    assert ready
+    assert (code, len(messages.splitlines())) == (1, 2)
+    assert all(line.startswith("axistwin: out/knife.json") for line in messages.splitlines())
 
 
 def test_a_rescue(files):

@@ -46,6 +46,13 @@ class Machine:
         if self._server is not None:
             self._server.pacer.sync()
             self._server.close()
+            for controller in self._server.bench.controllers.values():
+                controller.power(False)  # the last attempt to write the data kept without power
+
+    @property
+    def memory_lost(self) -> bool:
+        """True if data that virtual controllers keep without power could not be written."""
+        return self._server is not None and any(one.store.lost for one in self._server.bench.controllers.values())
 
     async def run(self) -> None:
         """Poll all controllers for ever."""

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 import re
 
 import click
@@ -9,6 +10,7 @@ import click
 from axistwin.cli.common.completing import complete_model
 from axistwin.cli.serving import machine as of
 from axistwin.cli.serving.ending import ending
+from axistwin.cli.serving.sparing import log_to_stderr
 from axistwin.errors import LinkError, UsageError, require
 
 NAME = re.compile(r"[A-Za-z0-9_:<>;.-]+")
@@ -45,6 +47,7 @@ def ioc(
     refuse writes.  LAB:if1:X:FAULT holds the faults, and a 1 written to LAB:if1:X:CLEAR clears the faults.
 
     The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM or SIGHUP.  A motion continues after the end.
+    It is 1 if data kept without power (state in a scene) could not be written.
 
     \b
     axistwin ioc examples/xy-table.toml --prefix LAB:
@@ -58,6 +61,7 @@ def ioc(
     if not NAME.fullmatch(prefix):
         raise UsageError(f"invalid --prefix {prefix!r}: expected only letters, digits, ':', '_' and '-', e.g. LAB:")
     wanted = of.Wanted.read(what, model, given)
+    log_to_stderr(logging.WARNING)
     return asyncio.run(_serve(wanted, prefix, listen or ("127.0.0.1",), port, pva=pva, as_json=as_json))
 
 
@@ -82,9 +86,10 @@ async def _serve(
                     for name in served.names:
                         click.echo(name)
                     click.echo(f"{len(served.names)} records on {address}", err=True)
-                return await ended
+                code = await ended
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise LinkError(
                 f"cannot listen on {', '.join(addresses)} ({reason}): choose another --listen or --port"
             ) from None
+    return code or int(machine.memory_lost)

@@ -11,6 +11,7 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.parameters import FILE
 from axistwin.cli.serving import machine as of
 from axistwin.cli.serving.ending import ending
+from axistwin.cli.serving.sparing import log_to_stderr
 from axistwin.errors import LinkError, UsageError, require
 
 LOOPBACK = "127.0.0.1"
@@ -49,6 +50,7 @@ def opcua(
     CONTROLLER.AXIS, such as if1.X, and a variable if1.Axes.X.Position.
 
     The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM or SIGHUP.  A motion continues after the end.
+    It is 1 if data kept without power (state in a scene) could not be written.
 
     \b
     axistwin opcua examples/xy-table.toml
@@ -59,6 +61,7 @@ def opcua(
     if listen != LOOPBACK and (users is None or certificates is None):
         raise UsageError(f"--listen {listen} permits access from the network: add --users FILE and --certificates DIR")
     wanted = of.Wanted.read(what, model, given)
+    log_to_stderr(logging.WARNING)
     return asyncio.run(_serve(wanted, listen, port, users, certificates, as_json=as_json))
 
 
@@ -75,9 +78,10 @@ async def _serve(
         try:
             async with serving(machine, address, port, users=accounts, certificates=certificates) as url:
                 click.echo(json.dumps({"url": url}) if as_json else f"serving {url}")
-                return await ended
+                code = await ended
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise LinkError(
                 f"cannot listen on {address}:{port} ({reason}): choose another --listen or --port"
             ) from None
+    return code or int(machine.memory_lost)

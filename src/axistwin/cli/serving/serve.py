@@ -19,7 +19,7 @@ from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.preparing import preparing
 from axistwin.cli.serving.served import Ports
-from axistwin.cli.serving.sparing import Sparing
+from axistwin.cli.serving.sparing import log_to_stderr
 from axistwin.diagnostics.refused_lines import RefusedLines
 from axistwin.errors import AxistwinError, UsageError, require
 from axistwin.links.pacing import Pacer, read_speed
@@ -140,7 +140,7 @@ def serve(
         raise UsageError("--to (run to a given time, then pause) needs the panel: add --panel, e.g. --panel 8080")
     served = _served(what, ports, {"state": state, "line": line}, options, with_panel=panel is not None)
     headers = _headers(what, options, line) if record and served.scene is None else None
-    _log_to_stderr()
+    log_to_stderr(logging.INFO)
     with _Files() as files:
         shown = _panel(served, times, panel, panel_token)
         bench = served.build() if shown is None else shown.session.bench
@@ -307,13 +307,6 @@ def _log_hints(bench: Bench) -> None:
     """Log each new status hint of a controller, e.g. the reason why a move does not begin."""
     for name, controller in bench.controllers.items():
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
-
-
-def _log_to_stderr() -> None:
-    """Print log messages, e.g. about clients of the ports, to stderr."""
-    logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
-    for handler in logging.getLogger().handlers:
-        handler.addFilter(Sparing())
 
 
 Show = Callable[[str | None], None]

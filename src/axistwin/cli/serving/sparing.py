@@ -8,6 +8,13 @@ IN_FULL = 10
 OURS = "axistwin"
 
 
+def log_to_stderr(level: int) -> None:
+    """Print log messages of at least this level to stderr, e.g. about clients of the ports."""
+    logging.basicConfig(format="axistwin: %(message)s", level=level)
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(Sparing())
+
+
 class Sparing(logging.Filter):
     """Log filter that limits the number of log records of each logger.
 
