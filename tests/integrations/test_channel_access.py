@@ -1,26 +1,44 @@
 """What a client of Channel Access leaves behind."""
 
 import asyncio
-from contextlib import suppress
+import gc
+import json
+import logging
+import re
+import socket
+import struct
+from contextlib import asynccontextmanager, suppress
 
 import pytest
 
+from axistwin.drivers import RefusedError
 from axistwin.integrations import Point
 
+from ..command import ended, running
 from .conftest import free_port
 
 ca = pytest.importorskip("caproto", reason="caproto is not installed")
 
 from axistwin.integrations.epics import channel_access  # noqa: E402
 
+Field, Kind = channel_access.Field, channel_access.Kind
+
 
 class Visitor:
     """A client that writes its messages itself."""
 
-    def __init__(self, reader, writer, port):
+    def __init__(self, reader, writer, port, name="P"):
         self._reader, self._writer = reader, writer
         self._circuit = ca.VirtualCircuit(ca.CLIENT, ("127.0.0.1", port), 0)
-        self.channel = ca.ClientChannel("P", self._circuit)
+        self.channel = ca.ClientChannel(name, self._circuit)
+
+    def other(self, name):
+        """Return one more channel; `join` creates it."""
+        self.channel = ca.ClientChannel(name, self._circuit)
+        return self.channel
+
+    def send_bytes(self, data):
+        self._writer.write(data)
 
     def send(self, *commands):
         self._writer.write(b"".join(map(bytes, self._circuit.send(*commands))))
@@ -30,7 +48,7 @@ class Visitor:
             for command in self._circuit.recv(await self._reader.read(4096))[0]:
                 self._circuit.process_command(command)
                 if isinstance(command, kind):
-                    return
+                    return command
 
     async def join(self):
         channel = self.channel
@@ -43,6 +61,39 @@ class Visitor:
 
     def leave(self, *, abort):
         (self._writer.transport.abort if abort else self._writer.close)()
+
+
+@asynccontextmanager
+async def served(channels):
+    """Serve channels by their names; yield a function that connects a client to one of them."""
+    port, escaped, clients, ready = free_port(), [], [], asyncio.Event()
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: escaped.append(context["message"]))
+    context = channel_access._Context(channels, ["127.0.0.1"])
+    context.ca_server_port = port
+
+    async def started(_):
+        ready.set()
+
+    async def visitor(name="P"):
+        clients.append(client := Visitor(*await asyncio.open_connection("127.0.0.1", port), port, name))
+        await client.join()
+        return client
+
+    serving = asyncio.ensure_future(context.run(startup_hook=started))
+    await ready.wait()
+    yield visitor
+    for client in clients:
+        client.leave(abort=False)
+        await client.gone()
+    await until_gone(context, 100)
+    serving.cancel()
+    await asyncio.gather(serving, return_exceptions=True)
+    gc.collect()  # an exception that nobody has retrieved is told when its task is collected
+    assert escaped == []
+
+
+def channel_of(kind, value, put=None):
+    return channel_access._make(Field(kind, value), value, put, ca.ChannelAlarm(), "motor")
 
 
 def without_beacons(monkeypatch):
@@ -123,3 +174,164 @@ def test_nothing_is_left_of_a_client(monkeypatch, does):
     monkeypatch.setattr(channel_access, "_Context", Context)
     without_beacons(monkeypatch)
     assert asyncio.run(visits()) == (0, 0)
+
+
+@pytest.mark.parametrize("refused", [False, True])
+@pytest.mark.parametrize("leaves", ["clears", "closes", "aborts"])
+def test_a_client_may_leave_before_its_write_ends(monkeypatch, leaves, refused):
+    async def visits():
+        free, ends = asyncio.Event(), []
+
+        async def write(value):
+            try:
+                await free.wait()
+                if refused:
+                    raise RefusedError("the motion failed")
+            finally:
+                ends.append(value)
+
+        async with served({"P": channel_of(Kind.LONG, 0, write)}) as visitor:
+            client, other = await visitor(), await visitor()
+            client.send(client.channel.subscribe(), client.channel.write((1,), notify=True), client.channel.read())
+            await client.until(ca.ReadNotifyResponse)  # the write has begun
+            if leaves == "clears":
+                client.send(client.channel.clear())
+                await client.until(ca.ClearChannelResponse)
+            else:
+                client.leave(abort=leaves == "aborts")
+                await client.gone()
+            free.set()
+            while not ends:
+                await asyncio.sleep(0)
+            other.send(other.channel.read())
+            await other.until(ca.ReadNotifyResponse)
+            return ends
+
+    without_beacons(monkeypatch)
+    assert asyncio.run(asyncio.wait_for(visits(), 20)) == [1]
+
+
+def test_a_cleared_channel_takes_only_its_own_updates_away(monkeypatch):
+    async def visits():
+        first, second = channel_of(Kind.LONG, 0), channel_of(Kind.LONG, 0)
+        async with served({"A": first, "B": second}) as visitor:
+            client = await visitor("A")
+            cleared, kept = client.channel, client.other("B")
+            client.send(kept.create())
+            await client.until(ca.CreateChanResponse)
+            for channel in (cleared, kept):
+                client.send(channel.subscribe())
+                await client.until(ca.EventAddResponse)
+            client.send(cleared.clear())
+            await client.until(ca.ClearChannelResponse)
+            await first.write(7, verify_value=False)
+            await second.write(8, verify_value=False)
+            return (await client.until(ca.EventAddResponse)).data[0]
+
+    without_beacons(monkeypatch)
+    assert asyncio.run(asyncio.wait_for(visits(), 20)) == 8
+
+
+def message(command, payload=b"", kind=0, count=0, first=0, second=0):
+    return struct.pack(">HHHHII", command, len(payload), kind, count, first, second) + payload
+
+
+READ, WRITE, SUBSCRIBE, CANCEL = 15, 19, 1, 2
+LONG = struct.pack(">HHHHIIII", READ, 0xFFFF, 6, 0, 0, 0, 2**31, 1)
+"""The beginning of a message of 2 GiB."""
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        (message(READ, kind=6, count=1, first=77), "ReadNotifyRequest: unknown number 77"),
+        (message(WRITE, bytes(8), 6, 1, 77), "WriteNotifyRequest: unknown number 77"),
+        (message(SUBSCRIBE, bytes(16), 6, 1, 77), "EventAddRequest: unknown number 77"),
+        (message(SUBSCRIBE, b"", 6, 1), "message: Buffer size too small (0 instead of at least 16 bytes)"),
+        (message(99), "message: Packet with bad command ID 0x63 was received."),
+        (bytes(range(1, 17)) * 64, "message: Packet with bad command ID 0x102 was received."),
+        (LONG + bytes(16384), "message: longer than 16384 bytes"),
+    ],
+    ids=["read", "write", "subscribe", "short", "command", "noise", "long"],
+)  # fmt: skip
+def test_an_invalid_message_costs_its_sender_the_connection_and_us_one_line(monkeypatch, caplog, data, why):
+    async def visits():
+        async with served({"P": channel_of(Kind.LONG, 0)}) as visitor:
+            client, other = await visitor(), await visitor()
+            client.send_bytes(data)
+            with suppress(ConnectionError):
+                while await client._reader.read(4096):
+                    pass
+            other.send(other.channel.read())
+            await other.until(ca.ReadNotifyResponse)
+
+    without_beacons(monkeypatch)
+    logging.getLogger("caproto").setLevel(logging.CRITICAL)  # as the IOC does
+    asyncio.run(asyncio.wait_for(visits(), 20))
+    lines = [record.getMessage() for record in caplog.records if record.levelno == logging.CRITICAL]
+    assert [line.partition("invalid ")[2] for line in lines] == [why]
+    assert all(record.exc_info is None for record in caplog.records if record.levelno == logging.CRITICAL)
+
+
+def test_a_channel_that_the_library_takes_away_ends_its_updates_quietly(monkeypatch):
+    async def visits():
+        channel = channel_of(Kind.LONG, 0)
+        async with served({"P": channel}) as visitor:
+            client, other = await visitor(), await visitor()
+            for each in (client, other):
+                each.send(each.channel.subscribe())
+                await each.until(ca.EventAddResponse)
+            client.send_bytes(message(CANCEL, kind=6, count=1))  # the subscription is of type LONG
+            await client.until(ca.ServerDisconnResponse)
+            await channel.write(7, verify_value=False)
+            with suppress(ConnectionError):
+                while await client._reader.read(4096):
+                    pass
+            return (await other.until(ca.EventAddResponse)).data[0]
+
+    without_beacons(monkeypatch)
+    assert asyncio.run(asyncio.wait_for(visits(), 20)) == 7
+
+
+def test_invalid_messages_of_a_hundred_clients_are_a_few_lines(scene_file):
+    port = free_port()
+    words = ("ioc", scene_file, "--prefix", "LAB:", "--port", port, "--json")
+    with running(*words) as program:
+        address, number = json.loads(program.stdout.readline())["address"].split(":")
+        for _ in range(100):
+            with socket.create_connection((address, int(number)), 10) as client:
+                client.sendall(message(99))
+                while client.recv(4096):
+                    pass
+        code, messages = ended(program)
+    lines = messages.splitlines()
+    in_full = re.compile(
+        r"axistwin: Channel Access: 127\.0\.0\.1:\d+ is disconnected, because it sent an invalid message: "
+        r"Packet with bad command ID 0x63 was received\."
+    )
+    assert (code, sum(bool(in_full.fullmatch(line)) for line in lines)) == (0, 10)
+    assert lines[10:] == [
+        f"axistwin: caproto.circ has reported {count} errors; later ones are only counted" for count in (16, 32, 64)
+    ]
+
+
+def test_a_subscription_to_an_impossible_type_takes_nothing_from_others(monkeypatch):
+    """A text is no number: the library would raise its error in the poll that publishes the text."""
+
+    async def publish():
+        channel = channel_of(Kind.STRING, "")
+        async with served({"P": channel}) as visitor:
+            clients = []
+            for kind in (ca.ChannelType.DOUBLE, ca.ChannelType.STRING):
+                clients.append(client := await visitor())
+                client.send(client.channel.subscribe(data_type=kind))
+                await client.until(ca.EventAddResponse)
+            await channel.write("mm", verify_value=False)
+            return (await clients[1].until(ca.EventAddResponse)).data[0]
+
+    without_beacons(monkeypatch)
+    assert asyncio.run(asyncio.wait_for(publish(), 20)) == b"mm"
+
+
+def test_a_text_that_channel_access_cannot_transfer_is_shown_with_question_marks():
+    assert channel_of(Kind.TEXT, "no answer from …, 5 µm").value == "no answer from ?, 5 µm"

@@ -7,12 +7,15 @@ has finished.
 import asyncio
 import os
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 from caproto import (
+    DISCONNECTED,
     AccessRights,
     AlarmSeverity,
     AlarmStatus,
+    CaprotoNetworkError,
     ChannelAlarm,
     ChannelChar,
     ChannelData,
@@ -20,11 +23,14 @@ from caproto import (
     ChannelEnum,
     ChannelInteger,
     ChannelString,
+    ClearChannelRequest,
     EventAddResponse,
+    LocalProtocolError,
     WriteNotifyResponse,
 )
+from caproto._data import SubscriptionUpdate, _channel_type_by_name
 from caproto.asyncio.server import Context, VirtualCircuit
-from caproto.server.common import DisconnectedCircuit
+from caproto.server.common import DisconnectedCircuit, Subscription
 
 from axistwin.integrations.epics.fields import MOTOR, NO_YES, Field, Kind, called
 from axistwin.integrations.epics.motor_record import MotorRecord
@@ -32,6 +38,8 @@ from axistwin.integrations.points import Point
 
 LOOPBACK = "127.0.0.1"
 MOST_CLIENTS = 200
+MOST_BYTES = 16384
+"""Longest incomplete message of a client; EPICS' own limit without EPICS_CA_MAX_ARRAY_BYTES."""
 Put = Callable[[Any], Awaitable[None]]
 
 
@@ -46,6 +54,20 @@ class Channel(ChannelData):
     def check_access(self, hostname: str, username: str) -> AccessRights:  # noqa: ARG002
         """Return the access rights of a client."""
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
+
+    async def publish(self, flags: Any) -> None:
+        """Send the value to each subscriber whose data type can represent it.
+
+        The library would raise the error of the first one that cannot, and so end the polls of the controller.
+        """
+        self._content.clear()
+        for queue, filters in self._queues.items():
+            for types in filters.values():
+                for wanted in types.values():
+                    if found := tuple(spec for spec in wanted if self._is_eligible(spec)):
+                        with suppress(Exception):
+                            metadata, values = await self._read(_channel_type_by_name[found[0].data_type_name])
+                            await queue.put(SubscriptionUpdate(found, metadata, values, flags, None))
 
     async def write(self, value: Any, *, verify_value: bool = True, **metadata: Any) -> None:
         """Write a value to the channel.
@@ -90,11 +112,16 @@ def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: 
         case Kind.MENU:
             made = _Menu(value=field.menu[value], enum_strings=field.menu, **given)
         case Kind.STRING:
-            made = _String(value=value, **given)
+            made = _String(value=_latin(value), **given)
         case Kind.TEXT:
-            made = _Text(value=value, max_length=256, **given)
+            made = _Text(value=_latin(value), max_length=256, **given)
     made.put = put
     return made
+
+
+def _latin(value: Any) -> Any:
+    """Replace the characters of a text that Channel Access cannot transfer, e.g. `…`."""
+    return value.encode("latin-1", "replace").decode("latin-1") if isinstance(value, str) else value
 
 
 class _Motor:
@@ -122,7 +149,7 @@ class _Motor:
             await self.describe()
             return
         channel, menu = self.channels[name], MOTOR[name].menu
-        await channel.write(menu[value] if menu else value, verify_value=False)
+        await channel.write(menu[value] if menu else _latin(value), verify_value=False)
 
     async def describe(self) -> None:
         """Publish the alarm, the unit, the precision and the position limits of the EPICS motor record."""
@@ -130,7 +157,7 @@ class _Motor:
         status, severity = AlarmStatus[record.alarm.status], MOTOR["SEVR"].menu.index(record.alarm.severity)
         if (self._alarm.status, self._alarm.severity) != (status, severity):
             await self._alarm.write(status=status, severity=AlarmSeverity(severity))
-        metadata = {"units": values["EGU"], "precision": values["PREC"]}
+        metadata = {"units": _latin(values["EGU"]), "precision": values["PREC"]}
         limits = {"lower_ctrl_limit": values["LLM"], "upper_ctrl_limit": values["HLM"]}
         for name, field in MOTOR.items():
             if field.scaled:
@@ -141,8 +168,59 @@ class _Motor:
 class _Circuit(VirtualCircuit):
     """A client's connection to the Channel Access server.
 
-    After a write, the client receives the update of the value before the answer to the write.
+    After a write, the client receives the update of the value before the answer to the write.  An invalid message ends
+    the connection, and costs one line in the log of caproto, which the commands of axistwin limit.
     """
+
+    def refuse(self, what: str, error: Exception) -> None:
+        """Disconnect a client that has sent an invalid message."""
+        why = f"unknown number {error}" if isinstance(error, KeyError) else str(error).partition("\n")[0]
+        text = "Channel Access: %s:%d is disconnected, because it sent an invalid %s: %s"
+        self.log.critical(text, *self.circuit.address, what, why)
+        self.client.close()
+
+    async def recv(self) -> None:
+        """Receive messages.  A connection that was reset has ended, like one that was closed."""
+        if not self.connected:  # else messages would be read that nobody processes
+            raise DisconnectedCircuit
+        try:
+            await super().recv()
+            if len(self.circuit._data) > MOST_BYTES:
+                raise ValueError(f"longer than {MOST_BYTES} bytes")
+        except DisconnectedCircuit:
+            raise
+        except Exception as error:  # noqa: BLE001  # the library's parser raises errors of many kinds
+            if not isinstance(error, CaprotoNetworkError):
+                self.refuse("message", error)
+            await self.command_queue.put(DISCONNECTED)
+            raise DisconnectedCircuit from None
+
+    async def command_queue_loop(self) -> None:
+        """Process the messages of the client until it disconnects."""
+        await super().command_queue_loop()
+        while not self.command_queue.empty():  # `recv` may be waiting for a place
+            self.command_queue.get_nowait()
+
+    async def _command_queue_iteration(self, command: Any) -> Any:
+        try:
+            if isinstance(command, ClearChannelRequest):
+                # The library compares a channel with a number here, and so keeps the subscriptions of the channel.
+                await self._cull_subscriptions(None, lambda sub: bool(sub.channel.sid == command.sid))
+            return await super()._command_queue_iteration(command)
+        except DisconnectedCircuit:
+            raise
+        except Exception as error:  # noqa: BLE001  # so does its own search for the channel
+            if self.connected:
+                self.refuse(type(command).__name__, error)
+            raise DisconnectedCircuit from None
+
+    async def _start_write_task(self, handle_write: Callable[[], Awaitable[None]]) -> None:
+        async def write() -> None:
+            # The client may have gone, or cleared the channel, before a motion ends: then nobody waits for the answer.
+            with suppress(DisconnectedCircuit, LocalProtocolError, KeyError):
+                await handle_write()
+
+        await super()._start_write_task(write)
 
     async def send(self, *commands: Any) -> None:
         """Send messages of Channel Access to the client."""
@@ -159,6 +237,8 @@ class _Circuit(VirtualCircuit):
                 await self._send_updates([await self.subscription_queue.get()])
         except (DisconnectedCircuit, asyncio.CancelledError):
             return  # The caller of `cancel` waits for the end, and would end with a CancelledError.
+        except (KeyError, LocalProtocolError):
+            self.client.close()  # The library has taken a channel away after an invalid message, but no subscription.
 
     async def _send_updates(self, found: list[Callable[[], EventAddResponse | None]]) -> None:
         while not self.subscription_queue.empty():
@@ -189,6 +269,12 @@ class _Context(Context):
             await super().tcp_handler(client, addr)
         else:
             client.close()
+
+    async def _subscription_queue_send(self, sub_spec: Any, sub: Subscription, **update: Any) -> None:
+        try:
+            await super()._subscription_queue_send(sub_spec, sub, **update)
+        except Exception as error:  # noqa: BLE001  # what one client asks for must not end the updates of the others
+            sub.circuit.refuse("subscription", error)
 
     async def subscription_queue_loop(self) -> None:
         """Distribute updates to the connections of the clients, for ever."""
