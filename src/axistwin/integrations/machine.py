@@ -7,12 +7,13 @@ from functools import partial
 from typing import Any, Self
 
 from axistwin.bench import Bench, endpoints
-from axistwin.drivers.asynchronous import AsyncController, TcpPort
+from axistwin.drivers.asynchronous import AsyncController, Port, TcpPort
 from axistwin.drivers.blocking import nothing
 from axistwin.drivers.core import Core
 from axistwin.drivers.errors import DriverError, PortError
 from axistwin.drivers.models import make
 from axistwin.errors import LinkError, UsageError
+from axistwin.integrations.paced_port import PacedPort
 from axistwin.integrations.station import Station
 from axistwin.links.server import Server
 from axistwin.plant.axes import Axis
@@ -129,13 +130,17 @@ async def of_scene(
     return Machine(stations, period_s, server)
 
 
-async def _open_inside(server: Server, name: str) -> TcpPort:
+async def _open_inside(server: Server, name: str) -> Port:
     try:
-        return TcpPort(f"inside:{name}", *await asyncio.open_connection(sock=await server.connect(name)))
+        port = TcpPort(f"inside:{name}", *await asyncio.open_connection(sock=await server.connect(name)))
     except OSError as error:
         raise PortError(
             f"cannot connect to {name} ({reason(error)}): raise the limit of open files, e.g. ulimit -n 4096"
         ) from None
+    speed = server.pacer.speed
+    if speed is None or speed > 1:
+        return port  # its time-outs are in real time, because the way through the socket is
+    return PacedPort(port, server.pacer)
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
