@@ -411,26 +411,37 @@ def test_after_a_search_for_home_that_failed(ports):
 # A board that does not go on
 
 
-@follows("call reset; the position is then lost")
+@follows("call reset, or switch its power off and on; the position is then lost")
+@pytest.mark.parametrize(
+    "out", [lambda board, twin: board.reset(), lambda board, twin: twin.power_cycle()], ids=["reset", "power"]
+)
 @pytest.mark.parametrize("again", [False, True])
-def test_after_a_failure_of_the_board(ports, again):
+def test_after_a_failure_of_the_board(ports, again, out):
     """The program may also have been started after the failure."""
     with connected(ports, "1811") as (twin, board, motor):
         board.command(0xFF)
         assert ports.run_until(lambda: twin.bus.read(1) & 0x20, 25)
         if not again:
-            assert fault(motor.status(), "board failure") == "call reset; the position is then lost"
-            with pytest.raises(RefusedError, match="call reset; the position is then lost"):
+            assert (
+                fault(motor.status(), "board failure")
+                == "call reset, or switch its power off and on; the position is then lost"
+            )
+            with pytest.raises(
+                RefusedError, match="call reset, or switch its power off and on; the position is then lost"
+            ):
                 motor.move_to(5)
-            board.reset()
+            out(board, twin)
             assert motor.status().lost
             motor.set_position(0)
             assert moves(twin, motor)
     if again:
         with connect("1811", "1811") as board:
             motor = board.axes["motor"]
-            assert fault(motor.status(), "board failure") == "call reset; the position is then lost"
-            board.reset()
+            assert (
+                fault(motor.status(), "board failure")
+                == "call reset, or switch its power off and on; the position is then lost"
+            )
+            out(board, twin)
             motor.set_position(0)
             assert moves(twin, motor)
 

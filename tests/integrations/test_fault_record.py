@@ -41,6 +41,8 @@ SCENES = (
     Scene("smartmotor", "shaft", "negative limit: call clear_faults", (), target=-1900.0),
     Scene("smartmotor", "shaft", "position error: remove the load that blocks the shaft", ("shaft.jam on",),
           "shaft.jam off", target=5000.0, options={"motor": "frame23"}),
+    Scene("1811", "motor", "call reset, or switch its power off and on", ("write 0 FF", "write 1 10"), "power",
+          options={"limits": [-99_000, 99_000]}),
     Scene("if1", "X", "home the axis, or set the position", ("power off", "power on")),
     Scene("1811", "motor", "home the axis, or set the position", ("power off", "power on")),
     Scene("1811", "motor", "home the axis", ("power off", "power on"), options={"home": [-600, -500]}),
@@ -65,7 +67,13 @@ def test_what_the_record_says_leads_out(scene):
             while scene.says not in record.values["FAULT"]:
                 record.axis.station.wake()
                 await record.axis.station.polled()
-        if scene.by_hand:
+        if scene.by_hand == "power":
+            machine.power_cycle()
+            async with asyncio.timeout(20):
+                while "set the position" not in record.values["FAULT"]:
+                    record.axis.station.wake()
+                    await record.axis.station.polled()
+        elif scene.by_hand:
             action(machine, *scene.by_hand.split(" ", 1))()
         ways = record.values["FAULT"].split(", or ")
         for instruction in WRITES.findall(ways[0] if "home" in scene.options else ways[-1]):

@@ -19,7 +19,7 @@ STREAM_UPDATES = 8
 """Number of updates that may pass at velocity 0 at the end of a stream: a command has seven."""
 RANGES = (1.0, 0.1, 0.01, 0.001)
 NOT_FOUND = Fault("home not found", "check the home switch and home_definition, then call clear_faults")
-FAIL = Fault("board failure", "call reset; the position is then lost")
+FAIL = Fault("board failure", "call reset, or switch its power off and on; the position is then lost")
 
 
 class FailedError(RefusedError):
