@@ -194,7 +194,8 @@ REFUSED = {
         [
             (
                 "axistwin: smartmotor: refused FLY: unknown command FLY [SM101]: "
-                "The motor sets the status bit Bs (syntax error) and continues with the next statement."
+                "The motor sets the status bit Bs (syntax error) and continues with the next statement. "
+                "`axistwin commands smartmotor` lists all commands. A comment begins with an apostrophe."
             )
         ],
     ),
