@@ -10,6 +10,7 @@ from axistwin.errors import UsageError
 from axistwin.plant.machine_units import position, rate
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.tables import BoardAxisTable, BoardInputTable, BoardOutputTable, BoardTable, StandInTable, Table
+from axistwin.sim.pins import Pin
 from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.wiring import AxisPins, BoardPin, DrivenAxis, InputPin, OutputPin, Sensed, Switched, Wiring
 
@@ -204,14 +205,19 @@ def _check_axis(bench: Bench, axis: str) -> None:
 
 
 def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
+    def suits(pin: Pin) -> bool:
+        return pin.is_output is output and not (output and pin.silent)
+
     controller, _, name = terminal.rpartition(".")
+    machines = bench.controllers.items()
+    suitable = (f"{called}.{pin}" for called, each in machines for pin in each.pins if suits(each.pins[pin]))
+    example = next(suitable, "CONTROLLER.TERMINAL")
     if controller not in bench.controllers or name not in bench[controller].pins:
-        raise UsageError(f"no terminal {terminal!r}: expected CONTROLLER.TERMINAL, e.g. table.input1")
-    pin = bench[controller].pins[name]
-    if output and (pin.silent or not pin.is_output):
-        raise UsageError(f"{terminal} is not an output that switches on and off: expected e.g. table.output1")
-    if not output and pin.is_output:
-        raise UsageError(f"{terminal} is an output: expected an input of a controller, e.g. table.input1")
+        raise UsageError(f"no terminal {terminal!r}: expected CONTROLLER.TERMINAL, e.g. {example}")
+    if not suits(bench[controller].pins[name]):
+        if output:
+            raise UsageError(f"{terminal} is not an output that switches on and off: expected e.g. {example}")
+        raise UsageError(f"{terminal} is an output: expected an input of a controller, e.g. {example}")
 
 
 def lines(plan: Plan) -> list[str]:
