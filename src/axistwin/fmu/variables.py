@@ -168,7 +168,7 @@ def _command(bench: Bench, line: str) -> Callable[[float], object]:
         if not only and not (isinstance(act, Do) and act.target in FAULT_ACTS):
             raise UsageError(
                 f"no controller name in {line!r}: begin the line with the name of the controller and a colon, "
-                "e.g. 'if1: ! input1 high'"
+                f"e.g. '{next(iter(bench.controllers))}: {line.strip()}'"
             )
         act = type(act)(**{**vars(act), "controller": only})
     perform = ActionRunner(bench).prepare(act)
