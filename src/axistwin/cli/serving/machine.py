@@ -102,7 +102,8 @@ class Wanted:
         for name, found in self.options.items():
             if not isinstance(found, dict):
                 raise UsageError(
-                    f"--option {name} does not begin with the name of a controller: expected e.g. --option if1.{name}=1"
+                    f"--option {name} does not begin with the name of a controller: "
+                    f"expected e.g. --option {next(iter(scene.models))}.{name}={found}"
                 )
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
