@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from axistwin import links, sweeps
-from axistwin.errors import AxistwinError
+from axistwin import links, standin, sweeps, traces
+from axistwin.errors import AxistwinError, installed
 
 from .command import run
 from .told import bare, examples
@@ -45,6 +45,11 @@ def raised(function: Callable[..., object], *given: object) -> str:
 # Texts that one function reads
 
 
+def trace(line: str) -> None:
+    Path("a.csv").write_text(f"time_ns,signal,value\n0,if1.output1,0\n{line}\n")
+    traces.read(Path("a.csv"))
+
+
 READERS = [
     *((sweeps.read_values, "{}", bad) for bad in ("5..1", "x..y", "[", "[]", "1..5:1", "-1..5:3:log", "0..99999999")),
     *((sweeps.measure, "{}", bad) for bad in ("", "x", "final")),
@@ -55,6 +60,10 @@ READERS = [
     (sweeps.claim, "always {}", "x"),
     (sweeps.claim, "never table.X passes {}", "a"),
     *((links.parse, "{}", bad) for bad in ("", "x", "tcp:x", "rfc2217:x", "bus:x", "serial:", "pty")),
+    (links.read_speed, "{}", "x"),
+    (standin.BoardPin.read, "{}", "?"),
+    (trace, "{}", "1,2"),
+    (trace, "{}", "x,if1.output1,1"),
     *((lambda text, scheme=scheme: links.parse_as(scheme, text), "{}", "x") for scheme in ("tcp", "rfc2217", "bus")),
 ]
 
@@ -98,10 +107,14 @@ def test_an_example_for_a_line_of_a_conversation_is_accepted(model: str, form: s
 
 # The command line
 
+FMU = pytest.mark.skipif(not installed("pythonfmu3"), reason="the extra [fmu] is not installed")
 COMMANDS = (
     "check", "run if1", "examples drill", "run if1 moves.if1 --trace a.csv --trace-limit x",
     "sweep scene.toml --for 0.05", "sweep scene.toml --for 0.05 --out a.parquet --vary x",
     "sweep scene.toml --for 0.05 --out a.parquet --vary table.X=1..2:2",
+    pytest.param("fmu scene.toml --out a.b.fmu", marks=FMU),
+    pytest.param("fmu scene.toml --out a.fmu --command 'start: ! input1 high'", marks=FMU),
+    pytest.param("fmu scene.toml --out a.fmu --command x", marks=FMU),
 )  # fmt: skip
 
 
@@ -120,6 +133,57 @@ def test_the_messages_lead_to_a_command_that_is_accepted(line: str) -> None:
             line = f"{line} {example}"
         else:
             *words, last = shlex.split(line)
+            named = "start: " if "begin the line" in message else ""
             _, equals, value = last.partition("=")
-            line = shlex.join([*words, f"{example}={value}" if equals and "=" not in example else bare(example)])
+            line = shlex.join(
+                [*words, f"{example}={value}" if equals and "=" not in example else named + bare(example)]
+            )
     assert len(told) > 1
+
+
+STAND_IN = """
+[[controller]]
+model = "if1"
+name = "desk"
+[stand-in]
+board = [{ name = "small", port = "COM3" }]
+axis = [{ axis = "desk.X", step = "P2", direction = "P3", enable = "!P4", travel = [0, 9] }]
+input = [{ to = "desk.limit_plus", pin = "^P8" }]
+output = [{ from = "desk.output1", pin = "P10" }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [
+        ("desk.limit_plus", "limit_plus"),
+        ("desk.limit_plus", "desk.output2"),
+        ("desk.output1", "output1"),
+        ("desk.output1", "desk.input1"),
+        ('"P2"', '"?"'),
+        ('enable = "!P4", ', ""),
+        ('step = "P2", ', ""),
+    ],
+)
+def test_an_example_for_a_stand_in_is_accepted(good: str, bad: str) -> None:
+    def error_of(text: str) -> str:
+        Path("desk.toml").write_text(STAND_IN.replace(good, text))
+        done = run("stand-in", "desk.toml", "--dry-run")
+        return done.err if done.code else ""
+
+    message = error_of(bad).strip()
+    assert message
+    for example in examples(message):
+        if " = " in example:
+            assert error_of(f"{example}, ") == "", message
+        else:
+            assert error_of(f'"{example}"' if bad.startswith('"') else example) == "", message
+
+
+@pytest.mark.skipif(not installed("caproto"), reason="the extra [epics] is not installed")
+def test_an_option_of_a_scene_is_told_its_controller() -> None:
+    """The value is wrong, so that the program ends; what it says then is about the value."""
+    line = ("ioc", "scene.toml", "--prefix", "P:")
+    (example,) = examples(run(*line, "--option", "busy=nothing").err.strip())
+    assert example == "--option table.busy=nothing"
+    assert "busy='nothing'" in run(*line, *example.split()).err

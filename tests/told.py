@@ -4,7 +4,7 @@ import re
 import tomllib
 from typing import Any
 
-_END = re.compile(r" in \0|, not (?:[\0\dtfN-]|$)|; | \(| for \d| for the ")
+_END = re.compile(r" in \0|, not (?:[\0\dtfN-]|$)|; | \(| for \d| for the | for real ")
 _BETWEEN = re.compile(r",? or | and |, ")
 _QUOTED = re.compile(r"""'[^']*'|"[^"]*"|`[^`]*`|\[(?:[^\[\]]|\[[^\]]*\])*\]|\{[^}]*\}""")
 
