@@ -101,9 +101,10 @@ class Wanted:
         scene = Scene.load(Path(self.what))
         for name, found in self.options.items():
             if not isinstance(found, dict):
+                own = next((each for each in scene.models if each not in scene.hosted), "if1")
                 raise UsageError(
                     f"--option {name} does not begin with the name of a controller: "
-                    f"expected e.g. --option {next(iter(scene.models))}.{name}={found}"
+                    f"expected e.g. --option {own}.{name}={found}"
                 )
         return await of_scene(
             scene.build(served=True), self.options, speed=self.speed, without=frozenset(scene.hosted),
