@@ -76,7 +76,18 @@ def test_frames_leave_without_delay():
             assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
-def test_a_bounded_number_of_idle_connections(monkeypatch):
+BEGIN, NONE = b"GET /none HTTP/1.1\r\nHost: localhost\r\n", "HTTP/1.1 404"
+
+
+@pytest.mark.parametrize(
+    ("idle_s", "requests", "answers"),
+    [
+        (0.1, [b"", BEGIN + b"\r\n", b"GET / HT", b""], ["", NONE, "", ""]),
+        (1000, [BEGIN + b"X: " + b"x" * web.MOST_HEAD, BEGIN + b"\r\n"], ["", NONE]),
+    ],
+    ids=["idle, half and too many", "an endless head"],
+)
+def test_a_bounded_number_of_connections_for_a_bounded_time(monkeypatch, idle_s, requests, answers):
     stage.close()  # a process can have only one NiceGUI server at a time
 
     async def answered(reader):
@@ -88,9 +99,9 @@ def test_a_bounded_number_of_idle_connections(monkeypatch):
         panel = Panel("", session, Address("127.0.0.1", 0, None))
         port = urlsplit(await panel.open()).port
         visitors = []
-        for _ in range(4):
+        for request in requests:
             visitors.append(await asyncio.open_connection("127.0.0.1", port))
-            visitors[-1][1].write(b"GET /none HTTP/1.1\r\nHost: localhost\r\n\r\n" if len(visitors) == 2 else b"")
+            visitors[-1][1].write(request)
         found = [await answered(reader) for reader, _ in visitors]
         for _, writer in visitors:
             writer.close()
@@ -98,8 +109,8 @@ def test_a_bounded_number_of_idle_connections(monkeypatch):
         return found
 
     monkeypatch.setattr(web, "MOST_CONNECTIONS", 3)
-    monkeypatch.setattr(web, "IDLE_S", 0.1)
-    assert asyncio.run(visit()) == ["", "HTTP/1.1 404", "", ""]
+    monkeypatch.setattr(web, "IDLE_S", idle_s)
+    assert asyncio.run(visit()) == answers
 
 
 @pytest.mark.parametrize("place", ["here", "127.0.0.1:", "127.0.0.1:99999", "8080/"])

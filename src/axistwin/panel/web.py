@@ -30,7 +30,9 @@ RECONNECT_S = 30.0
 """Seconds after which a disconnected page is deleted."""
 GOODBYE_S = 1
 IDLE_S = 5
-"""Seconds for which a connection without a request stays open."""
+"""Seconds for which a connection without a whole request stays open."""
+MOST_HEAD = 64 * 1024
+"""Longest head of a request in bytes."""
 MOST_CONNECTIONS = 200
 """Open connections of all browsers, some seven each: hosts in the same process need descriptors, too."""
 POLL_S = 0.01
@@ -116,7 +118,10 @@ class Panel:
 
 
 class _Connection(AutoHTTPProtocol):  # type: ignore[misc, valid-type]
-    """The connection of a browser; it is closed if there are too many, or if no request comes soon."""
+    """The connection of a browser; it is closed if there are too many, or if no whole request comes soon."""
+
+    head = 0
+    """Number of bytes of a request whose head is not complete."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:
         super().connection_made(transport)
@@ -124,6 +129,17 @@ class _Connection(AutoHTTPProtocol):  # type: ignore[misc, valid-type]
             transport.abort()
         else:
             self.timeout_keep_alive_task = self.loop.call_later(IDLE_S, self.timeout_keep_alive_handler)
+
+    def data_received(self, data: bytes) -> None:
+        waiting, before = self.timeout_keep_alive_task, self.cycle
+        super().data_received(data)  # The first byte ends the waiting.
+        if waiting is None or self.cycle is not before or self.transport.get_protocol() is not self:
+            self.head = 0
+            return
+        self.timeout_keep_alive_task = self.loop.call_at(waiting.when(), self.timeout_keep_alive_handler)
+        self.head += len(data)
+        if self.head > MOST_HEAD:
+            self.transport.abort()
 
 
 class _Server(uvicorn.Server):
