@@ -12,7 +12,8 @@ from ..command import run
 
 @pytest.mark.parametrize(
     ("model", "text", "moved"),
-    [("if1", "X100$\n", "X 0 → 100"), ("1811", "31 00 00 00 00 27 10 00 00 27 10\n33 00 00 00 64\n", "motor 0 → 100"),
+    [("if1", "X100$\n", "X 0 → 100"), ("if1", ">2@50000\nX100$\n", "X 0 → 100"),
+     ("1811", "31 00 00 00 00 27 10 00 00 27 10\n33 00 00 00 64\n", "motor 0 → 100"),
      ("SmartMotor", "UCI UDI ZS A=100 V=100000 P=200 G TWAIT END\n", "shaft 0 → 200")],
 )  # fmt: skip
 def test_a_program_of_the_model_may_have_any_name(tmp_path, model, text, moved):

@@ -34,7 +34,8 @@ END_OF_FILE = "\x1a"
 MOST_S = 1e9
 """Longest accepted time in a header, about thirty years; a longer time is probably a typing error."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
-_HOST_LINE = re.compile(r"\s*(?:[\w.-]+:\s+)?>")
+_HOST_LINE = re.compile(r"\s*(?:[\w.-]+:\s+)?>\s")
+"""With a blank: in command lines of an IF1, `>2` selects a speed range."""
 _SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
 
