@@ -56,10 +56,12 @@ class Point:
     async def write(self, value: int) -> None:
         """Write a value to the pin or register.
 
-        Raises RefusedError if the pin or register cannot be written.
+        Raises RefusedError if the pin or register cannot be written, or cannot have this value.
         """
         if self._write is None:
             raise RefusedError(f"{self.name} cannot be written: expected an output or a variable")
+        if self.bit and value not in (0, 1):
+            raise RefusedError(f"{self.name} cannot be {value}: expected 0 or 1")
         await self._write(value)
         await self._set(value)
 

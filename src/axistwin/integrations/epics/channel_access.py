@@ -23,15 +23,18 @@ from caproto import (
     ChannelEnum,
     ChannelInteger,
     ChannelString,
+    ChannelType,
     ClearChannelRequest,
     EventAddResponse,
     LocalProtocolError,
     WriteNotifyResponse,
+    native_type,
 )
 from caproto._data import SubscriptionUpdate, _channel_type_by_name
 from caproto.asyncio.server import Context, VirtualCircuit
 from caproto.server.common import DisconnectedCircuit, Subscription
 
+from axistwin.drivers.errors import RefusedError
 from axistwin.integrations.epics.fields import MOTOR, NO_YES, Field, Kind, called
 from axistwin.integrations.epics.motor_record import MotorRecord
 from axistwin.integrations.points import Point
@@ -54,6 +57,19 @@ class Channel(ChannelData):
     def check_access(self, hostname: str, username: str) -> AccessRights:  # noqa: ARG002
         """Return the access rights of a client."""
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
+
+    async def write_from_dbr(self, data: Any, data_type: Any, metadata: Any, **given: Any) -> None:
+        """Process a client's write.
+
+        The library would convert 0.5, 2**32 and nan to some integer: raises RefusedError for such a number.
+        """
+        text = native_type(data_type) == ChannelType.STRING
+        if not text and isinstance(self, ChannelInteger | ChannelEnum):
+            ends = (0, len(self.enum_strings) - 1) if isinstance(self, ChannelEnum) else (-(2**31), 2**31 - 1)
+            for value in data:
+                if not (ends[0] <= value <= ends[1] and value == int(value)):
+                    raise RefusedError(f"invalid value {value:g}: expected an integer from {ends[0]} to {ends[1]}")
+        await super().write_from_dbr(data, data_type, metadata, **given)
 
     async def publish(self, flags: Any) -> None:
         """Send the value to each subscriber whose data type can represent it.

@@ -29,6 +29,8 @@ class Field:
     """Choices of a menu."""
     scaled: bool = False
     """True if the value has the record's unit, precision and limits."""
+    most: int = 1
+    """Largest value of an integer field that clients can write; the smallest is 0."""
 
 
 def _doubles(names: str, value: float = 0.0, *, scaled: bool = True) -> dict[str, Field]:
@@ -52,6 +54,9 @@ SEVERITIES = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
 STOP, PAUSE, MOVE, GO = range(4)
 """Choices of SPMG."""
 MOST_DECIMALS = 6
+MOST = 1e15
+"""No number of a motor record reaches this value."""
+LONGEST_TEXT = 39
 
 MOTOR: dict[str, Field] = {
     **_doubles("VAL RBV DVAL DRBV RLV DIFF OFF HLM LLM DHLM DLLM"),
@@ -61,7 +66,8 @@ MOTOR: dict[str, Field] = {
     **_doubles("MRES ERES RRES UREV FRAC", 1.0, scaled=False),
     **_longs("DMOV SREV", 1),
     **_longs("MOVN STOP JOGF JOGR HOMF HOMR TWF TWR SYNC HLS LLS RHLS RLLS LVIO MSTA TDIR CDIR ATHM MISS RCNT RTRY"),
-    **_longs("PREC CARD UDF PROC"),
+    **_longs("CARD UDF PROC"),
+    "PREC": Field(Kind.LONG, 0, most=15),
     "SPMG": _menu("Stop", "Pause", "Move", "Go", value=GO),
     "DIR": _menu("Pos", "Neg"),
     "SET": _menu("Use", "Set"),
@@ -103,16 +109,20 @@ def checked(field: str, value: Any) -> Any:
         match found.kind:
             case Kind.DOUBLE:
                 value = float(value)
-                if not abs(value) < 1e15:
-                    raise RefusedError(f"{field} cannot be {value}: expected a number below 1e15")
+                if not abs(value) < MOST:
+                    raise RefusedError(f"{field} cannot be {value}: expected a number below {MOST:g}")
             case Kind.LONG:
-                value = int(value)
+                if not 0 <= float(value) <= found.most or float(value) != int(float(value)):
+                    raise RefusedError(f"{field} cannot be {value}: expected an integer from 0 to {found.most}")
+                value = int(float(value))
             case Kind.MENU:
                 value = found.menu.index(value) if isinstance(value, str) else int(value)
                 if not 0 <= value < len(found.menu):
                     raise RefusedError(f"invalid value {value} for {field}: expected one of {', '.join(found.menu)}")
             case _:
-                value = str(value)[:39]
+                value = str(value)
+                if len(value) > LONGEST_TEXT:
+                    raise RefusedError(f"{field} cannot hold {len(value)} characters: expected at most {LONGEST_TEXT}")
     except (ValueError, TypeError):
         expected = ", ".join(found.menu) or f"a {found.kind.value}"
         raise RefusedError(f"invalid value {value!r} for {field}: expected {expected}") from None

@@ -13,7 +13,7 @@ from typing import Any
 from axistwin.drivers.axis import Status
 from axistwin.drivers.errors import RefusedError
 from axistwin.integrations.driven_axis import DrivenAxis, Goal
-from axistwin.integrations.epics.fields import GO, MOTOR, MOVE, PAUSE, STOP, checked, decimals
+from axistwin.integrations.epics.fields import GO, MOST, MOTOR, MOVE, PAUSE, STOP, checked, decimals
 from axistwin.integrations.epics.state import SILENT, Alarm, alarm_of, status_bits
 
 SCALED = ("VMAX", "VELO", "JVEL", "HVEL", "BVEL", "TWV", "JAR", "DHLM", "DLLM")
@@ -173,8 +173,10 @@ class MotorRecord:
 
     def _apply_profile(self, velocity: float, seconds: float) -> None:
         core = self.axis.core
-        core.velocity = velocity * float(abs(self._per))
-        core.acceleration = core.velocity / seconds
+        counts = velocity * float(abs(self._per))
+        if not counts / seconds < MOST:
+            raise RefusedError(f"ACCL={seconds:g} is out of range: expected a longer time")
+        core.velocity, core.acceleration = counts, counts / seconds
 
     async def _jog(self, field: str, on: int) -> None:
         if not on:

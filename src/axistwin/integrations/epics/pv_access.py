@@ -39,9 +39,12 @@ class _Channel:
         if self._put is None:
             operation.done(error="this field can only be read")
             return
-        raw = operation.value().raw.value
+        raw = operation.value().raw
+        if not raw.changed("value.index" if self._menu else "value"):  # else its default, 0, would be a new target
+            operation.done(error="no value: only the value can be written")
+            return
         try:
-            await self._put(int(raw.index) if self._menu else raw)
+            await self._put(int(raw.value.index) if self._menu else raw.value)
         except DriverError as error:
             operation.done(error=str(error))
         else:
