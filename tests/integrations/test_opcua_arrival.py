@@ -73,3 +73,24 @@ def test_a_motion_has_arrived_only_at_its_target():
         assert ends["nobody"] == [True, "", ends["Stop"][2] + 300]
         assert ends["a run"][:2] == [False, ""]
         assert not after
+
+
+def test_a_motion_into_a_switch_has_not_arrived_and_the_way_back_has():
+    async def move(client, station):
+        axis = Watched(client, station.name, next(iter(station.axes)))
+        await axis.watch()
+        await axis.until("Busy", False)
+        await axis.call("MoveTo", 90_000)
+        switch = await axis.at_rest()
+        await axis.call("ClearFaults")
+        await axis.call("MoveTo", 100)
+        return switch, await axis.at_rest()
+
+    async def all_at_once(client, machine):
+        return await asyncio.gather(*(move(client, station) for station in machine.stations))
+
+    limits = {"limits": [-2000, 2000]}
+    for switch, back in with_client(all_at_once, *STOPS, speed=5, X=limits, motor=limits, shaft=limits):
+        arrived, error, position = switch
+        assert not arrived and "limit" in error and 2000 <= position < 3000
+        assert back == [True, "", 100]

@@ -25,13 +25,14 @@ VARIABLES = {"speed": "Speed", "acceleration": "Acceleration"}
 KINDS = {bool: ua.VariantType.Boolean, str: ua.VariantType.String, type(None): ua.VariantType.Null}
 
 
-def with_client(test, *models, speed=None):
-    """Run a test with a client of a served bench."""
+def with_client(test, *models, speed=None, **options):
+    """Run a test with a client of a served bench; `options`: of a model, by its first axis."""
 
     async def run():
         bench = Bench()
         for model in models:
-            bench.add(model, name=model)
+            axis = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}[model]
+            bench.add(model, name=model, **({axis: options[axis]} if axis in options else {}))
         async with (
             await of_scene(
                 bench, {}, speed=speed, registers=["smartmotor.a"] if "smartmotor" in models else ()
