@@ -176,6 +176,108 @@ def test_p4p_moves_by_pv_access(ioc):
     assert found["LAB:motor:shaft.VELO"].startswith("VELO=-1 is out of range: expected a value above 0")
 
 
+CLIENT = """
+import json, subprocess, sys, time
+from caproto.sync.client import read, write
+X = "LAB:if1:X"
+def get(field): return read(f"{X}.{field}", timeout=60).data.tolist()[0]
+def put(field, value): write(f"{X}.{field}", value, notify=True, timeout=60)
+def until(condition):
+    end = time.monotonic() + 60
+    while not condition():
+        if time.monotonic() > end: raise TimeoutError(str(get("RBV")))
+        time.sleep(0.02)
+"""
+STOP = f"""{CLIENT}
+until(lambda: get("MOVN") and get("RBV") > 0.2)
+put("STOP", 1)
+"""
+OUTCOMES = f"""{CLIENT}
+found = {{}}
+put("HLM", 100)  # beyond the switch at 30
+for case, target, speed in (("arrives", 5, 2.5), ("switch", 50, 2.5), ("stopped", 25, 0.02)):
+    for field, value in (("VELO", 2.5), ("VAL", 0), ("VELO", speed)): put(field, value)
+    other = subprocess.Popen([sys.executable, "-W", "ignore", "-c", {STOP!r}]) if case == "stopped" else None
+    try:
+        found[case] = move(target) or "success"
+    except Exception as error:
+        found[case] = "error"
+    assert other is None or other.wait(90) == 0
+    until(lambda: get("DMOV"))
+    position, (low, high) = get("RBV"), {{"arrives": (5, 5), "switch": (30, 35), "stopped": (0.2, 24)}}[case]
+    assert low <= position <= high, (case, position)
+    assert get("MISS") == (case != "arrives")
+put("HLM", 30)
+print(json.dumps(found))
+"""
+"""A move that arrives, one into a switch, and one that another program stops; `move` is the client library's."""
+MOVE = {
+    "pyepics": """
+import epics
+motor = epics.Motor("LAB:if1:X")
+def move(target):
+    code = motor.move(target, wait=True, timeout=60)
+    return {0: "success"}.get(code, code)
+""",
+    "ophyd": OPHYD
+    + """
+motor = make(None, "LAB:if1:X", "x")
+def move(target):
+    until(lambda: not motor.moving and abs(motor.position) < 0.001)  # it has heard of the end of the last move
+    motor.set(target, timeout=60).wait(60)
+""",
+    "ophyd-async by Channel Access": OPHYD_ASYNC.replace("SCHEME", "ca"),
+    "ophyd-async by PV Access": OPHYD_ASYNC.replace("SCHEME", "pva"),
+    "caproto": """
+from caproto.sync.client import write
+def move(target): write("LAB:if1:X", target, notify=True, timeout=60)
+""",
+    "aioca": """
+import asyncio
+from aioca import caput
+def move(target): asyncio.run(caput("LAB:if1:X", target, wait=True, timeout=60))
+""",
+    "p4p": """
+from p4p.client.thread import Context
+context = Context("pva")
+def move(target): context.put("LAB:if1:X", target, wait=True, timeout=60)
+""",
+}
+ASYNC_MOVE = """
+import asyncio, threading
+from types import SimpleNamespace
+loop = asyncio.new_event_loop()
+threading.Thread(target=loop.run_forever, daemon=True).start()
+motor = make(SimpleNamespace(loop=loop), "LAB:if1:X", "x")
+async def set(target): await motor.set(target, timeout=60)
+def move(target): asyncio.run_coroutine_threadsafe(set(target), loop).result(90)
+"""
+NEEDS = {
+    "pyepics": ["epics"], "ophyd": ["ophyd", "epics"], "caproto": [], "p4p": ["p4p"], "aioca": ["aioca"],
+    "ophyd-async by Channel Access": ["ophyd_async", "aioca"], "ophyd-async by PV Access": ["ophyd_async", "p4p"],
+}  # fmt: skip
+SEEN = {
+    "pyepics": ({"success"}, {"success", -3}, {"success"}),  # -3 if the monitor of HLS comes before the answer
+    "ophyd": ({"success"}, {"error"}, {"error"}),
+    "caproto": ({"success"}, {"error"}, {"error"}),
+    "aioca": ({"success"}, {"error"}, {"error"}),
+    "p4p": ({"success"}, {"error"}, {"error"}),
+    "ophyd-async by Channel Access": ({"success"}, {"success"}, {"success"}),
+    "ophyd-async by PV Access": ({"success"}, {"error"}, {"error"}),
+}
+"""What a client library makes of the answers, as in the table of `docs/ioc.md`."""
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("library", SEEN)
+def test_each_client_library_and_the_outcome_of_a_move(ioc, library):
+    needs(*NEEDS[library])
+    more = ASYNC_MOVE if library.startswith("ophyd-async") else ""
+    found = client(ioc, f"import asyncio{MOVE[library]}{more}{OUTCOMES}", timeout=240)
+    for (case, outcome), seen in zip(found.items(), SEEN[library], strict=True):
+        assert outcome in seen, case
+
+
 def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
     needs("caproto")
     from axistwin.cli import main
