@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from axistwin.bench import Bench, endpoints
 from axistwin.errors import UsageError
-from axistwin.links.urls import PortUrl, parse
+from axistwin.links.urls import EXAMPLES, PortUrl, parse
 
 if TYPE_CHECKING:
     from axistwin.scenes.scene import Scene
@@ -70,9 +70,11 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
     def ports(bench: Bench) -> Ports:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
+            name, controller = next(iter(bench.controllers.items()))
+            url = EXAMPLES["tcp" if controller.product.line is not None else "bus"]
             raise UsageError(
                 f"no controller in {path} has a port for an external host: "
-                'add the key `ports` to a controller, e.g. ports = ["tcp://127.0.0.1:6001"]'
+                f'add the key `ports` to a controller, e.g. to {name}: ports = ["{url}"]'
             )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]
