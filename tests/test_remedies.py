@@ -112,6 +112,8 @@ COMMANDS = (
     "check", "run if1", "examples drill", "run if1 moves.if1 --trace a.csv --trace-limit x",
     "sweep scene.toml --for 0.05", "sweep scene.toml --for 0.05 --out a.parquet --vary x",
     "sweep scene.toml --for 0.05 --out a.parquet --vary table.X=1..2:2",
+    "sweep scene.toml --for 0.05 --out a.parquet --vary table.X.load.torque=0.1..0.2",
+    "sweep scene.toml --for 0.05 --out a.parquet --design random --vary table.X.load.torque=0.1..0.2",
     pytest.param("fmu scene.toml --out a.b.fmu", marks=FMU),
     pytest.param("fmu scene.toml --out a.fmu --command 'start: ! input1 high'", marks=FMU),
     pytest.param("fmu scene.toml --out a.fmu --command x", marks=FMU),
@@ -133,11 +135,14 @@ def test_the_messages_lead_to_a_command_that_is_accepted(line: str) -> None:
             line = f"{line} {example}"
         else:
             *words, last = shlex.split(line)
-            named = "start: " if "begin the line" in message else ""
-            _, equals, value = last.partition("=")
-            line = shlex.join(
-                [*words, f"{example}={value}" if equals and "=" not in example else named + bare(example)]
-            )
+            setting, assigned, values = last.partition("=")
+            if "begin the line" in message:
+                last = f"start: {bare(example)}"
+            elif not assigned or "=" in example:
+                last = bare(example)
+            else:
+                last = f"{setting}={example}" if example.startswith(values) else f"{example}={values}"
+            line = shlex.join([*words, last])
     assert len(told) > 1
 
 
@@ -187,3 +192,15 @@ def test_an_option_of_a_scene_is_told_its_controller() -> None:
     (example,) = examples(run(*line, "--option", "load=5").err.strip())
     assert example == "--option knife.load=5"  # the host in the scene keeps table to itself
     assert "'load'" in run(*line, *example.split()).err
+
+
+@pytest.mark.parametrize(("model", "program"), [("if1", "moves.if1"), ("1811", "moves.181x")])
+def test_a_scene_without_ports_is_told_one_that_it_may_have(model: str, program: str) -> None:
+    Path("moves.181x").write_text("null\n")
+    Path("hosted.toml").write_text(f'[[controller]]\nmodel = "{model}"\nhost = "{program}"\n')
+    message = run("serve", "hosted.toml").err.strip()
+    key = message.rpartition(f"e.g. to {model}: ")[2]
+    assert key.startswith("ports = ")
+    with Path("hosted.toml").open("a") as file:
+        file.write(key)
+    assert run("check", "hosted.toml").code == 0

@@ -14,6 +14,8 @@ FAULTS = (
     ("jam {}", ""),
     ("stuck {} low", ""),
     ("encoder_slips X {}", "5"),
+    ("stall smartmotor.shaft{}", ""),
+    ("lose serial {}", "probability=0.5"),
     ("lose serial probability=0.5 {}", ""),
     ("flip serial {}", "mask=0"),
     ("handshake {} dtr", "smartmotor.serial"),
@@ -34,9 +36,10 @@ FAULTS = (
 
 def error_of(fault: str, *options: str) -> str:
     bench = Bench()
-    bench.add("if1", **read_options(options))
+    given = read_options(options)
+    bench.add("if1", **{name: value for name, value in given.items() if name != "shaft"})
     bench.add("1811")
-    bench.add("smartmotor")
+    bench.add("smartmotor", **{name: value for name, value in given.items() if name == "shaft"})
     try:
         sentences.read(fault, bench.faults, "if1")()
     except AxistwinError as error:
@@ -49,7 +52,7 @@ def test_an_example_in_a_message_about_a_fault_is_accepted(form: str, bad: str) 
     message = error_of(form.format(bad))
     assert message
     for example in examples(message):
-        if " = " in example:  # an option of the axis
-            assert error_of(form.format(bad), f"X.{example}") == "", message
+        if " = " in example or example.startswith("motor="):  # an option of the axis
+            assert error_of(form.format(bad), f"{'shaft' if 'shaft' in form else 'X'}.{example}") == "", message
         else:
             assert error_of(form.format(example if "=" in example else bare(example))) == "", message
