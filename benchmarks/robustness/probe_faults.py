@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 from axistwin.bench import Bench, Controller, product
 from axistwin.controllers.smartmotor import Nonvolatile
 from axistwin.errors import LinkError
-from axistwin.probing import Verdict, VirtualEnd, dialect, probe
+from axistwin.probing import Settings, Verdict, VirtualEnd, dialect, probe
 from axistwin.sim import UartFormat
 from probe import FULL, PLUGGED, changed, clear_caches, twin
 
@@ -46,6 +46,24 @@ class Planted:
     """Function that returns a context in which the software of the controller is wrong."""
     end: type[VirtualEnd] = VirtualEnd
     """The line to the controller."""
+    settings: Settings = FULL
+
+
+class Counting(VirtualEnd):
+    """An IF1 whose position counts each message with a move, also without `$`."""
+
+    _moves, _said = 0, b""
+
+    def send(self, data: bytes) -> None:
+        """Send a message."""
+        self._said = data
+        self._moves += data[:1] in (b"X", b"Y", b"Z")
+        super().send(data)
+
+    def receive(self, silence_s: float = 0.0) -> bytes:
+        """Return received data; the position 0 becomes the number of moves."""
+        data = super().receive(silence_s)
+        return data.replace(b"0", b"%d" % self._moves) if self._said == b"N\r" else data
 
 
 class Shortened(VirtualEnd):
@@ -145,7 +163,7 @@ def planted(rng: random.Random) -> list[Planted]:
     return [
         Planted("if1", "the wire to CTS is broken", "does not answer request E",
                 options=(("wiring", "3-wire unlinked"),)),
-        Planted(motor, f"the port has {baud} baud", "check the line format",
+        Planted(motor, f"the port has {baud} baud", "and the line format",
                 defect=lambda one: _host(one, UartFormat(baud))),
         Planted(motor, f"RK{label} reports a wrong digit", f"RK{label}: report",
                 software=lambda: changed(product(motor), f"RK{label}", "another answer")),
@@ -165,8 +183,8 @@ def planted(rng: random.Random) -> list[Planted]:
         Planted("1811", f"user bit {low} cannot be set", "set user bit", software=ignored("1811", 0x09)),
         Planted(motor, f"bit {bit} of the EEPROM is worn", "bytes, words and longs", software=lambda: worn(bit)),
         Planted(motor, "the program memory loses a program", "load a program", software=_forgetful),
-        Planted(motor, "each CR is lost", "the motor does not answer RSP", end=Shortened),
-        Planted("1811", "bit 7 of each byte is lost", "the board does not answer request 90h", end=SeventhBit),
+        Planted(motor, "each CR is lost", "the motor answers RSP with b'24576/476'", end=Shortened),
+        Planted("1811", "bit 7 of each byte is lost", "the board answers request 90h with 10 50", end=SeventhBit),
         Planted(motor, "the clock is 3 % too fast", "WAIT", end=Fast),
         Planted("if1", "a message during a move is ignored", 'busy="ignore"', options=(("busy", "ignore"),)),
         Planted(motor, "GOSUB of a program calls the wrong label", "a subroutine in a subroutine",
@@ -174,6 +192,23 @@ def planted(rng: random.Random) -> list[Planted]:
         Planted(motor, "limit switch C is stuck closed", "the limits' pins",
                 defect=lambda one: one.pins["C"].hold(False)),
         Planted("1811", "a sequence forgets its repeats", "20h repeat", software=ignored("1811", 0x20)),
+        *_answers(motor),
+    ]  # fmt: skip
+
+
+def _answers(motor: str) -> list[Planted]:
+    """Return faults that show without motion, although the answers depend on the machine."""
+    still = Settings(find_options=False)
+    return [
+        Planted("if1", "E never reports a fault", "a data fault in the busy status", settings=still,
+                software=lambda: wrong("if1", "E", answering(lambda text: text.replace("F", "C")))),
+        Planted("if1", "I has four digits", "I: input status", settings=still,
+                software=lambda: wrong("if1", "I", answering(lambda text: "0" + text))),
+        Planted("if1", "O is 1 without a sequence", "O: ", settings=still,
+                software=lambda: wrong("if1", "O", answering(lambda text: text.replace("0", "1")))),
+        Planted("if1", "X without $ counts", "X+1 without $, and N", settings=still, end=Counting),
+        Planted(motor, "a flag is 2", "RBd: report", settings=still,
+                software=lambda: wrong(motor, "RBd", answering(lambda text: text.replace("0", "2")))),
     ]  # fmt: skip
 
 
@@ -208,7 +243,7 @@ def findings(fault: Planted) -> list[str]:
         bench.run(2)
         fault.defect(controller)
         end = fault.end(bench, controller)
-        settings = replace(FULL, find_options="=" in fault.expected)
+        settings = replace(fault.settings, find_options="=" in fault.expected)
         try:
             found = probe(fault.model, end, settings, twin(fault.model))
         except LinkError as error:

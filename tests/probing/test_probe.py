@@ -1,6 +1,7 @@
 """`axistwin probe`: verdicts, motion, options that explain a difference; controllers of a bench, in virtual time."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -8,12 +9,13 @@ from axistwin import Bench
 from axistwin.bench import product
 from axistwin.errors import LinkError, UsageError
 from axistwin.probing import Motion, Settings, Verdict, VirtualEnd, dialect, html, open_end, probe
+from axistwin.sim import UartFormat
 from axistwin.testing import serve
 
 from ..command import run
 
 SMALL = Settings(Motion.SMALL)
-CASES = {"if1": 138, "if2": 138, "1810": 156, "1811": 156, "smartmotor": 218}
+CASES = {"if1": 151, "if2": 151, "1810": 156, "1811": 156, "smartmotor": 218}
 
 
 def controller(model, **options):
@@ -25,6 +27,36 @@ def controller(model, **options):
         end.ask(b"(")
         end.ask(b"U61\r", wait_s=1.5)
     return made, end
+
+
+def faulty(end, change):
+    """Let the controller give wrong answers: `change(request, answer)` returns those of the faulty one."""
+    send, receive, said = end.send, end.receive, [b""]
+
+    def sending(data):
+        said[0] = data
+        send(data)
+
+    end.send, end.receive = sending, lambda silence_s=0.0: change(said[0], receive(silence_s))
+    return end
+
+
+def interface(message, *said, baud=9600):
+    """Return the host's end of an IF1 with a data format, and its line format."""
+    parities = {"1": "N", "2": "N", "3": "O", "4": "E", "5": "O", "6": "E"}
+    made, end = controller("if1")
+    end.set_line(UartFormat(baud, 8, "N", 2))
+    made.serial.write(b"(")
+    end.bench.run(1.5)
+    made.serial.write(message + (b"\r" if message[:1] == b"U" else b"\n"))
+    end.bench.run(2.5)
+    x1, x2 = message.decode()[1:]
+    line = UartFormat(baud, 7 if x1 in "12" else 8, parities[x2], 1 if x1 in "1357" else 2)
+    end.set_line(line)
+    for text in said:
+        made.serial.write(text)
+        end.bench.run(2)
+    return end, line
 
 
 def differences(found):
@@ -39,6 +71,104 @@ def test_an_unchanged_controller_is_the_same_and_nothing_moves(model, cases):
     assert found.times_judged
     assert all(not result.case.moves and result.case.section for result in found.results)
     assert all(not axis.moving and axis.position == 0 for axis in made.axes.values())
+
+
+@pytest.mark.parametrize("message", [b"V61", b"U62", b"V62", b"U31", b"V84", b"U23", b"V16"])
+@pytest.mark.parametrize("settings", [Settings(find_options=False), Settings(Motion.SMALL, find_options=False)])
+def test_every_data_format_of_an_if1_is_recognised(message, settings):
+    end, line = interface(message)
+    found = probe("if1", end, replace(settings, line=line))
+    assert len(found.of(Verdict.SAME)) == len(found.results) >= CASES["if1"]
+
+
+@pytest.mark.parametrize("message", [b"U61", b"V62"])
+def test_a_slow_line(message):
+    end, line = interface(message, baud=110)
+    found = probe("if1", end, Settings(Motion.SMALL, line=line, find_options=False))
+    assert len(found.of(Verdict.SAME)) == len(found.results)
+
+
+def test_the_state_in_which_a_host_has_left_an_if1_is_no_difference():
+    # A sequence of two steps, 30 steps and a backlash: O is 2, N is 30 by the sections on both requests.
+    end, line = interface(b"U61", b"B+5\r", b":P0,1:P0,1:$\r", b"<2>2@300^3 X30$\r")
+    found = probe("if1", end, Settings(Motion.SMALL, line=line, find_options=False))
+    assert differences(found) == []
+    depends = {result.case.name: result.received[0].data for result in found.of(Verdict.INCONCLUSIVE)}
+    assert depends["O: sequence status"] == b"2\r"
+    assert depends["N: number of steps run or indexed"] == b"30\r"
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [("smartmotor", b"A=900 KP=50 SLE MV ECHO\r"), ("smartmotor", b"SLE a=9 MD G\r"), ("if1", b"(:U61\r:[\r")],
+)
+def test_settings_of_a_host_are_no_differences(model, words):
+    _, end = controller(model)
+    for message in words.split(b":"):
+        end.ask(message, wait_s=1.5)
+    assert differences(probe(model, end, Settings(find_options=False))) == []
+
+
+def number(request, answer):
+    """Return a change of answers to one request."""
+    return lambda said, got: answer(got) if said.strip() == request else got
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        (number(b"E", lambda got: got.replace(b"F", b"C")), "a data fault in the busy status and in the motion status"),
+        (number(b"I", lambda got: got.replace(b"2", b"02")), "I: input status"),
+        (number(b"I", lambda got: got.replace(b"2", b"3")), "I: input status"),
+        (number(b"O", lambda got: got.replace(b"0", b"1")), "O: sequence status"),
+    ],
+)
+def test_answers_that_no_machine_explains_differ(change, name):
+    _, end = controller("if1")
+    assert name in differences(probe("if1", faulty(end, change), Settings(find_options=False)))
+
+
+def test_a_position_that_changes_without_motion_differs():
+    """`X+1` without `$` only stores a distance: N stays as it was, whatever it was."""
+    end, line = interface(b"U61", b"X30$\r")
+    moved = []
+
+    def change(said, got):
+        moved.extend([said] * (said == b"X+1\r"))
+        return got.replace(b"3", b"%d" % (2 + len(moved))) if said == b"N\r" and moved else got  # 30, then 40
+
+    found = probe("if1", faulty(end, change), Settings(line=line, find_options=False))
+    assert "X+1 without $, and N" in differences(found)
+    end, line = interface(b"U61", b"X30$\r")
+    assert differences(probe("if1", end, Settings(line=line, find_options=False))) == []
+
+
+def test_a_report_that_a_smartmotor_cannot_give_differs():
+    _, end = controller("smartmotor")
+    wrong = {b"RP\r": b"00", b"RBd\r": b"2"}
+    found = probe("smartmotor", faulty(end, lambda said, got: got.replace(b"0", wrong.get(said, b"0"))))
+    assert {"RP: report position", "RBd: report flag Bd"} <= set(differences(found))
+
+
+@pytest.mark.parametrize(
+    ("model", "error"),
+    [
+        (
+            "if1",
+            r"the interface answers request E with b'\\x.*: expected C, E, F or \[ and CR; check --model and the line",
+        ),
+        (
+            "smartmotor",
+            r"the motor answers RSP with b'g.*: expected e\.g\. 24576/476 and CR; check --model and the line",
+        ),
+        ("1811", r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes; check --model"),
+    ],
+)
+def test_garbage_is_quoted(model, error):
+    _, end = controller(model)
+    garbled = faulty(end, lambda said, got: bytes(byte ^ 0x55 for byte in got))
+    with pytest.raises(LinkError, match=error):
+        probe(model, garbled)
 
 
 @pytest.mark.parametrize("model", ["if1", "1811"])
@@ -132,7 +262,7 @@ def test_a_stored_program_forbids_settings():
     ("model", "said", "error"),
     [
         ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run axistwin probe again"),
-        ("1811", b"\xd9\x0f", "the board does not answer request 90h (received nothing): a sequence definition may"),
+        ("1811", b"\xd9\x0f", "the board does not answer request 90h: a sequence definition may still be open"),
     ],
 )
 def test_a_controller_that_cannot_be_probed(model, said, error):

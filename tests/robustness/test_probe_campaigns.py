@@ -1,4 +1,4 @@
-"""Small instances of the proofs of `axistwin probe`: mutants, planted faults and random states."""
+"""Small instances of the proofs of `axistwin probe`: mutants, planted faults, late answers and random states."""
 
 import importlib
 import random
@@ -7,13 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from axistwin.probing import Verdict
+
 ROBUSTNESS = Path(__file__).parents[2] / "benchmarks" / "robustness"
 
 
 @pytest.fixture(scope="module")
 def scripts():
     """Return the scripts by name; `probe` of this folder, not of another one."""
-    names = ("states", "probe", "probe_faults", "probe_states")
+    names = ("states", "probe", "probe_faults", "probe_load", "probe_states")
     before = {name: sys.modules.pop(name, None) for name in names}
     sys.path.insert(0, str(ROBUSTNESS))
     yield {name: importlib.import_module(name) for name in names}
@@ -49,7 +51,7 @@ def test_the_changes_of_a_mutant_end_with_it(scripts):
     assert not probe.differs(probe.probed("if1", to_the_end=True))
 
 
-@pytest.mark.parametrize("number", [0, 3, 9, 14])
+@pytest.mark.parametrize("number", [0, 3, 9, 13, 14, 20, 21, 22, 23, 24])
 def test_planted_faults_are_named(scripts, number):
     fault = scripts["probe_faults"].planted(random.Random(2))[number]
     assert any(fault.expected in name for name in scripts["probe_faults"].findings(fault))
@@ -59,3 +61,21 @@ def test_nothing_moves_in_random_states(scripts):
     wrong, kinds = scripts["probe_states"].campaign(5, 9)
     assert wrong == []
     assert kinds["probed"] >= 5
+
+
+@pytest.mark.parametrize("port", ["some answers late", "few answers very late", "all answers late"])
+def test_late_answers_are_no_differences(scripts, port):
+    load = scripts["probe_load"]
+    for model in ("if1", "1811"):
+        assert not load.probed(model, port, random.Random(3)).of(Verdict.DIFFERS)
+
+
+def test_with_an_idle_port_everything_is_the_same(scripts):
+    load = scripts["probe_load"]
+    for seed in (3, 4):
+        found = load.probed("1811", "idle", random.Random(seed))
+        assert [result.case.name for result in found.results if result.verdict is not Verdict.SAME] == []
+
+
+def test_a_fault_is_found_while_answers_are_late(scripts):
+    assert scripts["probe_load"].with_fault("if1", "some answers late", random.Random(5)) == ""

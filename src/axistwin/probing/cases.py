@@ -23,8 +23,11 @@ class Case:
     """True if the case can change a motor's position, an output or a position counter."""
     writes: bool = False
     """True if the case changes a setting."""
-    depends: bool = False
-    """True if the answer depends on the machine or on earlier settings; its value is then not compared."""
+    depends: bool = field(default=False, compare=False)
+    """True if the answer depends on the machine or on earlier settings; its value is then not compared.
+
+    Within the case, requests to which the twin gives the same answer must still have the same answer.
+    """
     form: bool = False
     """True if only the form of the answer is compared, because its value changes without a command."""
     wait_s: float = 0.0
@@ -80,18 +83,18 @@ class Dialect:
     """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""
     examine: Callable[[End, Product], Condition]
     """Function that sets a known state without motion; it raises LinkError if the controller does not answer."""
-    first: bytes
-    """Request that is used to test if the port keeps real time."""
-    answer_form: Callable[[bytes], bytes]
-    """Function that returns the form of an answer, without its values."""
+    first: Callable[[Mapping[str, str]], bytes]
+    """Function that returns a request by the facts; its answer shows if the port keeps real time."""
+    answer_form: Callable[[bytes, bytes], bytes]
+    """Function that returns the form of an answer to a request, without its values."""
     equip: Callable[[Controller, Mapping[str, str]], None] = lambda controller, facts: None
     """Function that gives a new twin the wiring that the facts of the controller show."""
     save: Callable[[End, Condition], None] = lambda end, condition: None
     """Function that reads nonvolatile memory and variables before the cases, into `condition.saved`."""
     restore: Callable[[End, Condition], str] = lambda end, condition: ""
     """Function that restores what `save` has read; it returns an error, or an empty text."""
-    initialise: Callable[[End], None] = lambda end: None
-    """Function that brings a new twin into the state in which it answers."""
+    initialise: Callable[[End, Mapping[str, str]], None] = lambda end, facts: None
+    """Function that brings a new twin into the state in which it answers in the controller's data format."""
     patience_s: float = 0.0
     """Longest time for which the controller can hold back an answer."""
     definitions: tuple[int, ...] = ()

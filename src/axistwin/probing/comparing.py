@@ -7,17 +7,25 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from axistwin.bench import Bench, product
 from axistwin.controllers.product import Product
-from axistwin.errors import AxistwinError
+from axistwin.errors import AxistwinError, LinkError
 from axistwin.probing.cases import Case, Condition, Dialect, dialect
-from axistwin.probing.ends import Answer, End, VirtualEnd
+from axistwin.probing.ends import LATE_S, QUIET_S, TRIES, Answer, End, VirtualEnd
 from axistwin.sim.frames import UartFormat
 
 POWER_UP_S = 2.0
 EXCHANGES = 3
-ATTEMPTS = 4
-"""Number of tries of a case without motion; an answer that is late in each try counts as a difference."""
+ATTEMPTS, EXACT_ATTEMPTS = 20, 4
+"""Number of tries of a case without motion; an answer that is late in each try counts as a difference.
+
+A busy computer delays many answers, but not the same one twenty times.
+"""
+CONFIRMED = 2
+"""Number of tries in which the bytes of a case without motion must differ."""
+CONTROLS, MOST_LATE = 20, 5
+"""Requests after a case that was always late, and how many of them may be late if the port is not to blame."""
 REAL_TIME = 0.05
 """Largest deviation, in seconds, of the first answers on a port that keeps real time."""
+BUSY = "the computer or the port was too slow: repeat the probe while the computer does nothing else"
 
 
 class Motion(StrEnum):
@@ -122,8 +130,8 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
     every = [case for case in family.cases(made, facts) if _permitted(case, settings)]
     wanted = [case for case in every if _reason(case, found.condition, settings) is None]
     twin = twin or Twin(made, family, wanted, settings.line, {}, facts)
-    tolerance = _tolerance(end, family, twin)
-    found.times_judged = tolerance is not None
+    port = _Port(end, twin, family)
+    found.times_judged = port.tolerance is not None
     saving = any(case.stores for case in wanted)
     if saving:
         family.save(end, found.condition)
@@ -131,7 +139,7 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
         for number, case in enumerate(every):
             reason = _reason(case, found.condition, settings)
             if reason is None:
-                found.results.append(_compare(case, end, twin.answers[case], family, settings, tolerance))
+                found.results.append(_compare(case, port, twin.answers[case], settings))
             else:
                 found.results.append(Result(case, Verdict.INCONCLUSIVE, reason))
             settings.report(number + 1, len(every))
@@ -141,7 +149,7 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
         if saving:
             found.not_restored = family.restore(end, found.condition)
     if settings.find_options and found.of(Verdict.DIFFERS):
-        found.fits = _fits(made, family, wanted, found, settings, tolerance, facts)
+        found.fits = _fits(made, family, wanted, found, settings, port.tolerance, facts)
     return found
 
 
@@ -182,9 +190,11 @@ class Twin:
         family.equip(controller, facts or {})
         self.end = VirtualEnd(bench, controller)
         bench.run(POWER_UP_S)
-        family.initialise(self.end)
+        family.initialise(self.end, facts or {})
         family.examine(self.end, made)
-        self.first = [self.end.ask(family.first) for _ in range(EXCHANGES)][-1]
+        self.request = family.first(facts or {})
+        """Request that is answered in every state."""
+        self.first = [self.end.ask(self.request) for _ in range(EXCHANGES)][-1]
         self._patience_s = family.patience_s
         self.answers = {case: self.answer(case) for case in cases}
 
@@ -196,45 +206,136 @@ class Twin:
         )
 
 
-def _tolerance(end: End, family: Dialect, twin: Twin) -> float | None:
-    """Return the permitted difference in seconds between the answer times of the controller and the twin.
+class _Port:
+    """The connection to the controller, whose answers can arrive late."""
 
-    Return None if the port delays answers too much for a comparison.
-    """
-    worst = 0.0
-    for _ in range(EXCHANGES):
-        answer = end.ask(family.first, len(twin.first.data))
-        worst = max(worst, abs(answer.seconds - twin.first.seconds))
-    if end.exact:
-        return end.grain_s
-    return None if worst > REAL_TIME else max(3 * worst, end.grain_s)
+    def __init__(self, end: End, twin: Twin, family: Dialect) -> None:
+        self.end, self.twin, self.family = end, twin, family
+        first = twin.first
+        late = [abs(end.ask(twin.request, len(first.data)).seconds - first.seconds) for _ in range(EXCHANGES)]
+        self._usual_s = min(late)
+        self.tolerance: float | None = max(3 * max(late), end.grain_s)
+        """Permitted difference between answer times; None if the port delays answers too much for a comparison."""
+        self.is_out_of_step = False
+        """True after a motion that was disturbed: the controller can then be in another state than the twin."""
+        if end.exact:
+            self.tolerance = end.grain_s
+            return
+        if max(late) > REAL_TIME:
+            self.tolerance = None
+        end.settle()
 
-
-def _compare(
-    case: Case, end: End, expected: tuple[Answer, ...], family: Dialect, settings: Settings, tolerance: float | None
-) -> Result:
-    if (case.moves or case.stores) and not end.exact:
-        # A test case that moves the motor or stores data is executed only once.
-        # A single measurement of an answer time is too inaccurate for a comparison.
-        tolerance = None
-    verdict, reason, received = Verdict.SAME, "", expected
-    best: list[Answer] = []
-    for _ in range(1 if case.moves or case.stores else ATTEMPTS):
-        received = tuple(
-            end.ask(said, len(answer.data), case.wait(number, case.wait_s), family.patience_s)
+    def ask(self, case: Case, expected: Sequence[Answer]) -> tuple[Answer, ...]:
+        """Perform a case, and return the answers."""
+        self.end.begin()
+        return tuple(
+            self.end.ask(said, len(answer.data), case.wait(number, case.wait_s), self.family.patience_s)
             for number, (said, answer) in enumerate(zip(case.says, expected, strict=True))
         )
-        if _only_late(expected, received):
-            # A busy computer can delay an answer, so keep the shortest answer time of all attempts.
-            best = [min(pair) for pair in zip(best, received, strict=True)] if best else list(received)
-            received = tuple(best)
-        verdict, reason = _judge(case, expected, received, family, settings, tolerance)
-        if verdict is not Verdict.DIFFERS or not best:
+
+    def late(self, case: Case, expected: Sequence[Answer], received: Sequence[Answer]) -> tuple[bool, bool]:
+        """Return if answers have arrived after the next request, and if they are otherwise as expected.
+
+        Waits for everything that the case still lacks.
+        """
+        wanted, got = (
+            b"".join(answer.data for said, answer in zip(case.says, answers, strict=True) if said)
+            for answers in (expected, received)
+        )
+        everything = self._settled(case, wanted)
+        short = any(len(now.data) < len(before.data) for before, now in zip(expected, received, strict=True))
+        moved = len(everything) > len(got) or (short and len(everything) >= len(wanted))
+        bits = all(now == before for said, before, now in zip(case.says, expected, received, strict=True) if not said)
+        return moved, moved and bits and everything == wanted
+
+    def _settled(self, case: Case, wanted: bytes) -> bytes:
+        """Return what has been received since the beginning of a case, up to the answer to one more request.
+
+        `wanted`: what the case should have received.  Raises LinkError if the controller no longer answers.
+        """
+        end, first = self.end, self.twin.first.data
+        form = self.family.answer_form(self.twin.request, first)
+        for _ in range(TRIES):
+            end.send(self.twin.request)
+            last = end.now
+            while end.now - last < LATE_S:
+                if more := end.receive():
+                    end.received += more
+                    last = end.now
+                elif end.received == wanted + first and end.now - last > QUIET_S:
+                    break
+            everything, answer = bytes(end.received[: -len(first)]), bytes(end.received[-len(first) :])
+            if self.family.answer_form(self.twin.request, answer) == form:
+                return everything
+        raise LinkError(
+            f"the controller no longer answers after the case {case.name!r}: "
+            "check its power and the cable, switch it off and on, then run axistwin probe again"
+        )
+
+    def slow(self) -> bool:
+        """True if the port now delays answers whose times are known."""
+        first, late = self.twin.first, 0
+        for _ in range(CONTROLS):
+            answer = self.end.ask(self.twin.request, len(first.data))
+            off = abs(answer.seconds - first.seconds) > (self.tolerance or REAL_TIME)
+            late += off or len(answer.data) != len(first.data)
+        return late > MOST_LATE
+
+    def disturbed(self, expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
+        """True if this program has sent requests too late, or waited too long for answers with the right bytes."""
+        late_s = self.end.late_s + sum(
+            max(0.0, now.seconds - before.seconds - self._usual_s)
+            for before, now in zip(expected, received, strict=True)
+            if before.data == now.data
+        )
+        return late_s > self.end.grain_s
+
+
+def _compare(case: Case, port: _Port, expected: tuple[Answer, ...], settings: Settings) -> Result:
+    """Perform a case, again if its answers differ or are late, and return the verdict.
+
+    A case that moves the motor or stores data is performed only once.
+    """
+    exact, tolerance, tries = port.end.exact, port.tolerance, ATTEMPTS
+    if once := case.moves or case.stores:
+        # A single measurement of an answer time is too inaccurate for a comparison.
+        tries, tolerance = 1, tolerance if exact else None
+    best: tuple[Answer, ...] = ()
+    others, late = 0, False
+    verdict, reason, received = Verdict.SAME, "", expected
+    for _ in range(min(tries, EXACT_ATTEMPTS) if exact else tries):
+        received = port.ask(case, expected)
+        if same := _same_bytes(expected, received):
+            received = best = _nearest(expected, best or received, received)
+        verdict, reason = _judge(case, expected, received, port.family, settings, tolerance)
+        if verdict is not Verdict.DIFFERS or (exact and not same):
+            return Result(case, verdict, reason, expected, received)
+        if same:
+            continue
+        late, as_expected = port.late(case, expected, received)
+        if once and as_expected:
+            return Result(case, Verdict.SAME, "", expected, received)
+        others += not late
+        if others == CONFIRMED:
             break
+    if exact:
+        return Result(case, verdict, reason, expected, received)
+    if once:
+        port.is_out_of_step |= late or port.disturbed(expected, received)
+    if port.is_out_of_step if once else others < CONFIRMED and port.slow():
+        return Result(case, Verdict.INCONCLUSIVE, BUSY, expected, received)
     return Result(case, verdict, reason, expected, received)
 
 
-def _only_late(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
+def _nearest(expected: Sequence[Answer], one: Sequence[Answer], other: Sequence[Answer]) -> tuple[Answer, ...]:
+    """Return of each two answers the one whose time is nearer to the expected time."""
+    return tuple(
+        min(pair, key=lambda answer: abs(answer.seconds - before.seconds))
+        for before, *pair in zip(expected, one, other, strict=True)
+    )
+
+
+def _same_bytes(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
     """True if all answers have the expected bytes; only the answer times may differ."""
     return [answer.data for answer in expected] == [answer.data for answer in received]
 
@@ -249,10 +350,11 @@ def _judge(
 ) -> tuple[Verdict, str]:
     depends = case.depends and not settings.as_new
     said, got = ([answer.data for answer in answers] for answers in (expected, received))
+    forms = [list(map(family.answer_form, case.says, answers)) for answers in (said, got)]
     if case.form:
-        said, got = (list(map(family.answer_form, answers)) for answers in (said, got))
+        said, got = forms
     if said != got:
-        if depends and list(map(family.answer_form, said)) == list(map(family.answer_form, got)):
+        if depends and forms[0] == forms[1] and _steady(case, said, got):
             return Verdict.INCONCLUSIVE, "the value depends on the machine"
         if depends and _sometimes_silent(family, said, got):
             return Verdict.INCONCLUSIVE, "the answer depends on earlier settings"
@@ -262,6 +364,15 @@ def _judge(
             if abs(now.seconds - before.seconds) > tolerance:
                 return Verdict.DIFFERS, f"the answer takes {now.seconds:.4f} s instead of {before.seconds:.4f} s"
     return Verdict.SAME, ""
+
+
+def _steady(case: Case, said: Sequence[bytes], got: Sequence[bytes]) -> bool:
+    """True if the controller repeats its answer to a request wherever the twin does."""
+    seen: dict[tuple[bytes, bytes], bytes] = {}
+    return all(
+        seen.setdefault((request, before), now) == now
+        for request, before, now in zip(case.says, said, got, strict=True)
+    )
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:

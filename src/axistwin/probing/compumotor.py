@@ -1,5 +1,6 @@
 """Cases for the 1810 and 1811.  Commands are sent as bytes; answers are messages of 16 bytes."""
 
+import re
 from collections.abc import Callable, Mapping
 
 from axistwin.bench import Controller
@@ -7,7 +8,7 @@ from axistwin.controllers.compumotor.language import Opcode
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
 from axistwin.probing.cases import Case, Condition, Dialect, around, connect
-from axistwin.probing.ends import MESSAGE, End
+from axistwin.probing.ends import LATE_S, MESSAGE, End
 
 WRITE_BITS, SET_BIT, CLEAR_BIT = USER_BITS = (0x08, 0x09, 0x0A)
 MOVE, TOO_HIGH = 0x32, 0xC0
@@ -21,6 +22,8 @@ STREAMED = 16
 """Bytes of a command with streamed distances."""
 STATUS = b""
 """Request for the user bits, which the host reads without a command."""
+BACK = ("34 00 00 00 00", "00", "00", "00", "00", "33 00 00 00 0A", "00", "33 FF FF FF F6", "00")
+"""Return to the absolute zero after a run, whose length depends on the host's time; the last move is then known."""
 UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 
 
@@ -140,7 +143,7 @@ def _moves(commands: dict[int, Opcode]) -> list[Case]:
         case(0xD9, "D9 0F", "33 00 00 00 0A", "29 00 00 07 D0", "33 FF FF FF F6", "D8", "92 0F", "41 0F"),
         case(0x79, "79", "DA 0F"),
         case(0x20, "D9 0F", "20 01 00 03", "33 00 00 00 05", "D8", "92 0F", "41 0F", "DA 0F", "92 0F"),
-        case(0x94, "94", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", "0D 00",
+        case(0x94, "94", "0D 06", "97", "0C 01", "97", "0B 01", "97", "0C 02", "97", "0B 02", "97", "0D 00",
              name="triggers and outputs"),
         case(0xB0, "9C", "B0 00 02 00 01", "9C", "B0 00 01 00 01", "9C", name="ratio"),
         case(0xB1, "9D", "B1 00 00 03 E8", "9D", "B1 00 00 61 A8", "9D", name="motor resolution"),
@@ -168,8 +171,9 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
     Each test case sends a setting, then checks the reaction of the board by a request or by the user bits.
     """
     return [
-        case(0x0F, "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97", "32 00",
-             "97", "78", "0F 03 00 00", "0D 06", "97", name="a bit that shows motion", wait_s=0.1),
+        case(0x0F, "30", "0F 00 01 01", "", "32 00", "", "78", "", "0F 00 00 01", "08 00", "", "0F 03 01 00", "97",
+             "32 00", "97", "78", "0F 03 00 00", "0D 06", "97", "0D 00", *BACK, name="a bit that shows motion",
+             wait_s=0.1),
         *(
             case(code, "0F 00 80 01", "", "B5 00 00 00 05", "", "0F 00 00 01", "08 00")
             for code in {0xB5} & commands.keys()
@@ -180,8 +184,8 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
         case(0xB4, "B0 00 01 00 01", "B1 00 00 61 A8", "B4 00 00 00 32", "2E 00 0F 42 40", "9B", "2E 00 00 00 00"),
         case(0xD4, "D4 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
         case(0xD5, "D5 32 00 00 00 03 E8 00 00 27 10 00 00 00 05", "91 32", "D7 32"),
-        case(0x73, "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "00", "00", "00", "8C", "78",
-             wait_s=0.2),
+        case(0x73, "30", "31 00 00 00 00 01 F4 00 00 27 10", "33 00 00 01 2C", "73", "8D", "00", "00", "00", "8C",
+             "78", *BACK, wait_s=0.2),
     ]  # fmt: skip
 
 
@@ -227,7 +231,7 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
         stream(0x51, "51 09 10 00 00 00 10", "90", velocities, "E2", "42", "E2"),
         stream(0x52, "52 09 10 00 00 00 10 00 64", "90", "E1 00 10 80 10" + zeros[:30], "E2", "42"),
         stream(0x53, mode, "90", "E3 03 00 05 FF FB 00 00", "E2", "42", "80"),
-        stream(0xE3, mode, "E3 04 00 05 00 05 FF F6 00 00", "42", "83", wait_s=0.15),
+        stream(0xE3, mode, "E3 04 00 05 00 00 FF FB 00 00", "42", "83", "00", "00", wait_s=0.15),
         stream(0xEE, mode, "EE 7F FF 01 07 00", there, "E3 02 7F FF 00 00", back, "42", name="a marker in the stream"),
         stream(
             0xE3,
@@ -313,13 +317,13 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s, bare=True, plug=plug)
 
     return [
-        case(0x10, "95", "11", "95", "33 00 00 00 05", "83", "10", "95", "33 00 00 00 05", "83"),
+        case(0x10, "30", "95", "11", "95", "33 00 00 00 05", "83", "10", "95", "33 00 00 00 05", "83"),
         *(
-            case(code, "0D 00", "31 00 00 00 00 00 C8 00 00 27 10", "A0 01", "83", text, "83", "78", "83")
+            case(code, "0D 00", "31 00 00 00 00 00 C8 00 00 27 10", "A0 01", text, "8C", "78", "8C")
             for code, text in {0x35: "35 00 00 00 28", 0x36: "36 00 00 00 28"}.items()
             if code in commands
         ),
-        case(0x12, "94", "12 01", "94", "33 00 00 00 05", "83", "12 00", "94", "33 00 00 00 05", "83", plug=True),
+        case(0x12, "30", "94", "12 01", "94", "33 00 00 00 05", "83", "12 00", "94", "33 00 00 00 05", "83", plug=True),
         case(0x13, "13 01", "0D 04", "94", "0D 06", "94", "13 00", "0D 04", "94", "0D 06", "94", plug=True),
         case(0x14, "0D 00", "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
         case(0x39, "0D 04", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "A4 01", "39 00", "8C", "0D 00",
@@ -347,16 +351,20 @@ def examine(end: End, _: Product) -> Condition:
     """
     answers = {}
     for code in (MODE, MOVING, PART):
-        answers[code] = end.ask(bytes((code,)), expected=MESSAGE).data
-        if not answers[code].startswith(bytes((code,))):
-            received = answers[code].hex(" ") or "nothing"
+        answers[code] = end.ask_again(bytes((code,)), re.escape(bytes((code,))) + b".{15}")
+        if not answers[code]:
             raise LinkError(
-                f"the board does not answer request {code:02X}h (received {received}): "
+                f"the board does not answer request {code:02X}h: "
                 "a sequence definition may still be open; end the definition with command D8h, or reset the board"
+            )
+        if not answers[code].startswith(bytes((code,))):
+            raise LinkError(
+                f"the board answers request {code:02X}h with {answers[code].hex(' ')}: expected {code:02x} and 15 more "
+                "bytes; check --model and the data lines of the bus"
             )
     if answers[MOVING][1]:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
-    taken = end.ask(bytes((MOVE_PARAMETERS, MOVE))).data
+    taken = end.ask(bytes((MOVE_PARAMETERS, MOVE)), patience_s=LATE_S).data
     reason = ""
     if answers[MODE][1] != INDEXER:
         reason = "the board is in a streaming mode: send 50h"
@@ -366,12 +374,14 @@ def examine(end: End, _: Product) -> Condition:
     return Condition({"part number": part}, no_writes=reason, no_motion=reason)
 
 
-def answer_form(answer: bytes) -> bytes:
+def answer_form(_: bytes, answer: bytes) -> bytes:
     """Return the opcodes of all messages in an answer, without the values.
 
-    A status byte becomes `.`.
+    A status byte becomes `.`, and a message that is not whole is left as it is.
     """
-    return b"." if len(answer) == 1 else answer[::MESSAGE]
+    if len(answer) % MESSAGE:
+        return b"." if len(answer) == 1 else answer
+    return answer[::MESSAGE]
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
@@ -383,5 +393,6 @@ def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
 
 
 DIALECT = Dialect(
-    cases, examine, b"\x01\x07", answer_form, equip=equip, definitions=(MOVE_PARAMETERS, LISTS), candidates=candidates
+    cases, examine, lambda facts: b"\x01\x07", answer_form, equip=equip, definitions=(MOVE_PARAMETERS, LISTS),
+    candidates=candidates,
 )  # fmt: skip

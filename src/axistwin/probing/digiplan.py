@@ -5,18 +5,30 @@ A message without `$` only stores parameters, so settings can be tested without 
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
-from axistwin.bench import Controller
+from axistwin.bench import Controller, line_format, product
 from axistwin.controllers.digiplan.language import Accept, Instruction
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
 from axistwin.probing.cases import Case, Condition, Dialect, around, connect
-from axistwin.probing.ends import End
+from axistwin.probing.ends import LATE_S, TRIES, End
 
 SPOIL = b"~"
 """A character that is no command: a message with this character only sets the data fault bit."""
 FORMAT = b"U61\r"
-"""Data format message of a new twin."""
+"""Data format message for an IF1 that waits for one."""
+TERMINATORS = {"\r": "U", "\n": "V"}
+"""First letter of the data format message by the terminator of messages."""
+FRAMES = {"data": 3, "0": 5, "1": 7}
+"""First digit of the data format message for one stop bit, by what bit 8 of a character is."""
+SILENT, ECHOING = {"N": 1, "O": 3, "E": 4}, {"N": 2, "O": 5, "E": 6}
+"""Second digit of the data format message by the parity, without and with echo."""
+HIGHEST = {b"K": 255, b"I": 255, b"F": 63, b"O": 63, b"N": 0xFFFF_FFFF}
+"""Largest answer to each request with a number."""
+LETTER, NUMBER = rb"[CEF\[\xc3\xc5\xc6\xdb].{1,2}", rb"[0-9\xb0-\xb9]+[\r\x8d]\n?"
+"""Forms of answers, also with bit 8."""
+SEVEN_BITS = bytes(code & 0x7F for code in range(256))
 SETTINGS = "<>@^D"
 LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}
 """Legal values of the settings; the cases end with these values."""
@@ -36,7 +48,7 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
     return [
-        *_requests(commands, end),
+        *_requests(commands, end, _known(facts)),
         *_settings(commands, end),
         *_wrong(commands, end),
         *_moves(commands, end),
@@ -45,19 +57,33 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     ]
 
 
-def _requests(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
+def _known(facts: Mapping[str, str]) -> str:
+    """Return the requests whose answers are known: an interface that is clear has no fault and does not move.
+
+    After a power-up, it has made no step and started no step of a sequence.
+    """
+    clear = "EFKQ" if facts.get("busy status") == "C" else ""
+    return clear + ("NO" if "initialised" in facts else "")
+
+
+def _requests(commands: dict[str | int, Instruction], end: bytes, known: str) -> list[Case]:
     found = []
     for code, command in commands.items():
         if Accept.REQUEST in command.accepted:
-            asked = str(code).encode()
+            asked, depends = str(code).encode(), str(code) not in known
             found += [
-                Case(f"{code}: {command.name}", command.chapter, (asked + end,), depends=True),
-                Case(f"{code} with spaces", command.chapter, (b" " + asked + b" " + end,), depends=True),
-                Case(f"{code} twice in a message", command.chapter, (asked * 2 + end, b"F" + end)),
-                Case(f"{code} with a number", command.chapter, (asked + b"1" + end, b"F" + end)),
-                Case(f"{code} after an empty message", command.chapter, (end + asked + end,), depends=True),
+                Case(f"{code}: {command.name}", command.chapter, (asked + end,), depends=depends),
+                Case(f"{code} with spaces", command.chapter, (b" " + asked + b" " + end,), depends=depends),
+                _error(f"{code} twice in a message", command.chapter, asked * 2 + end, b"F" + end),
+                _error(f"{code} with a number", command.chapter, asked + b"1" + end, b"F" + end),
+                Case(f"{code} after an empty message", command.chapter, (end + asked + end,), depends=depends),
             ]
     return found
+
+
+def _error(name: str, section: str, *says: bytes, timed: bool = True) -> Case:
+    """Return a test case with a data fault, which a locked interface does not set."""
+    return Case(name, section, says, writes=True, timed=timed)
 
 
 def _settings(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
@@ -84,7 +110,9 @@ def _setting(name: str, section: str, sent: bytes, back: bytes, end: bytes) -> C
 
 def _wrong(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
     section = commands["F"].chapter
-    found = [Case(f"unknown character {code!r}", section, (code.encode() + end, b"F" + end)) for code in UNKNOWN]
+    found = [_error(f"unknown character {code!r}", section, code.encode() + end, b"F" + end) for code in UNKNOWN]
+    says = tuple(text + end for text in (SPOIL, b"E", b"K", b"F", b"E", b"K"))
+    found.append(_error("a data fault in the busy status and in the motion status", section, *says))
     texts = {
         "a number alone": "12", "a lone sign": "+", "a lone comma": ",", "a lone divider": ":",
         "a repeat outside a sequence": "=3,1",
@@ -93,15 +121,17 @@ def _wrong(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
         "U during operation": "U61", "V during operation": "V61",
     }  # fmt: skip
     found += [
-        Case(words, section, (text.encode() + end, b"F" + end, b"F" + end), writes=text[0] == "@", timed=False)
+        _error(words, section, text.encode() + end, b"F" + end, b"F" + end, timed=False)
         for words, text in texts.items()
     ]
-    asks = (b"F" + end, b"E" + end, b"N" + end)
     for axis in "XYZ":
         for move in (f"{axis}+1", f"{axis}-100", f"{axis}16777215", f"{axis}+99999999"):
-            says = (move.encode() + end, *asks)
             name, chapter = f"{move} without $", commands[axis].chapter
-            found.append(Case(name, chapter, says, writes=True, depends=True, timed=False))
+            said, ask = move.encode() + end, b"N" + end
+            found += [
+                Case(name, chapter, (said, b"F" + end, b"E" + end), writes=True, timed=False),
+                Case(f"{name}, and N", chapter, (ask, said, ask), writes=True, depends=True, timed=False),
+            ]
     locking = tuple(text + end for text in (b"[", b"E", b"F", b"@0", b"F", b"]", b"E", b"F"))
     return [*found, Case("locked and unlocked", commands["["].chapter, locking, writes=True, timed=False)]
 
@@ -115,7 +145,8 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
             name, commands[code].chapter, says, moves=True, writes=True, wait_s=wait_s if texts else 0, timed=False
         )
 
-    found = [case("ramp settings", "<", b"< 4 > 1 @ 400 ^ 4")]
+    # From here on, the answers to N and O are those after this sequence.
+    found = [case("ramp settings", "<", b"< 4 > 1 @ 400 ^ 4", b":X+1:X-1:$")]
     for axis in "XYZ":
         found += [
             case(f"{axis} by 50 steps and back", axis, f"{axis}+50 @400 $".encode(), b"N", f"{axis}-50$".encode()),
@@ -214,71 +245,126 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def examine(end: End, made: Product) -> Condition:
-    """Return the state of an IF1 or IF2 interface, and its message terminator (CR or LF).
+    """Return the state of an IF1 or IF2 interface, and its data format.
 
     The fault flags of the interface are cleared.  An IF1 that waits for its data format is initialised.  An IF2 is not
     initialised, because the IF2 could start a stored sequence.
     """
-    for terminator in ("\r", "\n"):
-        code = terminator.encode()
-        end.ask(SPOIL + code)
-        if re.fullmatch(rb"[CEF\[]\r\n?", end.ask(b"E" + code, 2).data):
-            return _condition(end, terminator)
-    answer = end.ask(b"(", 2).data
-    if answer == b"U\r" and made.model == "if2":
-        raise LinkError(
-            "the IF2 has no data format yet: send the data format, e.g. U61, and run axistwin probe again "
-            "(caution: U61 can start a stored sequence, so motors can move)"
-        )
-    if answer == b"U\r":
-        return _initialised(end)
-    raise LinkError(
-        f"the interface does not answer request E (received {answer!r}): check the line format, "
-        "e.g. --line '9600 8N2', or switch the interface off and on"
-    )
+    heard = b""
+    for _ in range(TRIES):
+        for terminator in TERMINATORS:
+            code = terminator.encode()
+            spoilt = end.ask(SPOIL + code).data
+            end.echo = spoilt.translate(SEVEN_BITS).startswith(SPOIL)
+            facts = {"terminator": terminator, "echo": str(end.echo)}
+            answer = end.ask(b"E" + code, 2, patience_s=LATE_S).data
+            if re.fullmatch(rb"[CEF\[]\r\n?", _text(b"E" + code, answer, facts)):
+                facts["bit 8"] = "1" if answer[-1] & 0x80 else _eighth_bit(end, facts)
+                return _condition(end, facts)
+            heard = heard or spoilt + answer
+        answer = end.ask(b"(", 2, patience_s=LATE_S).data
+        if answer == b"U\r" and made.model == "if2":
+            raise LinkError(
+                "the IF2 has no data format yet: send the data format, e.g. U61, and run axistwin probe again "
+                "(caution: U61 can start a stored sequence, so motors can move)"
+            )
+        if answer == b"U\r":
+            return _initialised(end)
+        heard = heard or answer
+        end.settle()
+    check = "check --model and the line format, e.g. --line '9600 8N2', or switch the interface off and on"
+    if heard:
+        raise LinkError(f"the interface answers request E with {heard!r}: expected C, E, F or [ and CR; {check}")
+    raise LinkError(f"the interface does not answer request E: {check}")
+
+
+def _text(said: bytes, answer: bytes, facts: Mapping[str, str]) -> bytes:
+    """Return an answer without the echo of the request and without bit 8."""
+    text = answer.translate(SEVEN_BITS)
+    return text.removeprefix(said) if facts["echo"] == str(True) else text
+
+
+def _eighth_bit(end: End, facts: Mapping[str, str]) -> str:
+    """Return what bit 8 of a character is: the quick status during a data fault is 80h, or 0 if bit 8 is always 0."""
+    code = facts["terminator"].encode()
+    end.ask(SPOIL + code)
+    answer = end.ask(b"Q" + code, 1, patience_s=LATE_S).data
+    end.ask_again(b"F" + code, NUMBER)
+    return "data" if answer and answer[-1] & 0x80 else "0"
 
 
 def _initialised(end: End) -> Condition:
     end.ask(FORMAT, wait_s=1.5)
-    if not end.ask(b"E\r", 2).data:
+    if not end.ask_again(b"E\r", LETTER):
         raise LinkError(
             "the interface does not answer after axistwin probe has sent U61 (data format 8N2): "
             "expected 8N2 in --line, e.g. --line '9600 8N2'"
         )
-    condition = _condition(end, "\r")
+    condition = _condition(end, {"terminator": "\r", "echo": str(False), "bit 8": "0"})
     condition.facts["initialised"] = "by this program, with U61"
     return condition
 
 
-def initialise(end: End) -> None:
-    """Initialise an IF1 or IF2: the character `(` sets the baud rate, and the command U61 sets the data format."""
+def initialise(end: End, facts: Mapping[str, str]) -> None:
+    """Give a new twin the data format of the real interface.
+
+    The character `(` sets the baud rate; then a message, e.g. `U61`, sets the data format.
+    """
+    usual = product("if1").line
+    assert usual is not None
+    line, _ = line_format(facts.get("line") or None, usual)
+    terminator = facts.get("terminator", "\r")
+    frame = 1 if line.bytesize == 7 else FRAMES[facts.get("bit 8", "0")]
+    parities = ECHOING if facts.get("echo") == str(True) else SILENT
+    text = f"{TERMINATORS[terminator]}{frame + (line.stopbits == 2)}{parities[line.parity]}"
+    end.set_line(replace(line, bytesize=8, parity="N", stopbits=2))
     end.ask(b"(", 2)
-    end.ask(FORMAT, wait_s=1.5)
+    end.ask(text.encode() + terminator.encode(), wait_s=1.5)
+    end.set_line(line)
 
 
-def _condition(end: End, terminator: str) -> Condition:
-    code = terminator.encode()
+def _condition(end: End, facts: dict[str, str]) -> Condition:
+    def asked(request: bytes) -> str:
+        said = request + facts["terminator"].encode()
+        answer = end.ask_again(said, LETTER if request == b"E" else NUMBER)
+        return _text(said, answer, facts).strip().decode("latin-1")
+
     for request in (b"F", b"K", b"F"):
-        end.ask(request + code, 2)
-    busy, motion, inputs = (end.ask(request + code, 2).data.strip() for request in (b"E", b"K", b"I"))
-    facts = {"terminator": terminator, "busy status": busy.decode("latin-1"), "inputs": inputs.decode("latin-1")}
+        asked(request)
+    busy, motion, inputs = map(asked, (b"E", b"K", b"I"))
+    facts |= {"busy status": busy, "inputs": inputs}
     if not motion.isdigit():
         raise LinkError(f"the answer to request K is {motion!r}, not a number: check --model and --line")
     if int(motion) & IN_MOTION:
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
-    reasons = {b"[": "the interface is locked: unlock it", b"E": "a sequence is running or waiting: end it",
-               b"F": "a fault is active: close the limits and the emergency stop"}  # fmt: skip
+    reasons = {"[": "the interface is locked: unlock it", "E": "a sequence is running or waiting: end it",
+               "F": "a fault is active: close the limits and the emergency stop"}  # fmt: skip
     reason = reasons.get(busy, "")
     return Condition(facts, no_writes=reason, no_motion=reason)
 
 
-def answer_form(answer: bytes) -> bytes:
-    """Replace each number in an answer by `0`, so that a comparison ignores numbers."""
-    if len(answer) == 1:
-        return b"."
-    return re.sub(rb"\d+", b"0", re.sub(rb"[CEF\[](?=\r)", b"C", answer))
+def answer_form(said: bytes, answer: bytes) -> bytes:
+    """Return an answer with `0` instead of a number and `C` instead of a letter of the busy status.
+
+    An answer that the request cannot have, e.g. a number with leading zeros, is left as it is.
+    """
+    request = said.strip()
+    text = answer.translate(SEVEN_BITS)
+    echo = said if text.startswith(said) and len(text) > len(said) else b""
+    text = text.removeprefix(echo)
+    number = re.fullmatch(rb"(0|[1-9]\d*)(\r\n?)", text)
+    if request in HIGHEST and number and int(number[1]) <= HIGHEST[request]:
+        return echo + b"0" + number[2]
+    if request == b"Q" and len(text) == 1:
+        return echo + b"."
+    return echo + re.sub(rb"^[CEF\[](?=\r\n?$)", b"C", text) if request == b"E" else answer
+
+
+def first(facts: Mapping[str, str]) -> bytes:
+    """Return a request that is answered in every state."""
+    return b"E" + facts.get("terminator", "\r").encode()
 
 
 DIALECT = Dialect(
-    cases, examine, b"E", answer_form, equip=equip, initialise=initialise, patience_s=RECALCULATION_S
+    cases, examine, first, answer_form, equip=equip, initialise=initialise, patience_s=RECALCULATION_S
 )  # fmt: skip

@@ -1,5 +1,6 @@
 """The host's end of a connection to a controller: a serial port, a bus socket, or a twin in virtual time."""
 
+import re
 import socket
 import time
 from abc import ABC, abstractmethod
@@ -19,6 +20,12 @@ QUIET_S = 0.06
 """Time without data after which an answer is complete."""
 LONGEST_S = 1.0
 """Longest time in seconds to wait for the expected bytes, in addition to their usual time."""
+LATE_S = 2.0
+"""Silence after which nothing late is expected any more."""
+TRIES = 3
+"""Number of times that a request is sent before the controller counts as silent."""
+POLL_S = 0.015
+"""Longest usual time between two looks at a port."""
 MESSAGE = 16
 COMMAND_READY, MESSAGE_TAKEN = 0x10, 0x80
 MESSAGE_READY, INPUT_READY, FAILED = 0x08, 0x10, 0x20
@@ -45,6 +52,23 @@ class End(ABC):
     has_line = True
     """True if the port has a baud rate and a frame."""
 
+    def __init__(self) -> None:
+        self.frame_s = 0.0
+        """Time of one character on the line."""
+        self.echo = False
+        """True if the controller sends each character back; an echo is not the answer for which a request waits."""
+        self.received = bytearray()
+        """All data received since `begin`, including those that came after the end of an answer."""
+        self.late_s = 0.0
+        """Time by which this program was late with requests since `begin`."""
+        self._ended: float | None = None
+
+    def begin(self) -> None:
+        """Discard received data, and begin to collect those of the next requests."""
+        self.drain()
+        self.received.clear()
+        self.late_s, self._ended = 0.0, None
+
     def ask(self, data: bytes, expected: int = 0, wait_s: float = 0.0, patience_s: float = 0.0) -> Answer:
         """Send a request to the controller, and return the answer.
 
@@ -54,20 +78,60 @@ class End(ABC):
         """
         if not data:
             return Answer(bytes((self.user_bits,)), 0.0)
-        self.drain()
+        self.received += self.drain()
         began = last = self.now
         self.send(data)
+        self._was_late(self.now - (began if self._ended is None else self._ended))
         received = bytearray()
+        sending_s = len(data) * self.frame_s
+        quiet_s, wait_s = max(QUIET_S, 3 * self.frame_s), wait_s + sending_s
+        echoed = len(data) if self.echo else 0
         while True:
             since = self.now - began
-            silent = since if not received else self.now - last
-            silence_s = (QUIET_S if received else max(wait_s, QUIET_S)) - silent
-            missing_s = wait_s + LONGEST_S + patience_s - since
+            silence_s = quiet_s - (self.now - last)
+            if len(received) <= echoed:
+                silence_s = max(silence_s, wait_s - since)
+            missing_s = wait_s + sending_s + LONGEST_S + patience_s - since
             complete = len(received) >= expected or missing_s < 0
             if complete and silence_s <= 0:
+                self._ended = self.now
+                self._was_late(-silence_s)
                 return Answer(bytes(received), last - began)
             if more := self.receive(silence_s if complete else max(silence_s, missing_s)):
                 received += more
+                self.received += more
+                last = self.now
+
+    def _was_late(self, seconds: float) -> None:
+        if seconds > POLL_S:
+            self.late_s += seconds
+
+    def ask_again(self, data: bytes, form: bytes) -> bytes:
+        """Send a request until its answer fits a regular expression, at most three times; return the last answer.
+
+        The answer may begin with an echo of the request.
+        """
+        whole = re.compile(b"(?:.{%d})?%s" % (len(data), form), re.DOTALL)
+        received = bytearray()
+        for _ in range(TRIES):
+            self.drain()
+            received.clear()
+            self.send(data)
+            last = self.now
+            while self.now - last < LATE_S:
+                if more := self.receive():
+                    received += more
+                    last = self.now
+                elif whole.fullmatch(received) and self.now - last > QUIET_S:
+                    return bytes(received)
+        return bytes(received)
+
+    def settle(self) -> None:
+        """Receive until nothing late is expected any more."""
+        last = self.now
+        while self.now - last < LATE_S:
+            if more := self.receive():
+                self.received += more
                 last = self.now
 
     @property
@@ -87,8 +151,8 @@ class End(ABC):
         """
 
     @abstractmethod
-    def drain(self) -> None:
-        """Discard received data that belong to an earlier request."""
+    def drain(self) -> bytes:
+        """Return received data that belong to an earlier request."""
 
     def set_line(self, line: UartFormat) -> None:  # noqa: B027  # a bus has no line format
         """Change the baud rate and frame of a serial port.
@@ -118,6 +182,7 @@ class VirtualEnd(End):
     _BUS_GRAIN_S = 0.00002
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
+        super().__init__()
         self.bench, self.controller = bench, controller
         self._messages = bytearray()
         self._host = None
@@ -131,10 +196,13 @@ class VirtualEnd(End):
             # A board on a bus answers at once, but a SmartMotor answers at the end of a sample period.
             self.grain_s = self._BUS_GRAIN_S
         self.has_line = not self.messages
+        if self.has_line:
+            self.frame_s = controller.serial.host.format.frame_ns / S
 
     def set_line(self, line: UartFormat) -> None:
         """Set the serial format of the virtual host, e.g. 9600 baud, 8 data bits, no parity, 1 stop bit."""
         self.controller.serial.host.format = line
+        self.frame_s = line.frame_ns / S
 
     @property
     def user_bits(self) -> int:
@@ -171,15 +239,16 @@ class VirtualEnd(End):
         self._messages.clear()
         return data
 
-    def drain(self) -> None:
-        """Discard the answers to earlier requests.
+    def drain(self) -> bytes:
+        """Return the rest of the answers to earlier requests.
 
         Virtual time advances to the next multiple of 10 ms.  Two controllers on two benches thus receive each request
         in the same phase of their 10 ms cycle.
         """
-        self._messages.clear()
         self.bench.clock.run_to(-(-self.bench.now // self._PHASE_NS) * self._PHASE_NS)
+        data = bytes(self._messages)
         self._messages.clear()
+        return data
 
     def close(self) -> None:
         """Disconnect the virtual host from a board on a bus."""
@@ -191,7 +260,8 @@ class SerialEnd(End):
     """Host side of a connection through a serial port or a terminal server."""
 
     def __init__(self, url: str, name: str, line: UartFormat) -> None:
-        self._name = name
+        super().__init__()
+        self._name, self.frame_s = name, line.frame_ns / S
         self.has_line = not url.startswith("socket://")
         try:
             self.port = serial.serial_for_url(
@@ -210,6 +280,7 @@ class SerialEnd(End):
 
     def set_line(self, line: UartFormat) -> None:
         """Change the baud rate and frame of the serial port."""
+        self.frame_s = line.frame_ns / S
         if self.has_line:
             self._call(lambda: self.port.apply_settings(_settings(line)))
 
@@ -221,9 +292,9 @@ class SerialEnd(End):
         """Return the characters that the controller has sent."""
         return self._call(lambda: self.port.read(max(1, self.port.in_waiting))) or b""
 
-    def drain(self) -> None:
-        """Discard received characters that belong to an earlier request."""
-        self._call(self.port.reset_input_buffer)
+    def drain(self) -> bytes:
+        """Return received characters that belong to an earlier request."""
+        return self._call(lambda: self.port.read(self.port.in_waiting)) or b""
 
     def close(self) -> None:
         """Close the serial port."""
@@ -251,6 +322,7 @@ class BusEnd(End):
     _INPUT_S = 2.0
 
     def __init__(self, name: str, host: str, port: int) -> None:
+        super().__init__()
         self._name = name
         try:
             self._socket = socket.create_connection((host, port), timeout=5)
@@ -284,10 +356,12 @@ class BusEnd(End):
         self._request(f"w 1 {MESSAGE_TAKEN:02x}")
         return message
 
-    def drain(self) -> None:
-        """Read and discard all waiting messages of the board."""
-        while self.receive():
-            pass
+    def drain(self) -> bytes:
+        """Read and return all waiting messages of the board."""
+        found = b""
+        while more := self.receive():
+            found += more
+        return found
 
     @property
     def user_bits(self) -> int:

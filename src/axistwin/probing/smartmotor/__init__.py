@@ -20,6 +20,8 @@ SPOIL = b"\x80" + CR
 FAULTS = ("RBr", "RBl", "RBe", "RBh")
 """Flags that forbid motion and the loading of programs."""
 LIMITS = ("RBp", "RBm")
+FLAG = re.compile(rb"R(B[a-z]|U[A-G])\r")
+"""Reports of a flag or of the level of a pin."""
 CLOSED, OPEN = "closed", "open"
 RI_AFTER = 3
 """Place of the answer to RI among the answers of the case with the index mark, after RI, RBi, RBi."""
@@ -46,20 +48,22 @@ def examine(end: End, _: Product) -> Condition:
     Raises LinkError if the motor does not answer or is moving.
     """
     end.ask(SPOIL)
-    answer = end.ask(b"RSP" + CR, expected=4).data
-    match = re.search(rb"(\d+)/(\d+)\r", answer)
+    answer = end.ask_again(b"RSP" + CR, rb"\d+/\d+\r")
+    match = re.search(rb"(\d+)/(\d+)\r$", answer)
     if match is None:
-        raise LinkError(
-            f"the motor does not answer RSP (received {answer!r}): check the line format, e.g. --line '9600 8N1', "
-            "and the motor's address"
-        )
+        check = "check --model and the line format, e.g. --line '9600 8N1', and the motor's address"
+        if answer:
+            raise LinkError(f"the motor answers RSP with {answer!r}: expected e.g. 24576/476 and CR; {check}")
+        raise LinkError(f"the motor does not answer RSP: {check}")
     facts = {"firmware": match[2].decode(), "sample period": match[1].decode()}
-    if end.ask(b"RBt" + CR, expected=2).data.strip() == b"1":
+    end.echo = answer.startswith(b"RSP")
+    facts["echo"] = str(end.echo)
+    if _report(end, "RBt") == "1":
         raise LinkError("the motor is moving: stop the motor, then run axistwin probe again")
-    facts["checksum"] = end.ask(b"RCKS" + CR, expected=16).data.strip().decode("latin-1")
-    facts["mode"] = end.ask(b"RMODE" + CR, expected=2).data.strip().decode("latin-1")
-    facts["address"] = end.ask(b"RADDR" + CR).data.strip().decode("latin-1")
-    faulty, open_limits = (any(_set(end, flag) for flag in flags) for flags in (FAULTS, LIMITS))
+    facts["checksum"] = _report(end, "RCKS", rb"\w{6} \w{6} \w\r")
+    facts["mode"] = _report(end, "RMODE", rb"[A-Z]\r")
+    facts["address"] = _report(end, "RADDR")
+    faulty, open_limits = (any(_report(end, flag) == "1" for flag in flags) for flags in (FAULTS, LIMITS))
     facts["limits"] = OPEN if open_limits else CLOSED
     reason = ""
     if facts["checksum"].removesuffix(" P") not in CONTENTS:
@@ -71,8 +75,16 @@ def examine(end: End, _: Product) -> Condition:
     return Condition(facts, no_writes=reason, no_motion=reason, no_memory=reason, machine=machine or fault)
 
 
-def _set(end: End, flag: str) -> bool:
-    return end.ask(flag.encode() + CR, expected=2).data.strip() == b"1"
+def _report(end: End, name: str, form: bytes = rb"\d+\r") -> str:
+    """Return the answer to a report without an echo of its request."""
+    said = name.encode() + CR
+    return end.ask_again(said, form).removeprefix(said).strip().decode("latin-1")
+
+
+def initialise(end: End, facts: Mapping[str, str]) -> None:
+    """Let a new twin echo if the real motor does."""
+    if facts.get("echo") == str(True):
+        end.ask(b"ECHO" + CR)
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
@@ -82,12 +94,18 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
             controller.pins[pin].drive(False)
 
 
-def answer_form(answer: bytes) -> bytes:
-    """Replace each number in an answer by `0`, so that a comparison ignores numbers.
+def answer_form(said: bytes, answer: bytes) -> bytes:
+    """Return an answer with `0` instead of each number and checksum, and `P` instead of the letter of a mode.
 
-    `0` also replaces each checksum, and `P` replaces the letter of a mode.
+    A number that the motor cannot report, e.g. one with leading zeros, is left as it is.
     """
-    return re.sub(rb"\b[0-9A-F]{6}\b|-?\d+", b"0", re.sub(rb"^[A-Z]\r", b"P\r", answer))
+    echo = said if answer.startswith(said) and len(answer) > len(said) else b""
+    text = re.sub(rb"^[A-Z](?=\r)", b"P", answer.removeprefix(echo))
+    if said == b"Q" + CR and re.fullmatch(rb"\xf9.{4}", text, re.DOTALL):
+        return echo + b"Q"
+    if FLAG.fullmatch(said):
+        return echo + re.sub(rb"^[01](?=\r$)", b"0", text)
+    return echo + re.sub(rb"\b[0-9A-F]{6}\b|(?<![\w-])(?:0|-?[1-9]\d{0,9})(?!\w)", b"0", text)
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
@@ -106,5 +124,6 @@ def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
 
 
 DIALECT = Dialect(
-    cases, examine, b"RSP\r", answer_form, equip=equip, save=save, restore=restore, candidates=candidates
+    cases, examine, lambda facts: b"RSP\r", answer_form, equip=equip, save=save, restore=restore,
+    initialise=initialise, candidates=candidates
 )  # fmt: skip

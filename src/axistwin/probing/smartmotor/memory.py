@@ -299,7 +299,7 @@ def save(end: End, condition: Condition) -> None:
 
 
 def _number(end: End, request: bytes) -> int:
-    answer = end.ask(request, expected=2).data
+    answer = end.ask_again(request, rb"-?\d+\r").removeprefix(request)
     if not re.fullmatch(rb"-?\d+\r", answer):
         raise LinkError(
             f"the motor's answer to {request!r} is {answer!r}, not a number: run axistwin probe without --memory"
@@ -315,7 +315,7 @@ def restore(end: End, condition: Condition) -> str:
     for request in condition.saved:
         # Wait for the acknowledgement of a program block; the motor acknowledges all blocks except the last.
         end.ask(request, wait_s=0.1)
-    now = end.ask(b"RCKS\r", expected=16).data.strip().decode("latin-1")
+    now = end.ask_again(b"RCKS\r", rb"\w{6} \w{6} \w\r").strip().decode("latin-1")
     if now == condition.facts["checksum"]:
         return ""
     return (

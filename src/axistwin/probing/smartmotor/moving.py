@@ -64,7 +64,7 @@ def _small(commands: Mapping[str, Instruction]) -> list[Case]:
 
     return [
         case("limits as inputs", commands["UCI"].chapter, CALM, *ASKS, bare=True),
-        move("settings for the moves", "G", "ZS", "MP", "A=1000", "V=100000", "O=0", "RP", wait_s=0),
+        move("settings for the moves", "G", "ZS", "OFF MP", "A=1000", "V=100000", "O=0", "RP", wait_s=0),
         move("an absolute move", "P=", "P=200", "G", "RP", "RPW", "P=0", "G", "RP"),
         move("a relative move", "D=", "D=100", "G", "RP", "RD", "D=-100", "G", "RP"),
         case("the index", commands["RI"].chapter, "Zs RI RBi", "V=400000 P=4100 G", "RBi", "P=0 G", "RI RBi",
@@ -76,7 +76,7 @@ def _small(commands: Mapping[str, Instruction]) -> list[Case]:
         move("a stop", "S", "MV", "V=-20000", "G", "S", "MP", "V=100000"),
         move("a new origin", "O=", "O=1000", "RP", "O=0", "RP"),
         move("mode position after mode velocity", "MP", "MV", "MP P=0 G", "RMODE", "RP"),
-        move("gains in use", "F", "zzz=KP", "KP=50", "F", "RKP", "KP=zzz", "F", "RKP"),
+        move("gains in use", "F", "zzz=KP", "KP=50", "F", "RKP", "KP=60", "F", "RKP", "KP=zzz", "F"),
         move("mode torque without torque", "MT", "T=0", "MT", "RT", "OFF MP"),
         move("the following error that is allowed", "E=", "zzz=E", "E=300 RE", "Zs E=32001 RBs RE Zs", "E=zzz"),
         move("the PWM limit", "AMPS=", "zzz=AMPS", "AMPS=500 RAMPS", "Zs AMPS=1024 RBs RAMPS Zs", "AMPS=zzz"),
@@ -121,7 +121,7 @@ def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
     """
     found = []
     for pin in PINS:
-        says = (f"RU{pin}", f"U{pin}=0", f"RU{pin}", f"U{pin}O", f"RU{pin} RU{pin}A RU", f"U{pin}=1 RU{pin} RU{pin}A",
+        says = (f"RU{pin}", f"U{pin}=0", f"RU{pin}", f"U{pin}O", f"RU{pin} RU{pin}A", f"U{pin}=1 RU{pin} RU{pin}A",
                 f"U{pin}=0 RU{pin}", f"U{pin}I", f"RU{pin} RU{pin}A", f"U{pin}=1")  # fmt: skip
         found.append(
             case(f"pin {pin} as output and input", commands[f"U{pin}O"].chapter, *says, moves=True, bare=pin in "CD")

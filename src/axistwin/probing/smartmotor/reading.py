@@ -49,7 +49,9 @@ def _settings(commands: Mapping[str, Instruction]) -> list[Case]:
             # The test case saves the tested setting in the motor's variable zzz, and restores this setting at the end.
             # PRINT(V) reports the setting V, the commanded velocity; the command RV reports the actual velocity.
             shown = f"PRINT({code[:-1]},#13)"
-            says = (f"zzz={code[:-1]}", sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
+            # After a wrong value, the setting keeps the value 8, whatever it was before.
+            before = f"zzz={code[:-1]} {code}8 Zd Zs"
+            says = (before, sent, shown, report or shown, "RBd", "RBs", f"{code}zzz", "Zd Zs")
             found.append(case(f"{sent}: {command.name}, {words}", command.chapter, *says))
     return found
 

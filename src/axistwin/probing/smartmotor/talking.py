@@ -16,7 +16,7 @@ def talk(commands: Mapping[str, Instruction], address: str) -> list[Case]:
     serial, anilink = commands["ECHO"].chapter, commands["AOUTp"].chapter
     variables, status, eeprom = commands["a…zzz="].chapter, commands["Zs"].chapter, commands["EPTR="].chapter
     found = [
-        case("echo", serial, "ECHO", "RKP", "a=7", "ECHO_OFF", "RKP"),
+        case("echo", serial, "a=5", "ECHO", "Ra", "a=7", "ECHO_OFF", "Ra"),
         case("sleep", serial, "SLEEP", "RSP", "a=8 Ra", "WAKE", "RSP", "Ra"),
         case("terminators", serial, b"a=1 Ra ", b"a=2\nRa\n", b"a=3\0Ra\0", b"\r\r \r", b"RSP\r"),
         case("several commands on a line", serial, "a=1 Ra b=2 Rb a=a+b Ra"),
@@ -56,7 +56,7 @@ def talk(commands: Mapping[str, Instruction], address: str) -> list[Case]:
              for line in (f"zzz={name} Zs", *(f"{name}={value} PRINT({name},#13)" for value in (low, low - 1, high, 5)),
                           *((f"{name}={high + 1} RBs",) if high < 0x7FFF_FFFF else ()), f"{name}=zzz"))),
         case("values of software limits", commands["SLN="].chapter, "zz=SLN zzz=SLP", "SLN=-70000 SLP=80000",
-             "PRINT(SLN,#32,SLP,#13)", "SLN=zz SLP=zzz"),
+             "PRINT(SLN,#32,SLP,#13)", "SLN=zz SLP=zzz", depends=True),
         case("reports of cam settings", commands["RBASE"].chapter, "zzz=BASE zz=SIZE", "BASE=800 SIZE=8", "RBASE RSIZE",
              "BASE=zzz SIZE=zz"),
     ]  # fmt: skip
