@@ -1,6 +1,5 @@
 """A server: the controllers of a bench on real ports."""
 
-import socket
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -15,6 +14,8 @@ from axistwin.links.urls import PortUrl
 from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
+    import socket
+
     from axistwin.links.bus import Registers, Slot
     from axistwin.links.sharing import Hub
 
@@ -98,7 +99,7 @@ class Server:
         self.ports.append((name, port.url))
         return port.url
 
-    async def connect(self, name: str) -> socket.socket:
+    async def connect(self, name: str) -> "socket.socket":
         """Connect a client in this process to a controller, and return its socket.  No port is opened for others."""
         from axistwin.links.bus import Master
         from axistwin.links.tcp import TcpClient, connected
