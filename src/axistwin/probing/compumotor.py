@@ -223,9 +223,9 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
     zeros = " 00" * 14
     velocities = "E0 00 10 00 02 80 10 00 02 00 00 00 01"
 
-    def stream(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
+    def stream(code: int, *texts: str, name: str = "", wait_s: float = 0.4, then: tuple[str, ...] = ()) -> Case:
         padded = (text + zeros[: 3 * (STREAMED - len(text.split()))] if text[:2] == "E3" else text for text in texts)
-        return case(code, *padded, "78", "50", "90", name=name, wait_s=wait_s)
+        return case(code, *padded, "78", "50", "90", *then, name=name, wait_s=wait_s)
 
     return [
         stream(0x51, "51 09 10 00 00 00 10", "90", velocities, "E2", "42", "E2"),
@@ -255,8 +255,9 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
         ),
         stream(0xEE, mode, there, "EE 00 01 01 07 00", back, "42"),
         stream(0x7B, mode, there, "E2", "7B", "E2"),
-        stream(0x7B, mode, there, back, "42", "7B", "E2", name="kill streaming buffer, during the stream", wait_s=0.05),
-    ]
+        stream(0x7B, "30", mode, there, back, "42", "7B", "E2", name="kill streaming buffer, during the stream",
+               wait_s=0.05, then=BACK),
+    ]  # fmt: skip
 
 
 def _plugged(commands: dict[int, Opcode]) -> list[Case]:
