@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -31,10 +31,12 @@ name = "motor"
 def free_port():
     """Return a number such that this port and the eleventh and twelfth after it are free."""
     while True:
-        with socket.create_server(("127.0.0.1", 0)) as first:
+        with socket.create_server(("127.0.0.1", 0)) as first, socket.socket(type=socket.SOCK_DGRAM) as searches:
             number = first.getsockname()[1]
-        if number < 60_000:
-            return number
+            with suppress(OSError, OverflowError):
+                socket.create_server(("127.0.0.1", number + 11)).close()
+                searches.bind(("127.0.0.1", number + 12))
+                return number
 
 
 @pytest.fixture(scope="session", autouse=True)

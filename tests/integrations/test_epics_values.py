@@ -102,22 +102,32 @@ async def by_channel_access(*models, **options):
 
 
 @asynccontextmanager
-async def by_pv_access(*models, **options):
+async def pv_access_client(port):
     asynchronous = pytest.importorskip("p4p.client.asyncio", reason="p4p is not installed")
-    async with ioc_of(*models, **options) as (ioc, port), ioc.serving(port=port, pv_access=True):
-        here = {"ADDR_LIST": "127.0.0.1", "AUTO_ADDR_LIST": "NO"}
-        here |= {"SERVER_PORT": str(port + 11), "BROADCAST_PORT": str(port + 12)}
-        conf = {f"EPICS_PVA_{name}": value for name, value in here.items()}
-        with asynchronous.Context("pva", conf=conf, useenv=False) as client:
+    here = {"ADDR_LIST": "127.0.0.1", "AUTO_ADDR_LIST": "NO"}
+    here |= {"SERVER_PORT": str(port + 11), "BROADCAST_PORT": str(port + 12)}
+    conf = {f"EPICS_PVA_{name}": value for name, value in here.items()}
+    with asynchronous.Context("pva", conf=conf, useenv=False) as client:
+        yield client
 
-            async def put(name, value):
-                try:
-                    await client.put(name, value)
-                except asynchronous.RemoteError as error:
-                    return str(error)
-                return ""
 
-            yield Lab(ioc, put)
+@asynccontextmanager
+async def by_pv_access(*models, **options):
+    remote = pytest.importorskip("p4p.client.raw", reason="p4p is not installed").RemoteError
+    async with (
+        ioc_of(*models, **options) as (ioc, port),
+        ioc.serving(port=port, pv_access=True),
+        pv_access_client(port) as client,
+    ):
+
+        async def put(name, value):
+            try:
+                await client.put(name, value)
+            except remote as error:
+                return str(error)
+            return ""
+
+        yield Lab(ioc, put)
 
 
 def run(session):
@@ -188,6 +198,30 @@ def test_pv_access_refuses_a_put_without_a_value(monkeypatch):
 
     without_beacons(monkeypatch)
     assert run(session) == ("", [], ["output1 cannot be 7: expected 0 or 1", None], 100)
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_client_of_pv_access_may_leave_before_its_move_ends(monkeypatch, stops):
+    async def session():
+        escaped = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: escaped.append(context["message"]))
+        async with ioc_of("1811") as (ioc, port), ioc.serving(port=port, pv_access=True):
+            (record,) = ioc.motors
+            async with pv_access_client(port) as client:
+                put = asyncio.ensure_future(client.put(record.name, 5000))
+                while not record.axis.busy:
+                    await asyncio.sleep(0)
+            put.cancel()
+            await asyncio.gather(put, return_exceptions=True)
+            if stops:
+                await record.put("STOP", 1)
+            while record.axis.busy:
+                await record.axis.station.polled()
+            async with pv_access_client(port) as client:
+                return escaped, await client.get(f"{record.name}.RBV") == record.values["RBV"], record.values["DMOV"]
+
+    without_beacons(monkeypatch)
+    assert run(session) == ([], True, 1)
 
 
 def test_a_ramp_that_is_too_short_for_a_number_is_refused(monkeypatch):

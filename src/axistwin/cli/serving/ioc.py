@@ -4,6 +4,8 @@ import asyncio
 import json
 import logging
 import re
+import sys
+from contextlib import suppress
 
 import click
 
@@ -58,11 +60,22 @@ def ioc(
     require("caproto", "epics")
     if pva:
         require("p4p", "pva")
+        _raise_limit()
     if not NAME.fullmatch(prefix):
         raise UsageError(f"invalid --prefix {prefix!r}: expected only letters, digits, ':', '_' and '-', e.g. LAB:")
     wanted = of.Wanted.read(what, model, given)
     log_to_stderr(logging.WARNING)
     return asyncio.run(_serve(wanted, prefix, listen or ("127.0.0.1",), port, pva=pva, as_json=as_json))
+
+
+def _raise_limit() -> None:
+    """Permit as many open files as the system does: p4p accepts clients without a limit, and spins when it cannot."""
+    if sys.platform != "win32":
+        import resource
+
+        most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        with suppress(OSError, ValueError):  # macOS has no limit, but refuses it
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 async def _serve(

@@ -5,6 +5,8 @@ import time
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
+from p4p import logLevelOff
+from p4p._p4p import logger_level_set
 from p4p.nt import NTEnum, NTScalar
 from p4p.server import Server, ServerOperation
 from p4p.server.asyncio import SharedPV
@@ -146,6 +148,9 @@ class PvAccess:
             given |= {"EPICS_PVAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_PVAS_BEACON_ADDR_LIST": LOOPBACK}
         if self._port is not None:
             given |= {"EPICS_PVAS_SERVER_PORT": str(self._port), "EPICS_PVAS_BROADCAST_PORT": str(self._port + 1)}
+        if "PVXS_LOG" not in os.environ:
+            # The library would write each invalid message of a client to stderr, some with a stack trace of 2 KB.
+            logger_level_set("pvxs.tcp.*", logLevelOff - 1)  # which includes CRIT
         try:
             return Server(providers=[self._channels], conf=given, useenv=False)  # with useenv the environment would win
         except RuntimeError as error:
