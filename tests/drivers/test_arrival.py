@@ -160,6 +160,25 @@ def test_each_motion_with_a_target_succeeds_only_there(ports, model, way, end):
 
 
 @pytest.mark.parametrize("end", ["a switch", "another host"])
+@pytest.mark.parametrize("model", AXES)
+def test_a_search_for_home_succeeds_only_there(ports, model, end):
+    """The switch comes before home; the place does not become 0."""
+    twin = ports.add(model, **({AXES[model]: {"limits": [-300, 300]}} if end == "a switch" else {}))
+    options = {"if1": {"home_input": 1}, "smartmotor": {"limits": end == "a switch"}}.get(model, {})
+    with connect(model, model, **options) as controller:
+        axis = controller.axes[AXES[model]]
+        axis.set_profile(velocity=900)
+        axis.home(1)
+        if end == "another host":
+            ports.run(0.4)
+            assert axis.status().moving
+            by_another_host(controller, model)
+        with pytest.raises(StoppedError, match="home was not found"):
+            axis.wait(60)
+        assert axis.position() == twin.axes[AXES[model]].position != 0
+
+
+@pytest.mark.parametrize("end", ["a switch", "another host"])
 @pytest.mark.parametrize(("model", "way"), table(RUNS))
 def test_each_motion_without_a_target_ends_at_rest(ports, model, way, end):
     twin = ports.add(model, **({AXES[model]: {"limits": [-90_000, 2000]}} if end == "a switch" else {}))
