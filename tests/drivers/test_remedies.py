@@ -86,6 +86,16 @@ def test_after_a_limit(ports, model, sign):
             assert moves(twin, axis, sign * 20) and moves(twin, axis, -sign * 20)
 
 
+def test_a_stream_away_from_a_limit_arrives(ports):
+    with connected(ports, "smartmotor", options={"shaft": {"limits": [-500, 500]}}, limits=True) as (_, motor, shaft):
+        shaft.move_at(900)
+        start = shaft.wait(60).position
+        shaft.clear_faults()
+        path = [(2560 * number, round(start) - 100 * number) for number in range(1, 5)]
+        motor.stream([(0, start), *path, path[-1]])
+        assert shaft.wait(60).position == start - 400
+
+
 @follows("move in the other direction")
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("model", ["if1", "1811"])

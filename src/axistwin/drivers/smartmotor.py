@@ -232,6 +232,7 @@ class SmartMotors(Core):
             (integer("clock", clock, 0, 2**32 - 1), integer("position", position, -(2**31), 2**31 - 1))
             for clock, position in pairs
         ]
+        _, word = yield from shaft._state()
         shaft._aim(None)
         if path:  # where the mode after host mode finds its target, so that the motion ends
             yield from self.send(shaft.prefix, f"MP V={abs(shaft._speed(shaft.velocity))} P={path[-1][1]}")
@@ -242,7 +243,7 @@ class SmartMotors(Core):
         if self.echo:
             yield from self._discard(0.05)
         yield from self.send(shaft.prefix, "G")
-        shaft._aim(path[-1][1] if path else None)
+        shaft._aim(path[-1][1] if path else None, faults=shaft._faults(word))
 
 
 class Shaft(AxisCore):
