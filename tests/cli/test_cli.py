@@ -45,6 +45,13 @@ def test_help_names_all_commands(capsys, flag):
     assert re.findall(r"^  (\w[\w-]*)  ", out, re.MULTILINE) == list(COMMANDS)
 
 
+def test_help_begins_with_where_to_begin(capsys):
+    assert main("--help") == 0
+    first = capsys.readouterr().out.split("Options:")[0]
+    named = re.findall(r"^  axistwin (\w+)", first, re.MULTILINE)
+    assert named == ["demo", "learn", "examples", "docs", "run", "serve"]
+
+
 def test_no_command_shows_the_help_and_is_wrong_usage(capsys):
     assert main() == 2
     assert "Commands:" in capsys.readouterr().err

@@ -136,12 +136,19 @@ class LazyGroup(click.Group):
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, "--version", prog_name="axistwin")
 def axistwin() -> None:
-    """Emulate legacy motion controllers, without the hardware.
+    """Run legacy motion controllers without the hardware.
 
     \b
-    axistwin demo                      a demonstration
-    axistwin serve if1 --tcp :5001     serve an IF1 to a host program
+    Begin here:
+    axistwin demo                      a short session with each family
+    axistwin learn if1                 six short lessons in the terminal
+    axistwin examples                  machines to copy and change
+    axistwin docs                      the documentation, without a network
+
+    \b
+    Then:
     axistwin run if1 moves.if1         run command lines at full speed
+    axistwin serve if1 --tcp :5001     serve an IF1 to a host program
     """
 
 
