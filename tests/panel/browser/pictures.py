@@ -1,4 +1,4 @@
-"""Take the screenshots in the README: `python tests/panel/browser/pictures.py`."""
+"""Take the screenshots in the README and on the page of the panel: `python tests/panel/browser/pictures.py`."""
 
 import os
 import sys
@@ -18,7 +18,7 @@ IMAGES = ROOT / "docs" / "images"
 
 
 def main():
-    """Take both screenshots while the machines move."""
+    """Take the screenshots while the machines move."""
     with sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
@@ -40,6 +40,7 @@ def drill(panel):
     signals(panel, "table.X.velocity, table.Y.velocity, table.output1, table.input1, table.output4")
     move_on(panel, "table.X passes 5000")
     keep(panel, "panel-drill", 1563)
+    keep(panel, "panel", 830)
 
 
 def cut_to_length(panel):
