@@ -18,7 +18,7 @@ from axistwin import playground
 project = "axistwin"
 author = "The axistwin developers"
 release = version = axistwin.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["generated/codes.md", "generated/families", "generated/try.md"]  # included by other pages
 myst_enable_extensions = ["deflist", "fieldlist"]
