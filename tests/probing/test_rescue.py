@@ -238,6 +238,49 @@ def test_what_was_received_is_kept_when_the_port_is_lost(tmp_path):
     assert not (tmp_path / "out/machine.toml").exists()
 
 
+@pytest.mark.parametrize(("last", "unanswered"), [(b"RKP\r", 4), (b"Ral[3]\r", 4), (b"UPLOAD\r", 2)])
+def test_a_controller_that_falls_silent_is_left_after_three_requests_and_a_check(tmp_path, last, unanswered):
+    """A program that is not reported may be locked by LOCKP, so UPLOAD is followed by the check at once."""
+    _, end = motor()
+    send, said, progress = end.send, [], []
+
+    def sending(data):
+        said.append(data)
+        if last not in said:
+            send(data)
+
+    end.send = sending
+    with pytest.raises(LinkError, match=r"no longer answers, after \d+ answers: check its power and the cable"):
+        rescue(end, Found("smartmotor"), tmp_path / "out", lambda *counts: progress.append(counts))
+    assert len(said) - said.index(last) == progress[-1][1] == unanswered
+    assert (tmp_path / "out/exchange.talk").exists()
+
+
+@pytest.mark.parametrize(
+    ("made", "error"),
+    [
+        (motor, r"the controller answers with b'e.*' at 9600 8N1: expected an answer of a SmartMotor, IF1 or IF2"),
+        (lambda: interface(b"U61\r", UartFormat(9600, 8, "N", 2)), r"the controller answers with b'.*' at 9600 8N"),
+        (board, r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes"),
+    ],
+)
+def test_garbage_is_quoted(tmp_path, made, error):
+    _, end = made()
+    receive = end.receive
+    end.receive = lambda: bytes(byte ^ 0x55 for byte in receive())
+    with pytest.raises(LinkError, match=error):
+        rescue(end, find(end), tmp_path / "out")
+
+
+def test_reports_that_a_motor_does_not_know_are_no_silence(tmp_path):
+    _, end = motor()
+    send = end.send
+    unknown = (b"RKV\r", b"RKA\r", b"RKG\r", b"PRINT(A,#13)\r", b"PRINT(V,#13)\r")
+    end.send = lambda data: None if data in unknown else send(data)
+    done = rescue(end, Found("smartmotor"), tmp_path / "out")
+    assert "no answer to KV, KA, KG, A, V" in done.contents.missing
+
+
 def test_a_directory_that_is_not_empty(tmp_path):
     (tmp_path / "file").write_text("")
     done = run("rescue", "/dev/no-such-port", "--out", str(tmp_path))

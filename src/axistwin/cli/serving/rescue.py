@@ -47,7 +47,7 @@ def rescue(port: str, model: str | None, line: str | None, out: Path, as_json: b
     end = open_end(port, None if port.startswith("bus://") and (model is None or usual is None) else fmt or usual)
     try:
         found = find(end, model, fmt, lambda tried: _show(f"trying {tried}"))
-        done = save(end, found, out, lambda answers: _show(f"{answers} answers"))
+        done = save(end, found, out, _progress)
     finally:
         end.close()
         _show("")
@@ -56,6 +56,11 @@ def rescue(port: str, model: str | None, line: str | None, out: Path, as_json: b
     else:
         _print(done, out)
     return 1 if done.differences else 0
+
+
+def _progress(answers: int, unanswered: int) -> None:
+    silent = f", the last {unanswered} requests unanswered" if unanswered > 1 else ""
+    _show(f"{answers} answers{silent}")
 
 
 def _show(text: str) -> None:

@@ -74,7 +74,12 @@ def _check(exchange: Exchange) -> None:
     answers = {}
     for code in (MODE, MOVING):
         answer = exchange.ask(bytes((code,)), complete=lambda answer: len(answer) >= MESSAGE, patience_s=POWER_UP_S)
-        if not answer.startswith(bytes((code,))):
+        if answer and answer[0] != code:
+            raise LinkError(
+                f"the board answers request {code:02X}h with {answer.hex(' ')}: expected {code:02x} and 15 more bytes; "
+                "check --model and the data lines of the bus"
+            )
+        if not answer:
             raise LinkError(
                 f"the board does not answer request {code:02X}h: "
                 "a sequence definition may still be open; end the definition with command D8h, or reset the board"

@@ -36,6 +36,11 @@ def read(exchange: Exchange) -> Contents:
     Raises LinkError if the interface does not answer or a motor is moving.
     """
     end = terminator(exchange, SHORT_S)
+    if end is None and exchange.heard:
+        raise LinkError(
+            f"the interface answers request E with {exchange.heard!r}: expected C, E, F or [ and CR; "
+            f"check {LINE_OR_RESTART}"
+        )
     if end is None:
         raise LinkError(f"the interface does not answer request E: check {LINE_OR_RESTART}")
     found = Contents(depends=set("FKQNOE"), missing=list(MISSING))

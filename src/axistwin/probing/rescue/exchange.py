@@ -14,8 +14,12 @@ from axistwin.units import MS, S
 PATIENCE_S = 1.0
 """Longest silence before an expected answer, beyond the time of the characters on the line."""
 SILENCE_NS = 200 * MS
+MOST_UNANSWERED = 3
+"""Consecutive requests without an answer, after which a rescue checks that the controller lives."""
 Complete = Callable[[bytes], bool]
 """Returns True if an answer is complete."""
+Report = Callable[[int, int], None]
+"""Receives the number of answers, and of the last requests that have had none."""
 
 
 class Exchange:
@@ -26,10 +30,14 @@ class Exchange:
         end: End,
         model: str,
         line: UartFormat | None = None,
-        report: Callable[[int], None] = lambda answers: None,
+        report: Report = lambda answers, unanswered: None,
     ) -> None:
         self.end, self.product = end, product(model)
-        self._report, self._answers = report, 0
+        self._report, self._answers, self._unanswered = report, 0, 0
+        self.heard = b""
+        """First data from the controller."""
+        self.sign_of_life = b""
+        """Request that a living controller always answers; b"" until it has been answered."""
         self.line_format = line or self.product.line or UartFormat()
         self.frame_s = 0.0 if self.product.line is None else self.line_format.frame_ns / S
         self.terminator = b"\r"
@@ -57,7 +65,21 @@ class Exchange:
                 received += more
                 last, wait_s = self.end.now, patience_s
         self._note(said, bytes(received))
+        if self._unanswered == MOST_UNANSWERED:
+            self.check_alive()
         return bytes(received[echoed:])
+
+    def check_alive(self) -> None:
+        """Raise LinkError if the controller has answered before, and no longer answers."""
+        if not self.sign_of_life:
+            return
+        request, self.sign_of_life = self.sign_of_life, b""
+        if not self.line(request):
+            raise LinkError(
+                f"the controller no longer answers, after {self._answers} answers: check its power and the cable, "
+                "then run axistwin rescue again"
+            )
+        self.sign_of_life, self._unanswered = request, 0
 
     def _ends_line(self, answer: bytes) -> bool:
         return bool(answer) and answer[-1] & 0x7F == self.terminator[0]
@@ -79,8 +101,10 @@ class Exchange:
         return answer
 
     def _note(self, said: tuple[bytes, ...], received: bytes) -> None:
+        self.heard = self.heard or received
         self._answers += bool(received)
-        self._report(self._answers)
+        self._unanswered = 0 if received else self._unanswered + 1
+        self._report(self._answers, self._unanswered)
         self.acts += map(Say, said)
         if not received:
             self.acts += [Wait(SILENCE_NS), Hear(b"")]

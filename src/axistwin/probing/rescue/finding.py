@@ -51,11 +51,20 @@ def find(
     if end.messages:
         return Found(model or BOARD)
     kinds = tuple(RATES) if model is None else (_kind(model),)
+    heard = ""
     for fmt, kind, answers in _attempts(kinds, line, fixed=not end.has_line):
         report(fmt)
         end.set_line(fmt)
-        if answers(Exchange(end, kind, fmt)):
+        exchange = Exchange(end, kind, fmt)
+        if answers(exchange):
             return Found(model or kind, fmt)
+        if exchange.heard and not heard:
+            heard = f"{exchange.heard!r} at {fmt}"
+    if heard:
+        raise LinkError(
+            f"the controller answers with {heard}: expected an answer of a SmartMotor, IF1 or IF2; "
+            "check --model and --line, and close other programs that use the port"
+        )
     if line is None and end.has_line:
         raise LinkError(
             "the controller does not answer at any baud rate or in any character format: "

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,7 +12,7 @@ from axistwin.bench import Bench, product
 from axistwin.errors import AxistwinError, LinkError, UsageError
 from axistwin.probing.ends import End, VirtualEnd
 from axistwin.probing.rescue.contents import Contents, reader
-from axistwin.probing.rescue.exchange import Exchange
+from axistwin.probing.rescue.exchange import Exchange, Report
 from axistwin.probing.rescue.finding import Found
 from axistwin.scenes import Scene
 from axistwin.scenes.toml_text import tables
@@ -46,12 +45,13 @@ class Rescue:
         }  # fmt: skip
 
 
-def rescue(end: End, found: Found, out: Path, report: Callable[[int], None] = lambda answers: None) -> Rescue:
+def rescue(end: End, found: Found, out: Path, report: Report = lambda answers, unanswered: None) -> Rescue:
     """Read the programs and data of a controller, and save both in a new directory.
 
     `end`: the connection to the controller.  `out`: the directory.
-    `report` is called with the number of answers, after each answer.  Raises LinkError if the controller does not
-    answer or is moving; what has been received by then is written into the directory.
+    `report` is called after each request, with the number of answers and of the last requests without one.  Raises
+    LinkError if the controller does not answer or is moving; what has been received by then is written into the
+    directory.
     """
     check_new(out)
     exchange = Exchange(end, found.model, found.line, report)

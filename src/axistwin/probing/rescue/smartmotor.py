@@ -84,6 +84,7 @@ def _first(exchange: Exchange) -> None:
     # More than two answers to two requests mean that several motors are connected.
     if answer.removeprefix(FIRST).count(b"\r") > 2:
         raise LinkError("several motors answer: connect one motor at a time")
+    exchange.sign_of_life = REPORT
 
 
 def _upload(exchange: Exchange, found: Contents) -> str:
@@ -99,6 +100,7 @@ def _upload(exchange: Exchange, found: Contents) -> str:
         if block.endswith(END_OF_PROGRAM):
             return text.decode("latin-1")
         if number == 0 and not block:
+            exchange.check_alive()
             found.missing.append("program: UPLOAD is not answered; the program is locked by LOCKP")
             return ""
         if len(block) < BLOCK:
