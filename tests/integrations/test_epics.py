@@ -217,6 +217,7 @@ import epics
 motor = epics.Motor("LAB:if1:X")
 def move(target):
     code = motor.move(target, wait=True, timeout=60)
+    assert epics.caget("LAB:if1:X.MISS", use_monitor=False) == (target != 5)
     return {0: "success"}.get(code, code)
 """,
     "ophyd": OPHYD
@@ -226,8 +227,15 @@ def move(target):
     until(lambda: not motor.moving and abs(motor.position) < 0.001)  # it has heard of the end of the last move
     motor.set(target, timeout=60).wait(60)
 """,
-    "ophyd-async by Channel Access": OPHYD_ASYNC.replace("SCHEME", "ca"),
-    "ophyd-async by PV Access": OPHYD_ASYNC.replace("SCHEME", "pva"),
+    "ophyd-async by Channel Access": OPHYD_ASYNC.replace("SCHEME", "ca")
+    + """
+from aioca import caget
+async def miss(): return await caget("LAB:if1:X.MISS")
+""",
+    "ophyd-async by PV Access": OPHYD_ASYNC.replace("SCHEME", "pva")
+    + """
+async def miss(): return 0
+""",
     "caproto": """
 from caproto.sync.client import write
 def move(target): write("LAB:if1:X", target, notify=True, timeout=60)
@@ -249,7 +257,9 @@ from types import SimpleNamespace
 loop = asyncio.new_event_loop()
 threading.Thread(target=loop.run_forever, daemon=True).start()
 motor = make(SimpleNamespace(loop=loop), "LAB:if1:X", "x")
-async def set(target): await motor.set(target, timeout=60)
+async def set(target):
+    await motor.set(target, timeout=60)
+    assert await miss() == (target != 5)
 def move(target): asyncio.run_coroutine_threadsafe(set(target), loop).result(90)
 """
 NEEDS = {
