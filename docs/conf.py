@@ -25,6 +25,7 @@ myst_enable_extensions = ["deflist", "fieldlist"]
 myst_heading_anchors = 3
 default_role = "literal"
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 nitpicky = False
