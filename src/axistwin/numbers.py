@@ -91,7 +91,7 @@ def check_values(value: object, path: Path = ()) -> None:
     if isinstance(value, Mapping):
         for key, inner in value.items():
             check_values(inner, (*path, key))
-    elif isinstance(value, list):
+    elif isinstance(value, list | tuple):
         for at, inner in enumerate(value):
             check_values(inner, (*path, at))
     elif isinstance(value, int) and not LOWEST <= value <= HIGHEST:

@@ -111,7 +111,12 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if2", "name": "../a", "state": "b"}, "invalid name '../a': expected letters, digits, _ and -"),
         ({"model": "if2", "state": 5}, "invalid state=5: expected a directory, e.g. './state'"),
         ({"model": "if2", "state": "x" * 300}, "(file name too long): choose another directory"),
-        ({"model": "if1", "history": 10**30}, "expected a number of moves, from 2 to 1000000000"),
+        ({"model": "if1", "history": 10**30}, "invalid option history: a whole number has more than 64 bits: expected"),
+        ({"model": "1811", "step_ms": 10**5000}, "invalid option step_ms: a whole number has more than 64 bits"),
+        (
+            {"model": "smartmotor", "shaft": {"load": {"gravity_torque_nm": 10**400}}},
+            "invalid option shaft.load.gravity_torque_nm: a whole number has more than 64 bits",
+        ),
         ({"model": "if1", "strobe_ms": 1e-9}, "strobe_ms=1e-09: expected a number from 0.001 to 60"),
         ({"model": "1811", "step_ms": 1e-9}, "step_ms=1e-09: expected a number from 0.001 to 60000"),
         ({"model": "1811", "interrupts": 1e308}, "interrupts=1e+308: expected a list, e.g. ['message_ready']"),

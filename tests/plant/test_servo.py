@@ -5,6 +5,7 @@ from math import inf, pi
 
 import pytest
 
+from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.plant import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
 
@@ -61,3 +62,11 @@ def test_a_wrong_motor_is_told_in_one_line(given, message):
 def test_a_wrong_load_is_told_in_one_line(given, message):
     with pytest.raises(UsageError, match=f"^{message}"):
         servo_load(given)
+
+
+@pytest.mark.parametrize("number", [10**400, -(10**5000)], ids=["long", "longer"])
+def test_a_number_without_end_is_refused(number):
+    shaft = Bench().add("smartmotor").axes["shaft"]
+    for use in (lambda: ServoLoad(gravity_torque_nm=number), lambda: shaft.load(number)):
+        with pytest.raises(UsageError, match="a whole number has more than 64 bits"):
+            use()

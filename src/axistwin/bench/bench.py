@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from axistwin.bench.controller import Controller
 from axistwin.bench.fitting import fit_plug, fit_switches
-from axistwin.bench.models import axis_options, model_options, product
+from axistwin.bench.models import axis_options, check_options, model_options, product
 from axistwin.controllers.product import BusHost
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
@@ -181,6 +181,7 @@ class Bench:
         self._check_name(name)
         if not isinstance(state, str | Path | None):
             raise UsageError(f"invalid state={state!r}: expected a directory, e.g. './state'")
+        check_options({**options, "history": history})
         given = {key: value for key, value in {**options, "line": line}.items() if value is not None}
         for_axes = {axis: axis_options(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = model_options(made, options)

@@ -7,6 +7,7 @@ from typing import Any
 
 from axistwin.controllers.product import Product
 from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, check_values
 
 FAMILIES = {
     "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
@@ -29,6 +30,14 @@ def _similar(model: str) -> str:
 
     letters = "".join(filter(str.isalnum, model.lower()))
     return "".join(f"; did you mean {near!r}?" for near in get_close_matches(letters, FAMILIES, 1))
+
+
+def check_options(given: Mapping[str, Any]) -> None:
+    """Raise UsageError if a whole number in the options, at any depth, has more than 64 bits."""
+    try:
+        check_values(given)
+    except NumberError as error:
+        raise UsageError(f"invalid option {'.'.join(map(str, error.path))}: {error}") from None
 
 
 def model_options(made: Product, given: Mapping[str, Any]) -> Any:

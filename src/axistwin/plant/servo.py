@@ -9,6 +9,7 @@ from math import isfinite, pi
 from typing import Any
 
 from axistwin.errors import UsageError
+from axistwin.numbers import check_values
 
 MOST = 1e6
 """Upper limit of all figures of a data sheet."""
@@ -96,6 +97,7 @@ def _check(parameter: str, value: object, low: float | None, high: float, whole:
 
     A valid value is a number from `low` (None: above 0) to `high`.  `whole`: only whole numbers are valid.
     """
+    check_values(value)
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
         expected_type = "a whole number" if whole else "a number"

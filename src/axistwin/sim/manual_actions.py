@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from axistwin.errors import UsageError
-from axistwin.numbers import shortened
+from axistwin.numbers import check_values, shortened
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
 
@@ -32,6 +32,7 @@ def check_counts(counts: object, action: str) -> None:
 
 def check_torque(newton_metres: float) -> None:
     """Raise UsageError if a torque is outside the permitted range."""
+    check_values(newton_metres)
     if not -MOST_TORQUE <= newton_metres <= MOST_TORQUE:
         raise UsageError(f"invalid torque {newton_metres} N·m: expected -1000 to 1000 N·m")
 

@@ -6,7 +6,7 @@ The units are counts and samples, so that a sample needs few operations (`servo.
 from collections.abc import MutableSequence
 from dataclasses import replace
 from itertools import count
-from math import exp, floor, inf, isfinite
+from math import exp, floor, inf
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.errors import UsageError
@@ -150,7 +150,7 @@ def set_torque(f: Floats, newton_metres: float) -> None:
 
     An ideal motor ignores the torque.
     """
-    if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
+    if not abs(newton_metres) <= MOST_TORQUE_NM:
         raise UsageError(f"invalid torque of {newton_metres} N·m: expected a number from -1000 to 1000")
     f[TORQUE_NM] = newton_metres
     f[OUTSIDE] = (newton_metres + f[GRAVITY_NM]) * f[PER_NM]
@@ -202,7 +202,7 @@ def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
 
     A motor without a data sheet has this temperature at once.
     """
-    if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
+    if not -273.0 <= celsius <= 1000.0:
         raise UsageError(f"ambient={celsius}: expected a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius
     if i[s.IDEAL]:
