@@ -7,6 +7,7 @@ import logging
 import re
 import socket
 import struct
+from collections import deque
 from contextlib import asynccontextmanager, suppress
 
 import pytest
@@ -28,7 +29,7 @@ class Visitor:
     """A client that writes its messages itself."""
 
     def __init__(self, reader, writer, port, name="P"):
-        self._reader, self._writer = reader, writer
+        self._reader, self._writer, self._received = reader, writer, deque()
         self._circuit = ca.VirtualCircuit(ca.CLIENT, ("127.0.0.1", port), 0)
         self.channel = ca.ClientChannel(name, self._circuit)
 
@@ -45,10 +46,11 @@ class Visitor:
 
     async def until(self, kind):
         while True:
-            for command in self._circuit.recv(await self._reader.read(4096))[0]:
-                self._circuit.process_command(command)
+            while self._received:
+                self._circuit.process_command(command := self._received.popleft())
                 if isinstance(command, kind):
                     return command
+            self._received.extend(self._circuit.recv(await self._reader.read(4096))[0])
 
     async def join(self):
         channel = self.channel
@@ -236,7 +238,11 @@ def message(command, payload=b"", kind=0, count=0, first=0, second=0):
     return struct.pack(">HHHHII", command, len(payload), kind, count, first, second) + payload
 
 
-READ, WRITE, SUBSCRIBE, CANCEL = 15, 19, 1, 2
+READ, WRITE, SUBSCRIBE, CANCEL, CREATE, CLEAR = 15, 19, 1, 2, 18, 12
+CROSSED = (
+    "message: <ChannelState states={CLIENT: CONNECTED, SERVER: CONNECTED}> cannot handle command type "
+    "ClearChannelResponse when role=Role.SERVER and state=States.CONNECTED"
+)
 LONG = struct.pack(">HHHHIIII", READ, 0xFFFF, 6, 0, 0, 0, 2**31, 1)
 """The beginning of a message of 2 GiB."""
 
@@ -251,8 +257,12 @@ LONG = struct.pack(">HHHHIIII", READ, 0xFFFF, 6, 0, 0, 0, 2**31, 1)
         (message(99), "message: Packet with bad command ID 0x63 was received."),
         (bytes(range(1, 17)) * 64, "message: Packet with bad command ID 0x102 was received."),
         (LONG + bytes(16384), "message: longer than 16384 bytes"),
+        (
+            message(CREATE, b"P".ljust(8, b"\0"), first=5, second=13) + message(CLEAR, first=1, second=0),
+            CROSSED,
+        ),
     ],
-    ids=["read", "write", "subscribe", "short", "command", "noise", "long"],
+    ids=["read", "write", "subscribe", "short", "command", "noise", "long", "crossed"],
 )  # fmt: skip
 def test_an_invalid_message_costs_its_sender_the_connection_and_us_one_line(monkeypatch, caplog, data, why):
     async def visits():
@@ -293,13 +303,45 @@ def test_a_channel_that_the_library_takes_away_ends_its_updates_quietly(monkeypa
     assert asyncio.run(asyncio.wait_for(visits(), 20)) == 7
 
 
+def test_a_client_that_does_not_read_its_updates_delays_nobody(monkeypatch, caplog):
+    blocked = set()
+
+    class Circuit(channel_access._Circuit):
+        async def send(self, *commands):
+            if self.circuit.address in blocked:
+                await asyncio.Event().wait()  # as if the buffers of the connection were full
+            await super().send(*commands)
+
+    async def visits():
+        channel = channel_of(Kind.LONG, 0)
+        async with served({"P": channel}) as visitor:
+            slow, other = await visitor(), await visitor()
+            for client in (slow, other):
+                client.send(client.channel.subscribe())
+                await client.until(ca.EventAddResponse)
+            blocked.add(slow._writer.get_extra_info("sockname"))
+            for number in range(1, 21):
+                await channel.write(number, verify_value=False)
+                await asyncio.sleep(0)
+            while (await other.until(ca.EventAddResponse)).data[0] != 20:
+                pass
+            with suppress(ConnectionError):
+                assert await slow._reader.read() == b""
+
+    monkeypatch.setattr(ca, "MAX_TOTAL_SUBSCRIPTION_BACKLOG", 5)
+    monkeypatch.setattr(channel_access._Context, "CircuitClass", Circuit)
+    without_beacons(monkeypatch)
+    asyncio.run(asyncio.wait_for(visits(), 20))
+    assert "is disconnected, because it does not read its updates" in caplog.text
+
+
 def test_invalid_messages_of_a_hundred_clients_are_a_few_lines(scene_file):
     port = free_port()
     words = ("ioc", scene_file, "--prefix", "LAB:", "--port", port, "--json")
     with running(*words) as program:
         address, number = json.loads(program.stdout.readline())["address"].split(":")
         for _ in range(100):
-            with socket.create_connection((address, int(number)), 10) as client:
+            with socket.create_connection((address, int(number)), 10) as client, suppress(ConnectionError):
                 client.sendall(message(99))
                 while client.recv(4096):
                     pass

@@ -191,9 +191,12 @@ class _Circuit(VirtualCircuit):
     def refuse(self, what: str, error: Exception) -> None:
         """Disconnect a client that has sent an invalid message."""
         why = f"unknown number {error}" if isinstance(error, KeyError) else str(error).partition("\n")[0]
-        text = "Channel Access: %s:%d is disconnected, because it sent an invalid %s: %s"
-        self.log.critical(text, *self.circuit.address, what, why)
-        self.client.close()
+        self.drop(f"it sent an invalid {what}: {why}")
+
+    def drop(self, why: str) -> None:
+        """Disconnect a client at once, also if it does not read what it was sent."""
+        self.log.critical("Channel Access: %s:%d is disconnected, because %s", *self.circuit.address, why)
+        self.client.writer.transport.abort()
 
     async def recv(self) -> None:
         """Receive messages.  A connection that was reset has ended, like one that was closed."""
@@ -213,7 +216,10 @@ class _Circuit(VirtualCircuit):
 
     async def command_queue_loop(self) -> None:
         """Process the messages of the client until it disconnects."""
-        await super().command_queue_loop()
+        try:
+            await super().command_queue_loop()
+        except Exception as error:  # noqa: BLE001  # the library has accepted a message that it cannot answer
+            self.refuse("message", error)
         while not self.command_queue.empty():  # `recv` may be waiting for a place
             self.command_queue.get_nowait()
 
@@ -253,8 +259,9 @@ class _Circuit(VirtualCircuit):
                 await self._send_updates([await self.subscription_queue.get()])
         except (DisconnectedCircuit, asyncio.CancelledError):
             return  # The caller of `cancel` waits for the end, and would end with a CancelledError.
-        except (KeyError, LocalProtocolError):
-            self.client.close()  # The library has taken a channel away after an invalid message, but no subscription.
+        except Exception as error:  # noqa: BLE001
+            # After an invalid message, the library has taken a channel away, but not its subscription.
+            self.refuse("message", error)
 
     async def _send_updates(self, found: list[Callable[[], EventAddResponse | None]]) -> None:
         while not self.subscription_queue.empty():
@@ -287,6 +294,9 @@ class _Context(Context):
             client.close()
 
     async def _subscription_queue_send(self, sub_spec: Any, sub: Subscription, **update: Any) -> None:
+        if sub.circuit.subscription_queue.full():  # else the updates of all others would wait for this client
+            sub.circuit.drop("it does not read its updates")
+            return
         try:
             await super()._subscription_queue_send(sub_spec, sub, **update)
         except Exception as error:  # noqa: BLE001  # what one client asks for must not end the updates of the others

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import warnings
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
@@ -49,6 +50,7 @@ class Ioc:
         """
         # Suppress the log messages of the library caproto, e.g. about refused writes of EPICS clients.
         logging.getLogger("caproto").setLevel(logging.CRITICAL)
+        warnings.filterwarnings("ignore", "ReadResponse was deprecated")  # about a client's request of old
         server = ChannelAccess(addresses, port)
         self._add_to(server)
         other = None
