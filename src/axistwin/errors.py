@@ -49,18 +49,12 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if the Python library `library` is installed, e.g. "pydantic".
-
-    The name of its Python module may be in lower case.
-    """
+    """True if a library is installed, e.g. "pydantic"; its module may be in lower case."""
     return find_spec(library) is not None or find_spec(library.lower()) is not None
 
 
 def require(library: str, extra: str) -> None:
-    """Raise MissingExtraError if a Python library is not installed.
-
-    `extra`: name of the optional extra of axistwin that contains the library.
-    """
+    """Raise MissingExtraError if the library of an extra is not installed."""
     if not installed(library):
         raise MissingExtraError(library=library, extra=extra)
 
@@ -82,9 +76,7 @@ def installation(extra: str, library: str) -> str:
 
 
 class PlacedError(AxistwinError):
-    """Raised for an error at a place in a user's file.
-
-    The text of the exception is `file:line:column: message`.
+    """Raised for an error in a user's file: `file:line:column: message`.
 
     For checkers: `code` of the violated rule; `width` in columns; `instead`: a possible replacement, or, if `sure`, the
     only possible one.

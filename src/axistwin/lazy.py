@@ -6,10 +6,7 @@ from typing import Any
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:
-    """Return a `__getattr__` function that imports the modules of a package on demand.
-
-    `reading="Trace read"` exports the names `Trace` and `read` of the module `reading`.
-    """
+    """Return the `__getattr__` of a package: `reading="Trace read"` exports these names of the module `reading`."""
     modules = {name: f"{package}.{module}" for module, listed in names.items() for name in listed.split()}
 
     def attribute(name: str) -> Any:

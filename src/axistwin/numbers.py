@@ -32,10 +32,7 @@ def clipped(text: str) -> str:
 
 
 def shortened(text: str) -> str:
-    """Put a text into quotes for an error message, and cut the text after 40 characters.
-
-    The length of the full text is appended to a text that was cut.
-    """
+    """Return a text in quotes for use in an error message; the end of a long text is cut off."""
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
@@ -84,10 +81,7 @@ def decimal(text: str) -> Decimal:
 
 
 def check_values(value: object, path: Path = ()) -> None:
-    """Raise NumberError if a table contains a whole number of more than 64 bits.
-
-    The `path` of the error is the place of the number in the table.
-    """
+    """Raise NumberError with the `path` of a whole number of more than 64 bits in a table."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             check_values(inner, (*path, key))

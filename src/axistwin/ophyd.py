@@ -49,9 +49,8 @@ class Controller:
     def inside(cls, bench: "Bench", name: str, **options: Any) -> "Controller":
         """Return a connection to the virtual controller `name` of the simulation `bench`.
 
-        Virtual time passes only while the driver waits, so a scan takes almost no real time.
-
-        `options`: options of the driver.  Raises UsageError.
+        Virtual time passes only while the driver waits, so a scan takes almost no real time.  `options`: options of the
+        driver.  Raises UsageError.
         """
         from axistwin.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
 
@@ -101,10 +100,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
         self.readback.set_name(name)
 
     async def connect(self, mock: Any = False, timeout: float = 10.0, force_reconnect: bool = False) -> None:
-        """Open the port of the controller.
-
-        `mock`: True for a simulated motor, which has no port.
-        """
+        """Open the port of the controller.  `mock`: True for a simulated motor, which has no port."""
         await super().connect(mock, timeout, force_reconnect)
         if not mock:
             await self.controller.connect()
@@ -118,10 +114,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
 
     @AsyncStatus.wrap
     async def trigger(self) -> None:
-        """Read the position of the motor.
-
-        A plan can use the motor as a detector.
-        """
+        """Read the position of the motor.  A plan can use the motor as a detector."""
         await self._update()
 
     @WatchableAsyncStatus.wrap
@@ -146,10 +139,7 @@ class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):
         arrived(self.name, status)
 
     async def stop(self, success: bool = False) -> None:
-        """Decelerate the axis and wait until the axis is at rest.
-
-        `success`: True if the move that is stopped counts as successful.
-        """
+        """Decelerate and wait until at rest.  `success`: True if the stopped move counts as successful."""
         self._stopped_well = success
         await self.axis.stop()
         while (await self._update()).moving:

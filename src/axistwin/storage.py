@@ -46,14 +46,11 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Store the contents of a controller's emulated memory in the computer's RAM.
-
-        No file is written.  The contents are lost when axistwin ends.
-        """
+        """Save the contents."""
         self._contents = contents
 
     def end(self) -> None:
-        """Do nothing: this class stores data only in the computer's RAM and has no file to close."""
+        """Do nothing: no writes are pending."""
 
 
 class FileStore:
@@ -84,16 +81,12 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents of the controller's emulated memory, or None if nothing has been stored yet.
-
-        After a failed write, the result is the contents in RAM, not the contents of the file.
-        """
+        """Return the contents of the last `save`; None before the first `save`."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
-        """Write new contents of a controller's emulated memory to the file `path`.
+        """Write a temporary file, flush the file to disk, and rename it to replace the old file.
 
-        The new contents are first written to a temporary file and flushed to disk; then the file is renamed.
         If writing fails, the contents stay in RAM; the first failure after each call of `end` is logged.
         """
         if self._given_up:
@@ -126,7 +119,6 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """State of the controller's memory file, as a text for the log, e.g. "there is no file"."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file has the contents of the last complete write"
@@ -151,10 +143,6 @@ class FileStore:
         self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:
-        """Return the contents of the file; None if the file does not exist.
-
-        Raises UsageError if the file exists, but cannot be read.
-        """
         try:
             if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
                 raise UsageError(f"cannot read {self.path}: expected a regular file")
@@ -225,7 +213,6 @@ def _state_directory(path: Path) -> Lock:
 
 @contextmanager
 def _readable_errors(path: Path) -> Iterator[None]:
-    """Convert an OSError within a `with` block to a UsageError about the state directory."""
     try:
         yield
     except OSError as error:
@@ -238,10 +225,6 @@ def _readable_errors(path: Path) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
-    """Return the process that uses a directory, e.g. "process 4711 (axistwin serve)".
-
-    If the process is not known, return "another process".
-    """
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
@@ -254,10 +237,7 @@ def _holder(path: Path) -> str:
 
 
 def _alive(number: int) -> bool:
-    """True if a process with the ID `number` exists.
-
-    Also True if the system cannot answer the question.
-    """
+    """True if a process with the ID `number` exists.  Also True if the system cannot answer the question."""
     if os.name == "nt":
         return True
     try:
@@ -345,10 +325,7 @@ def _sweep(path: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Write the file names of a directory to the disk now, so that they survive a power failure.
-
-    Does nothing on a system without such a function.
-    """
+    """Flush a directory (its list of names) to disk, if the system supports this."""
     if os.name == "nt":
         return
     directory = os.open(path, os.O_RDONLY)

@@ -20,10 +20,7 @@ Load = Callable[[str, str], Callable[[], object]]
 
 
 def no_programs(controller: str, file: str) -> Callable[[], object]:
-    """Reject the action `load`, which loads a program into a controller.
-
-    This function always raises UsageError.  It is the default of `ActionRunner` for a bench that cannot load programs.
-    """
+    """Raise UsageError: the default of `ActionRunner`, for a bench that cannot load programs."""
     raise UsageError(
         f"an FMU cannot load the program {file} into the controller {controller}: "
         f'name the program in the scene file instead, e.g. program = "{file}"'
@@ -31,11 +28,7 @@ def no_programs(controller: str, file: str) -> Callable[[], object]:
 
 
 class ActionRunner:
-    """Performs the actions of a conversation file, e.g. `! input1 high`, in one simulation (bench).
-
-    `load`: function that prepares to load a program.  `own`: True for actions of a scene's script, which are not
-    reported as manual actions.
-    """
+    """Performs actions on one bench.  `load`: function for programs.  `own`: True for actions of a scene's script."""
 
     def __init__(self, bench: Bench, load: Load = no_programs, *, own: bool = False) -> None:
         self.bench, self._load, self._own = bench, load, own
@@ -59,10 +52,7 @@ class ActionRunner:
         return partial(self._by_hand, act.controller, do) if act.target in BUS_ACTS else do
 
     def leave(self, name: str) -> None:
-        """Disconnect the simulated host from a board on a bus.
-
-        An action can then access the registers directly.
-        """
+        """Disconnect the simulated host from a board on a bus.  An action can then access the registers directly."""
         if name in self.bench.attendants:
             self.bench.attendants.pop(name).close()
 

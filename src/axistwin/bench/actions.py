@@ -59,11 +59,7 @@ def level_name(level: bool) -> str:
 
 
 def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Prepare an action of a conversation file, e.g. `! input1 high`.
-
-    In this example, `target` is "input1" and `value` is "high".  Return a function that performs the action.  Raises
-    ProgramError for an invalid action.
-    """
+    """Return a function that performs the action `! target value`.  Raises ProgramError for an invalid action."""
     if target in controller.pins:
         return _pin_action(controller.pins[target], value)
     if target in FAULT_ACTS:
@@ -81,13 +77,9 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
 
 
 def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
-    """Prepare an action at a controller or at a serial line, e.g. `! input1 high`.
+    """Return a function that performs the action `! target value` at a controller, a second channel, or a shared line.
 
-    In this example, `target` is "input1" and `value` is "high".  Return a function that performs the action.
-
-    `who`: the name of a controller, of a second serial channel, or of a shared serial line.  Faults may have any name.
-
-    Raises ProgramError or UsageError for an invalid action.
+    Faults may have any name.  Raises ProgramError or UsageError for an invalid action.
     """
     if target in FAULT_ACTS:
         return fault_action(bench, who, target, value)
@@ -97,10 +89,7 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """Prepare an action that injects or ends a fault, e.g. `! fault lose 3` or `! mend lose`.
-
-    Return a function that performs the action.  `here`: the controller of a fault whose sentence does not name one.
-    """
+    """Return a function that performs `! fault lose 3` or `! mend lose`; `here`: the default controller."""
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
@@ -128,10 +117,7 @@ def voltage(volts: float) -> str:
 
 
 def lead_value(pin: Pin) -> str:
-    """Return the level that the user applies to a pin, as text, e.g. `high` or `2.5V`.
-
-    The result is `release` if the user applies no level.
-    """
+    """Return the level that the user applies to a pin as text, e.g. `high` or `2.5V`; `release` if none."""
     lead = pin.lead
     if lead is None:
         return "release"
@@ -141,10 +127,7 @@ def lead_value(pin: Pin) -> str:
 
 
 def action_value(target: str, *values: float) -> str:
-    """Return the values of an action as text, e.g. `4000 in 2` for 4000 counts in 2 seconds.
-
-    The text is the value in the line `! target value` of a conversation, e.g. `! master 4000 in 2`.
-    """
+    """Return the exact value of the action `! target value` that repeats an action of a person."""
     if target == "master":
         counts, seconds = values
         return f"{counts} in {_exact(seconds)}"
@@ -153,10 +136,7 @@ def action_value(target: str, *values: float) -> str:
 
 
 def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
-    """Convert an action at the host's serial port to text: a target and a value, e.g. `dtr` and `low`.
-
-    In a conversation file, the line `! dtr low` repeats this action, which switches DTR off.
-    """
+    """Return target and value of the action `! target value` that repeats an event at the host's end of a line."""
     match act:
         case SendBreak(seconds):
             return "break", f"{Decimal(seconds).quantize(Decimal('1e-9')):f}"
@@ -180,10 +160,6 @@ def _exact(value: float) -> str:
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Prepare an action on the registers of an 1810 or 1811, e.g. `! write 0 33 00`.
-
-    Return a function that performs the action.
-    """
     bus = controller.bus
     match target:
         case "init":
@@ -240,11 +216,6 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
 
 
 def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs an action at a SmartMotor.
-
-    `! ambient 40` sets the temperature of the air to 40 °C.  `! master 4000 in 2` turns the external encoder by
-    4000 counts in 2 seconds.
-    """
     if target == "ambient":
         return partial(setattr, controller, "ambient", _real(value))
     if sits := _SITS.fullmatch(value):
@@ -260,11 +231,7 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """Return a function that couples the external encoder of a SmartMotor to an axis.
-
-    After `! master on table.X times 3/2`, the external encoder `master` outputs 3/2 edges per count of the axis X of
-    the controller `table`.
-    """
+    """Return a function for `! master on table.X times 3/2`: the encoder gives 3/2 edges per count of table.X."""
     assert controller.bench is not None, "a controller with actions is part of a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
@@ -293,10 +260,7 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return all names that can follow `!` (an action) in a conversation file, e.g. `input1` in `! input1 high`.
-
-    AXIS stands for the name of an axis.
-    """
+    """Return the valid targets of an action `! target value`; AXIS stands for the name of an axis."""
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -352,10 +316,7 @@ def _unknown_name(name: str, known: Iterable[str]) -> ProgramError:
 
 
 def question(controller: Controller, subject: str) -> Callable[[], Value]:
-    """Return a function that reads a value of the controller, e.g. the level of a pin.
-
-    A conversation checks the value with the line `= subject value`.  Raises ProgramError for an unknown subject.
-    """
+    """Return a function that reads the subject of an expectation `= subject value`.  Raises ProgramError."""
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
     if subject in _lines(controller):
@@ -376,20 +337,13 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the names of all values that a conversation file can check, e.g. `X.position` in `= X.position 5`.
-
-    PIN stands for the name of a pin.
-    """
+    """Return the valid subjects of an expectation `= subject value`; PIN stands for the name of a pin."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the control signals that a conversation file can check, e.g. `dtr` in `= dtr high`.
-
-    A board on a bus has the signal `interrupt`.  A serial port with control lines has the signals `dtr` and `rts`.
-    """
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
@@ -397,10 +351,7 @@ def _lines(controller: Controller) -> tuple[str, ...]:
 
 
 def agrees(value: Value, wanted: str) -> bool:
-    """True if a value equals the expected text.
-
-    A number is rounded to as many decimals as the expected text has.
-    """
+    """True if a value equals the expected text.  A number is rounded to as many decimals as the expected text has."""
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
@@ -433,10 +384,6 @@ def _level(value: str, *other_values: str) -> bool:
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:
-    """Parse a duration in seconds, e.g. `2.5`.  Raises ProgramError if the text is not a valid duration.
-
-    `above_zero`: True if 0 and negative numbers are errors.
-    """
     seconds = _real(text)
     if above_zero and seconds <= 0:
         raise ProgramError(f"duration {text} s is out of range: expected more than 0 s")
@@ -448,10 +395,7 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
 
 
 def _count(text: str, most: int = MOST_COUNTS) -> int:
-    """Parse a number of pulses or counts; decimals are dropped.
-
-    Raises ProgramError for a number beyond ±`most`.
-    """
+    """Parse a number of pulses or counts; decimals are dropped.  Raises ProgramError for a number beyond ±`most`."""
     number = _number(text)
     if abs(number) > most:
         raise ProgramError(f"number {shortened(text)} is out of range: expected {-most} to {most} pulses or counts")
@@ -470,7 +414,6 @@ def _real(text: str) -> float:
 
 @contextmanager
 def _placing_errors() -> Iterator[None]:
-    """Context manager that converts a NumberError from the `with` block to a ProgramError."""
     try:
         yield
     except NumberError as error:

@@ -5,10 +5,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Act:
-    """Base class: one line of a conversation file (a recorded exchange between a host and a controller).
-
-    `line`: number of the line in the file.  `controller`: the controller that the line names.
-    """
+    """Base class for one line of a conversation: its number in the file, and the controller that it names."""
 
     line: int = field(default=0, kw_only=True, compare=False)
     controller: str = field(default="", kw_only=True)
@@ -37,10 +34,7 @@ class Say(Act):
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """Data that the host expects from the controller, as a line of a conversation file, e.g. `< U`.
-
-    Empty data mean that the host has received nothing since the last line.
-    """
+    """A line of a conversation: the host receives these data, or nothing since the line before if there are none."""
 
     data: bytes
 

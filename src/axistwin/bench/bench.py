@@ -26,10 +26,7 @@ MOST_HISTORY = 1_000_000_000
 
 
 class SharedLine(NamedTuple):
-    """A serial line that several motors share: a daisy chain or an RS-485 line.
-
-    `port`: the host's end.  `motors`: in the order of their connection.
-    """
+    """A daisy chain or an RS-485 line: the host's port, and the motors in order."""
 
     port: SerialPort
     motors: tuple[Controller, ...]
@@ -38,10 +35,7 @@ class SharedLine(NamedTuple):
 
 
 class Bench:
-    """A set-up of controllers and machines that share one virtual clock.
-
-    The clock starts at 0 ns.
-    """
+    """A set-up of controllers and machines that share one virtual clock.  The clock starts at 0 ns."""
 
     def __init__(self) -> None:
         self.clock = Clock()
@@ -90,19 +84,12 @@ class Bench:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """All serial ports for hosts, by name.
-
-        The ports of single controllers come first, then the ports of shared lines.
-        """
+        """All serial ports for hosts, by name: first those of single controllers, then those of shared lines."""
         own = {name: port for controller in self.controllers.values() for name, port in controller.ports.items()}
         return own | {name: line.port for name, line in self.lines.items()}
 
     def port(self, name: str) -> SerialPort:
-        """Return the serial port that connects a host to a controller, or to a chain of controllers.
-
-        `name`: a controller (`motor`), the second channel of a controller (`motor.rs485`), or a line of several motors
-        (`chain`).  Raises UsageError for an unknown name.
-        """
+        """Return the host's end of `motor`, its second channel `motor.rs485` or a shared line.  Raises UsageError."""
         if name in self.lines:
             return self.lines[name].port
         controller, dot, channel = name.rpartition(".")
@@ -111,24 +98,17 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call a function each time an event occurs, e.g. each time the axis `table.X` passes position 1000.
+        """Call `happens` at the exact time of each occurrence of an event, e.g. "table.X passes 1000".
 
-        `sentence`: the event in the form of a fault's trigger, e.g. "table.X passes 1000".  `happens`: the function,
-        which is called at the exact time of the event.
-
-        `here`: the controller whose parts may be named without its name.
-
-        Return an unsubscribe function.  Raises UsageError for an invalid sentence.
+        The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its
+        name.  Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
         from axistwin.fault_injection import triggers
 
         return triggers.read(sentence, self, here)(happens)
 
     def run(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`, and execute all events up to and including the new time.
-
-        Raises UsageError for a negative time, and for a time after the end of virtual time (292 years).
-        """
+        """Advance by `seconds`, and execute all events up to then.  Raises UsageError below 0 s or after 292 years."""
         if seconds < 0:
             raise UsageError(f"negative time in run({seconds!r}): expected 0 seconds or more")
         self.clock.run_to(self.clock.later(to_ns(seconds)))
@@ -136,11 +116,10 @@ class Bench:
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Advance virtual time until `condition()` is true, for at most `timeout` seconds.
 
-        Return True if the condition is true.
-
-        The condition is checked at every event (an edge, a character, the beginning or end of a motion) and, while a
-        servo moves, at every sample.  Single pulses are no events: a condition on a stepper's position within a move is
-        checked at the next event.  Raises UsageError for a time-out after the end of virtual time (292 years).
+        Return True if the condition is true.  The condition is checked at every event (an edge, a character, the
+        beginning or end of a motion) and, while a servo moves, at every sample.  Single pulses are no events: a
+        condition on a stepper's position within a move is checked at the next event.  Raises UsageError for a time-out
+        after the end of virtual time (292 years).
         """
         clock = self.clock
         deadline_ns = clock.later(to_ns(timeout))
@@ -224,10 +203,6 @@ class Bench:
         motors: tuple[Controller, ...],
         name: str | None,
     ) -> SerialPort:
-        """Connect several motors to one shared serial line, and return the host's serial port.
-
-        `channel`: the serial channel of each motor, "serial" or "rs485".
-        """
         if not motors:
             raise UsageError(f"{method}() was called without motors: expected one or more motors of the bench")
         for motor in motors:

@@ -27,7 +27,7 @@ class Codec(Protocol):
     """Interface that converts serial or bus data to readable text, and text to data."""
 
     def show(self, data: bytes) -> str:
-        """Convert the bytes of a serial or bus message to one line of readable text."""
+        """Return bytes as text."""
 
     def read(self, text: str) -> bytes:
         """Convert the text of a host's command to bytes.  Raises ProgramError with the column of the error."""
@@ -39,14 +39,11 @@ class Codec(Protocol):
         """Yield the position and the length of each byte in a text, e.g. (0, 2) and (3, 2) in the hex text `20 A5`."""
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Explain a command or message on a bus in plain English, e.g. "interrupt: identifier 0".
-
-        Return "" for the characters of a serial line, which the user can read directly.
-        """
+        """Return the meaning of a message in words; "" if its text needs no explanation."""
 
 
 class Characters:
-    r"""Codec for a serial line: converts bytes to printable text, e.g. 0Dh to `\r`, and printable text to bytes."""
+    """Codec for RS232 characters, which become printable text."""
 
     def show(self, data: bytes) -> str:
         """Return bytes as text; spaces at the start and at the end are escaped."""
@@ -81,7 +78,7 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        r"""Yield the start and the length of each character or escape sequence, e.g. (1, 2) for `\r` in `X\r`."""
+        """Return the column and width of each character."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -91,10 +88,7 @@ class Characters:
 
 @dataclass(frozen=True)
 class Hex:
-    """Converts the bytes of commands and messages on a bus to text in hex, and back.
-
-    A command can also be written by its name.
-    """
+    """Converts commands and messages on a bus to hex and back; a command can also be written by its name."""
 
     language: Language
 
@@ -113,10 +107,7 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the position and the length of each byte in a text, e.g. (0, 2) and (3, 2) in `20 A5`.
-
-        `text`: a command on a bus, as hex bytes, or as the name of the command and its values.
-        """
+        """Return the column and width of each byte."""
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:
@@ -142,10 +133,7 @@ CHARACTERS = Characters()
 
 
 def unpadded(message: bytes) -> bytes:
-    """Remove the zero bytes at the end of a board's message.
-
-    `Codec.hear` appends the zero bytes again.
-    """
+    """Remove the zero bytes at the end of a board's message.  `Codec.hear` appends the zero bytes again."""
     return message.rstrip(b"\0") or message[:1]
 
 

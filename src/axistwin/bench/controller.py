@@ -89,20 +89,14 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """Bus port for the host.  Raises UsageError for a controller without a bus port.
-
-        The host reads and writes the registers of the controller through this port.
-        """
+        """The host's port to the controller's registers.  Raises UsageError for a controller without a bus."""
         if self._abilities.bus is None:
             raise UsageError(f"controller {self.name} has no bus port: use its serial port (attribute `serial`)")
         return self._abilities.bus
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Serial ports of the controller, by name.
-
-        A port on a shared serial line is not included.  The second channel is included after its first use.
-        """
+        """The controller's own serial ports, by name; the second channel is included after its first use."""
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
         if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
             found[f"{self.name}.rs485"] = self._second
@@ -145,19 +139,13 @@ class Controller:
         return self._abilities.assign is not None
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable or gain of a SmartMotor immediately, e.g. `motor.assign("KP", 100)`.
-
-        Raises UsageError if the controller has no such variable.
-        """
+        """Set a variable or gain at once, e.g. `motor.assign("KP", 100)`.  Raises UsageError if there is none."""
         if self._abilities.assign is None:
             raise UsageError(f"{self.name} has no variables: expected a SmartMotor")
         self._abilities.assign(name, value)
 
     def read(self, source: str) -> int | str | None:
-        """Return the level of a terminal or the value of a register.
-
-        `source`: the name of the terminal or register.  Return None without power.
-        """
+        """Return the level of the terminal or the value of the register `source`; None without power."""
         if not self.powered:
             return None
         if source in self.terminals:
@@ -166,10 +154,7 @@ class Controller:
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """Stored programs or sequences, by name.
-
-        A `Listing` contains all lines of a program, and the index of the line that is running.
-        """
+        """Stored programs or sequences by name, each with the line that is running now."""
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
@@ -225,19 +210,15 @@ class Controller:
 
     @property
     def busy(self) -> bool:
-        """True while the controller processes a host's request.
-
-        Always False for a device that does not report its work.
-        """
+        """True while the controller processes a host's request; False for a device that does not report it."""
         return self._abilities.busy()
 
     def power(self, on: bool) -> None:
         """Switch the power on or off.
 
-        The controller keeps the data that the real device keeps without power.
-
-        If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
-        changes when the procedure next yields, in the same nanosecond.
+        The controller keeps the data that the real device keeps without power.  If one of the controller's own
+        procedures switches the power (by an edge that has subscribers), the power changes when the procedure next
+        yields, in the same nanosecond.
         """
         self.manual_actions.report(ManualAct.POWER, on)
         self._clock.call_outside(self._abilities.procedures(), partial(self._switch, on))
@@ -248,10 +229,7 @@ class Controller:
         self.power(True)
 
     def _switch(self, on: bool) -> None:
-        """Switch the power on or off.
-
-        A change that a subscriber requests during this call is made afterwards.
-        """
+        """Switch the power on or off.  A change that a subscriber requests during this call is made afterwards."""
         self._turns.append(on)
         if len(self._turns) > 1:
             return

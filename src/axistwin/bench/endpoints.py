@@ -10,10 +10,7 @@ if TYPE_CHECKING:
 
 
 def names(bench: Bench) -> list[str]:
-    """Return the names of all endpoints, e.g. `if1`, `motor`, `motor.rs485`, `chain`.
-
-    A channel `rs485` is an endpoint once it is in use.
-    """
+    """Return all endpoint names: `if1`, `motor`, `motor.rs485` (once it is in use), `chain`."""
     boards = [name for name, controller in bench.controllers.items() if on_a_bus(controller)]
     own = [name for name in bench.ports if name not in bench.lines]
     in_order = [name for name in bench.controllers if name in (*boards, *own)]
@@ -33,8 +30,5 @@ def codec_at(bench: Bench, name: str) -> "Codec":
 
 
 def several(bench: Bench) -> bool:
-    """True if the bench has several endpoints.
-
-    Each line of a conversation must then name its endpoint.
-    """
+    """True if the bench has several endpoints.  Each line of a conversation must then name its endpoint."""
     return len(names(bench)) > 1 or len(bench.controllers) > 1

@@ -26,10 +26,7 @@ from axistwin.sim.serial_port import SerialPort
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """Event: a host sends data.
-
-    On a bus, the data are one whole command.
-    """
+    """Event: a host sends data.  On a bus, the data are one whole command."""
 
     time_ns: int
     controller: str
@@ -38,10 +35,7 @@ class Sent:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """Event: data from a controller have arrived at the host.
-
-    On a serial line, the data are one character.  On a bus, the data are one whole message.
-    """
+    """Event: a host has received a character; on a bus, a message is ready for the host."""
 
     time_ns: int
     controller: str
@@ -66,10 +60,7 @@ class LevelChanged:
 
 @dataclass(frozen=True, slots=True)
 class VoltageChanged:
-    """Event: the voltage of an analog terminal has changed.
-
-    If the level has changed too, `LevelChanged` is reported first.
-    """
+    """Event: the voltage of an analog terminal has changed; a change of its level is reported first."""
 
     time_ns: int
     controller: str
@@ -89,10 +80,7 @@ class LineBreak:
 
 @dataclass(frozen=True, slots=True)
 class FaultChanged:
-    """Event: a fault has begun or ended.
-
-    `act` and `words` describe the change as in a line of a conversation.
-    """
+    """Event: a fault has begun or ended.  `act` and `words` describe the change as in a line of a conversation."""
 
     time_ns: int
     controller: str
@@ -102,10 +90,7 @@ class FaultChanged:
 
 @dataclass(frozen=True, slots=True)
 class ManualAction:
-    """Event: a person has acted on the machine.
-
-    The line `! act value` of a conversation repeats the action.
-    """
+    """Event: a person has acted on the machine.  The line `! act value` of a conversation repeats the action."""
 
     time_ns: int
     controller: str
@@ -115,10 +100,7 @@ class ManualAction:
 
 @dataclass(frozen=True, slots=True)
 class SettingChanged:
-    """Event: a setting of the host's serial port has changed.
-
-    The line `! act value` of a conversation repeats the change.
-    """
+    """Event: a setting of the host's serial port has changed; `! act value` repeats it in a conversation."""
 
     time_ns: int
     controller: str
@@ -155,8 +137,6 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
-    """Report the actions of a person at a controller, e.g. switching the power off or pushing an axis by hand."""
-
     def handled(target: str, *values: float) -> None:
         sink(ManualAction(bench.now, controller.name, target, action_value(target, *values)))
 

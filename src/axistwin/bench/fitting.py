@@ -46,10 +46,7 @@ def fit_plug(
 
 
 def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | None:
-    """Connect a host to the RS-485 channel of a device, and return the host's serial port.
-
-    Return None if the device has no RS-485 channel.
-    """
+    """Connect a host to the RS-485 channel, and return the host's port; None if the device has no such channel."""
     if abilities.rs485 is None:
         return None
     assert plug is not None, "a device with a second channel has a plug"
@@ -57,10 +54,7 @@ def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | Non
 
 
 def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> None:
-    """Connect the limit and home switches of all axes to the inputs of the device.
-
-    Limit switches open beyond `limits`; the home input is high within `home`.
-    """
+    """Connect position switches: limit switches open beyond `limits`; the home input is high within `home`."""
     minus, plus = [], []
     for name, axis in axes.items():
         if axis.limits is not None:

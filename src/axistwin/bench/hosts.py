@@ -47,10 +47,7 @@ def _at_port(port: SerialPort) -> Host:
 
 @contextmanager
 def host_of(controller: Controller) -> Iterator[Host]:
-    """Yield a simulated host for a controller, for use in a `with` block.
-
-    On a bus, the host does the handshakes at the registers.
-    """
+    """Yield a simulated host in a `with` block; on a bus, it does the handshakes at the registers."""
     attend = controller.product.attend
     if attend is None:
         yield _at_port(controller.serial)
@@ -61,13 +58,7 @@ def host_of(controller: Controller) -> Iterator[Host]:
 
 @contextmanager
 def host_at(bench: Bench, name: str) -> Iterator[Host]:
-    """Connect a simulated host to a port, e.g. to the serial port of the controller `motor`.
-
-    `name`: a controller (`motor`), the RS-485 channel of a SmartMotor (`motor.rs485`), or a shared serial line
-    (`chain`).
-
-    Yields the host, for use in a `with` block.
-    """
+    """Yield a host for an endpoint: a controller, its second channel, or a shared line."""
     if endpoints.at_a_bus(bench, name):
         with host_of(bench[name]) as host:
             yield host

@@ -14,10 +14,7 @@ LINE = re.compile(
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
-    """Parse the format of a serial line, e.g. "9600 8N2".
-
-    Return the format, and True if the text contains "instant": characters take no time.
-    """
+    """Parse "9600 8N2".  Return the format, and True if the text contains "instant": characters take no time."""
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
     if not isinstance(text, str):

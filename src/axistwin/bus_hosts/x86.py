@@ -74,10 +74,7 @@ class Computer:
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:
-        """Set the address at which the emulated processor starts to execute the program.
-
-        DS, ES and SS become equal to CS; `stack` is the initial stack pointer.
-        """
+        """Set the address of the first instruction.  DS, ES and SS equal CS; `stack` is the initial stack pointer."""
         for register in (x86.UC_X86_REG_CS, x86.UC_X86_REG_DS, x86.UC_X86_REG_ES, x86.UC_X86_REG_SS):
             self._uc.reg_write(register, segment)
         self._uc.reg_write(x86.UC_X86_REG_SP, stack)
@@ -97,10 +94,7 @@ class Computer:
     # Running
 
     def run(self, seconds: float) -> None:
-        """Execute instructions for a number of seconds of virtual time.
-
-        The execution ends earlier if the processor has stopped.
-        """
+        """Execute instructions for `seconds`, or until `stopped`."""
         end_ns = self.bench.now + to_ns(seconds)
         self._time_ns = self.bench.now
         while self._time_ns < end_ns and not self.stopped:
@@ -118,10 +112,7 @@ class Computer:
         return any(bus.interrupt for bus in self._buses)
 
     def _execute(self, end_ns: int) -> None:
-        """Execute instructions of the processor until the next event in virtual time.
-
-        If an interrupt is pending, only one instruction is executed.
-        """
+        """Execute instructions until the next event; only one instruction while an interrupt is pending."""
         due_ns = self.bench.clock.next_event_ns()
         self._stop_ns = min(end_ns, end_ns if due_ns is None else max(due_ns, self._time_ns + 1))
         if self._requested:
@@ -133,26 +124,19 @@ class Computer:
         self._catch_up()
 
     def _has_just_halted(self) -> bool:
-        """Return True if the processor has executed HLT and is still halted."""
         here = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Advance virtual time to the next event of the simulation, without executing processor instructions.
-
-        The processor is halted by the instruction HLT.
-        """
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Advance the simulated controllers to the present time of the host's processor."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
     def _interrupt(self, number: int) -> None:
-        """Execute an interrupt: push flags, CS and IP, disable interrupts, and load CS and IP from the vector."""
         flags = self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & 0xFFFF
         for value in (flags, self._uc.reg_read(x86.UC_X86_REG_CS), self._uc.reg_read(x86.UC_X86_REG_IP)):
             self._push(value)
@@ -169,11 +153,7 @@ class Computer:
     # Callbacks of the processor emulator
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Add the duration of one instruction to the time of the emulated processor.
-
-        Unicorn calls this function before each instruction.  At the time `_stop_ns`, the function stops the emulator
-        instead.  The emulator does not stop directly after STI, because an interrupt waits for one more instruction.
-        """
+        """Handle one instruction before Unicorn executes it; after STI, an interrupt waits for one more instruction."""
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()
             return

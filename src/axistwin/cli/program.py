@@ -91,10 +91,7 @@ NAME_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP}
 
 
 class LazyGroup(click.Group):
-    """The commands of `axistwin`, e.g. `serve`.
-
-    The module of a command is imported only when the command is needed.
-    """
+    """The commands of `axistwin`; the module of a command is imported only when it is needed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Return the names of all commands in the order of the help text."""
@@ -107,10 +104,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find a command by its name, the first word of the command line.
-
-        Raises UsageError for an unknown word; the message contains a similar name.
-        """
+        """Find a command by its name.  Raises UsageError, which suggests a similar name, for an unknown word."""
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             raise unknown(kind="command", name=args[0], names=COMMANDS)
         return super().resolve_command(ctx, args)
@@ -206,7 +200,6 @@ def _tell(error: AxistwinError, as_json: bool) -> int:
 
 
 def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:
-    """Print an error as one JSON object to stderr, with the file, line and column of the error if known."""
     import json
 
     found: dict[str, object] = {"error": one_line(message), "exit_code": code}
@@ -216,10 +209,7 @@ def _print_error(message: str, code: int, place: PlacedError | None = None) -> N
 
 
 def _prepare_output() -> None:
-    """Set the encoding of stdout and stderr, so that any character can be printed.
-
-    A pipe on Windows gets UTF-8.  Otherwise `?` replaces each character that the encoding lacks.
-    """
+    """Set the encoding of stdout and stderr: UTF-8 for a pipe on Windows, else `?` for what it lacks."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.encoding.lower() != "utf-8":
             piped = sys.platform == "win32" and not stream.isatty()
@@ -227,8 +217,5 @@ def _prepare_output() -> None:
 
 
 def _discard_output() -> None:
-    """Redirect stdout to the null device after an attempt to write to stdout has failed.
-
-    Python writes the remaining output to stdout at exit.  Without the redirection, this write would fail, too.
-    """
+    """Redirect stdout to the null device after a failed write, because Python writes the rest at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

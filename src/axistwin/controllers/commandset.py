@@ -11,10 +11,7 @@ Code = str | int
 
 @dataclass(frozen=True)
 class Field:
-    """A parameter of a command, with a name, a unit and a range.
-
-    Subclasses define the notation.
-    """
+    """A parameter of a command, with a name, a unit and a range.  Subclasses define the notation."""
 
     name: str
     unit: str = ""
@@ -43,7 +40,7 @@ def _or_blank(value: int | None) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """Describes a command of a controller: the code that a host sends, the parameters and the handler.
+    """A command: one line of a command table.
 
     `accepted`: the controller states in which the command is valid, a `Flag` defined by each family.
     `handler` is None for a command that is not implemented.
@@ -63,7 +60,7 @@ class Command:
 
     @property
     def syntax(self) -> str:
-        """Code of the command and names of its parameters, e.g. `12 on` for command 12h of an 1811."""
+        """Syntax line for users: the code, then the parameters."""
         return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
@@ -96,7 +93,7 @@ class CommandSet:
         return len(self._by_code)
 
     def get(self, code: Code) -> Command | None:
-        """Look up a command by its keyword or opcode.  Return None if the table does not contain the command."""
+        """Return the command with this code, or None."""
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":
@@ -104,5 +101,5 @@ class CommandSet:
         return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
 
     def without(self, *codes: Code) -> "CommandSet":
-        """Return a copy of the command table in which the commands with the given codes are removed."""
+        """Return a copy of the table without these commands."""
         return CommandSet(*(command for command in self if command.code not in codes))

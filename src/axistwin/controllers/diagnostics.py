@@ -70,10 +70,7 @@ class Fix:
 
 @dataclass(frozen=True, order=True)
 class Diagnostic:
-    """A problem that a checker has found in a program: line, column, severity and message.
-
-    `chapter`: chapter of the controller's manual that belongs to the problem.
-    """
+    """A problem in a program: its place (line and column from 1), a message, and the manual's chapter."""
 
     line: int
     column: int
@@ -101,10 +98,7 @@ class Diagnostic:
 def diagnose(
     rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
 ) -> Diagnostic:
-    """Return a diagnostic that marks the given characters as a violation of `rule`.
-
-    The mark ends at the end of the first line at the latest.
-    """
+    """Return a diagnostic that marks these characters; the mark ends with their first line at the latest."""
     first = characters[0]
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)
@@ -122,10 +116,7 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """Return an edit that replaces the given characters by `text`.
-
-    Characters on several lines are not replaced.
-    """
+    """Return an edit that replaces the given characters by `text`.  Characters on several lines are not replaced."""
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()
@@ -133,19 +124,13 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return a text edit that inserts `text` directly after a given character of a program file.
-
-    `sent`: this character, with its position in the file.
-    """
+    """Return the edit that inserts `text` after a character."""
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return a text edit that inserts `text` directly before a given character of a program file.
-
-    `sent`: this character, with its position in the file.
-    """
+    """Return the edit that inserts `text` before a character."""
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 

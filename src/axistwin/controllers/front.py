@@ -19,8 +19,6 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class _Item:
-    """Base class of front panel items, each of which shows one terminal or register."""
-
     label: str
     """Letter or number of the item in the manual."""
     name: str
@@ -41,11 +39,7 @@ class Lamp(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> bool:
-        """Return True if `value` lights the lamp.
-
-        `value`: level of a terminal or value of a register, which the lamp indicates.  While the power is off, `value`
-        is None and the lamp is dark.
-        """
+        """Return True if this level or value lights the lamp.  Without power (None) the lamp is dark."""
         if value is None:
             return False
         on = value != 0 if self.bit is None else value >> self.bit & 1 == 1
@@ -54,7 +48,7 @@ class Lamp(_Item):
 
 @dataclass(frozen=True)
 class Word(_Item):
-    """A register that the front panel displays as a word, e.g. as the name of a mode."""
+    """A register whose values are shown as words."""
 
     words: Mapping[Any, str] = field(default_factory=dict)
     """Words by value; other values are shown as numbers."""
@@ -64,19 +58,13 @@ class Word(_Item):
     """Text that is shown while the power is off."""
 
     def shows(self, value: int | str | None) -> str:
-        """Convert the value of a register to the text on the front panel, e.g. to the name of a mode.
-
-        `value`: value of the register, or None while the power is off.
-        """
+        """Return the text for this value; None: no power."""
         return self.unpowered if value is None else self.words.get(value, str(value))
 
 
 @dataclass(frozen=True)
 class Reading(_Item):
-    """A register that the front panel displays as a number with a unit.
-
-    The displayed number is the value of the register, multiplied by `scale`.
-    """
+    """A register shown as a quantity: its value times `scale`, in a unit."""
 
     unit: str = ""
     scale: float = 1
@@ -84,11 +72,7 @@ class Reading(_Item):
     doc: str = ""
 
     def shows(self, value: int | None) -> str:
-        """Convert the value of a register to the number on the front panel.
-
-        The number is returned as text, without its unit.  `value`: value of the register, or None while the power is
-        off.  The text is empty while the power is off.
-        """
+        """Return the text for this value, without its unit; empty without power (None)."""
         return "" if value is None else f"{value * self.scale:.{self.digits}f}"
 
 

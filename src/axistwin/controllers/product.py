@@ -28,17 +28,13 @@ class Store(Protocol):
         """Return the contents of the controller's non-volatile memory, or None if the memory is empty."""
 
     def save(self, contents: bytes) -> None:
-        """Write new contents to the non-volatile memory of the controller, in place of the old contents.
-
-        A failed write raises no exception.  After a crash of the host computer the memory holds either the new or the
-        previous contents.
-        """
+        """Save the contents; errors are not raised.  After a crash, the memory holds the new or the old contents."""
 
 
 class Register(NamedTuple):
-    """A number or text inside a controller that can be read without side effects.
+    """A number or text that can be read without side effects, and changes only at events.
 
-    The value changes only at events, unless the register is `restless` or `Abilities.follow` reports the changes.
+    Exceptions are `restless`, or reported by `Abilities.follow`.
     """
 
     read: Callable[[], int | str]
@@ -80,11 +76,7 @@ class ControlLines(NamedTuple):
 
 
 class Handshake(NamedTuple):
-    """The serial control lines of a device: DTR, RTS, DSR and CTS.
-
-    The lines at the connector differ from the lines inside the device if the wiring connects an input of the device,
-    e.g. DSR, to an output of the device.
-    """
+    """Control lines of a serial connector, at the connector and inside the device."""
 
     plug: ControlLines
     """The lines at the connector."""
@@ -115,10 +107,7 @@ class Refusal(NamedTuple):
 
 
 class Abilities(NamedTuple):
-    """Optional interfaces of a controller, e.g. a UART, a bus port or stored programs.
-
-    Each default value means that the controller does not have the interface.
-    """
+    """Optional abilities of a device; each default value means that the device lacks this ability."""
 
     uart: Uart | None = None
     """UART of the serial connector."""
@@ -163,10 +152,7 @@ class Abilities(NamedTuple):
 
 
 class Device(Protocol):
-    """The simulated hardware of one controller, e.g. its terminals and its serial port.
-
-    The object exists even while the power of the controller is off.
-    """
+    """The hardware of one controller, with or without power."""
 
     @property
     def pins(self) -> dict[str, Pin]:
@@ -181,10 +167,7 @@ class Device(Protocol):
 
 
 class Placed(NamedTuple):
-    """A byte of a command, with its column in the command text.
-
-    The first column is 0.
-    """
+    """A byte of a command, with its column in the command text.  The first column is 0."""
 
     byte: int
     column: int
@@ -196,23 +179,13 @@ class Language(Protocol):
     """Converts commands and messages from bytes to text for users, and back."""
 
     def read(self, text: str) -> bytes:
-        """Convert the text of a command to the bytes of the command.
-
-        Raises ProgramError with the column, counted from 1.
-        """
+        """Return the bytes of a command.  Raises ProgramError with the column, counted from 1."""
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """Convert the text of a command to bytes, and find the column of each byte in the text.
-
-        Columns in the result are counted from 0, e.g. column 3 for the byte A5h in `20 A5`.  Raises ProgramError with
-        the column, counted from 1.
-        """
+        """Return a command's bytes with their columns, from 0.  Raises ProgramError with the column, from 1."""
 
     def message(self, text: str) -> bytes:
-        """Convert a message from text to bytes.
-
-        The bytes are padded to the full length of a message.
-        """
+        """Convert a message from text to bytes.  The bytes are padded to the full length of a message."""
 
     def explain(self, command: bytes) -> str:
         """Return the meaning of a command, in words."""
@@ -222,10 +195,7 @@ class Language(Protocol):
 
 
 class BusHost(Protocol):
-    """Host program for a board on a bus.
-
-    The host sends commands and receives messages by the handshake of the board.
-    """
+    """A host of a board on a bus, which uses the board's handshake for commands and messages."""
 
     @property
     def pending(self) -> int:
@@ -303,10 +273,7 @@ class Product(NamedTuple):
 
     @property
     def rules(self) -> "tuple[Rule, ...]":
-        """Rules by which `axistwin check` checks programs for this controller model.
-
-        The rules are sorted by their codes, e.g. DP101.
-        """
+        """Rules of `axistwin check` for this model, sorted by their codes, e.g. DP101."""
         return self.make_rules()
 
     @property

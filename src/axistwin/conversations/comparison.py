@@ -30,10 +30,7 @@ LINES = ("dtr", "rts")
 
 @dataclass(frozen=True)
 class Compared:
-    """A recorded action of the real controller, and the same action of the emulated controller.
-
-    Times are relative to the host's last action, and None if unknown.
-    """
+    """One compared action of the controller; times are relative to the host's last action, None if unknown."""
 
     line: int
     """Line number in the file; 0 for an action of the twin that is not in the file."""
@@ -51,7 +48,7 @@ class Compared:
 
     @property
     def later_ns(self) -> int | None:
-        """Delay of this action of the emulated controller relative to the recorded action, in ns; None if not known."""
+        """Delay of the twin relative to the hardware; None if unknown."""
         if not self.same or self.hardware_ns is None or self.twin_ns is None:
             return None
         return self.twin_ns - self.hardware_ns
@@ -65,15 +62,12 @@ class Comparison:
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Actions of the emulated controller, e.g. replies, that differ from those of the real controller."""
+        """Actions in which twin and hardware differ."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """Delays of the emulated controller relative to the real controller, in ascending order.
-
-        Each item is a pair: the delay of an action in ns, and the action, e.g. a reply.
-        """
+        """Pairs of the twin's delay in ns and its action, the smallest delay first."""
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
     @property
@@ -84,15 +78,14 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """The action, e.g. a reply, whose time differs most between the emulated and the real controller."""
+        """The action with the largest difference in time."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
 def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIENCE_S) -> Comparison:
-    """Compare the replies of a bench with the replies in a recorded conversation.
+    """Play a conversation to its end, even after differences, and return the comparison.
 
-    The conversation is played to its end, even if replies differ.  Raises ProgramError if the bench lacks something
-    that the conversation names.
+    Raises ProgramError if the bench lacks something that the conversation names.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
@@ -105,10 +98,9 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
 
 
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
-    """Yield the time at which each recorded action ended, or None for an unknown time.
+    """Yield the end of each recorded action, from `= clock` lines; None if it is unknown.
 
-    A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until the
-    next `= clock` line.
+    After an answer without such a line, times are unknown until the next one.
     """
     acts = tuple(acts)
     now_ns: int | None = 0
@@ -132,11 +124,6 @@ def _clock(act: Act) -> int | None:
 
 
 class _Comparer(Player):
-    """Replays a recorded conversation with a virtual controller, and collects all differences.
-
-    The conversation continues after a difference.  The function `play`, in contrast, stops at the first difference.
-    """
-
     def __init__(self, conversation: Conversation, bench: Bench, patience_ns: int) -> None:
         super().__init__(conversation, bench)
         self.found: list[Compared] = []
@@ -154,7 +141,6 @@ class _Comparer(Player):
         self._last_recorded_ns: int | None = 0
 
     def subscribe(self, stack: ExitStack) -> None:
-        """Subscribe to replies, to the times of replies, and to changes of control lines."""
         super().subscribe(stack)
         for name, when in self._times.items():
             stack.callback(self.hosts[name].subscribe_received(partial(self._note_times, when)))
@@ -184,11 +170,7 @@ class _Comparer(Player):
         return partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
-        """True if a line of a recorded conversation is not replayed, e.g. the recorded time `= clock 2.5`.
-
-        The function `recorded_times` reads `= clock` lines.  Serial control lines that the emulated controller
-        lacks are not replayed either.
-        """
+        """True for a `= clock` line, which `recorded_times` reads, and for a control line that the twin lacks."""
         if isinstance(act, Expect) and act.subject == "clock":
             return True
         subject = act.target if isinstance(act, Do) else act.subject if isinstance(act, Expect) else ""
@@ -215,14 +197,7 @@ class _Comparer(Player):
         return None
 
     def _different_reply_length(self, act: Hear, name: str) -> int:
-        """Return the length in bytes of a reply that differs from the recorded reply.
-
-        The reply comes from the emulated controller.
-
-        If the received bytes contain the expected text, the reply ends after this text.  Otherwise the reply ends after
-        its first terminator, if the expected text ends with a terminator.  Otherwise all received bytes belong to the
-        reply.  Later bytes belong to the next reply.
-        """
+        """Return how many received bytes belong to this line: up to the expected text, or one message."""
         received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
         while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
             pass
@@ -250,11 +225,10 @@ class _Comparer(Player):
         return None
 
     def _expect_line(self, act: Expect) -> None:
-        """Wait until a control line changes to the expected level, and record the result.
+        """Wait until a control line has the expected level, and record the result.
 
-        The change must follow the last action of the host.  A recording samples the lines at intervals, and may miss
-        changes before that action.  If the line already has the level, the line is right, but the time of the
-        hardware's change is unknown.
+        The change must follow the host's last action: a recording samples the lines, and may miss changes before it.
+        Of a line that has the level already, the time of the hardware's change is unknown.
         """
         name, wanted = self._endpoint(act), f"{act.subject} {act.value}"
         changes, deadline_ns = self._levels[name, act.subject], self._deadline_ns(act)
@@ -272,10 +246,6 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """Return the latest permitted time of a controller's reaction, e.g. of a reply, in ns of virtual time.
-
-        The latest time is the recorded time of the reaction plus the patience (an additional waiting time).
-        """
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)
         return self.bench.now + gap_ns + self._patience_ns
@@ -287,7 +257,6 @@ class _Comparer(Player):
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
     def note_rest(self) -> None:
-        """Record additional replies of the emulated controller, which the real controller did not send."""
         self.bench.run(to_seconds(20 * MS))
         for name, received in self.received.items():
             if received:

@@ -42,10 +42,7 @@ _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<v
 
 @dataclass(frozen=True)
 class Conversation:
-    """The lines of a conversation, in order.
-
-    `file`: path of the file, which error messages name.
-    """
+    """The lines of a conversation, in order.  `file`: path of the file, which error messages name."""
 
     acts: tuple[Act, ...]
     file: str = ""
@@ -54,10 +51,7 @@ class Conversation:
 
     @property
     def headers(self) -> dict[str, str]:
-        """Settings in the first comments of a conversation file, e.g. {"model": "if1"} from `; model: if1`.
-
-        Headers are comments at the beginning of the file, e.g. `; options: …` or `; line: …`.
-        """
+        """Settings in the comments at the beginning, e.g. {"model": "if1"} from `; model: if1`."""
         return {key: value for key, (_, value) in self._header_comments.items()}
 
     @property
@@ -71,11 +65,7 @@ class Conversation:
         return found
 
     def seconds_in(self, key: str, default: float) -> float:
-        """Read a duration in seconds from a header line, e.g. 60.0 from `; patience: 60`.
-
-        In this example, the duration is the longest wait for a reply.  If the conversation has no such header, return
-        `default`.  Raises ProgramError with the line.
-        """
+        """Return 60.0 from `; patience: 60`, or `default` without this header.  Raises ProgramError with the line."""
         if key not in self.headers:
             return default
         given_value = self.headers[key]
@@ -92,10 +82,7 @@ class Conversation:
 
     @property
     def option_words(self) -> list[str]:
-        """Options in the `; options:` header, split into words.
-
-        Raises ProgramError with the line if a quotation mark is missing.
-        """
+        """Words of the `; options:` header.  Raises ProgramError with the line if a quotation mark is missing."""
         with self.placing_errors_at_header("options"):
             try:
                 return shlex.split(self.headers.get("options", ""))
@@ -106,11 +93,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors_at_header(self, key: str) -> Iterator[None]:
-        """Context manager that adds a file name and a line number to errors raised in its `with` block.
-
-        The line number is that of the header `key`, e.g. `model` for `; model: if1`.  If the conversation does not have
-        this header, errors do not change.
-        """
+        """Within a `with` block, give errors file and line of the header `key`, if the conversation has it."""
         if key not in self.headers:
             yield
             return
@@ -119,10 +102,7 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Context manager that adds a file name and a line number to errors raised in its `with` block.
-
-        The line number is that of the action `act`.
-        """
+        """Within a `with` block, give errors the line of this action."""
         try:
             yield
         except (PlacedError, UsageError) as error:
@@ -145,10 +125,9 @@ def load_text(path: Path) -> str:
 
 
 def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:
-    """Parse the text of a conversation file, which lists the messages between a host and a controller.
+    """Read a conversation.  Raises ProgramError with file, line and column.
 
-    Raises ProgramError with file, line and column.  `codec` None: the notation is that of the model in the `; model:`
-    header, or else of `model`.
+    `codec` None: the notation is that of the model in the `; model:` header, or else of `model`.
     """
     lines = text.splitlines()
     codec = codec or _codec(named_model(lines) or model)
@@ -177,10 +156,7 @@ def _codec(model: str) -> Codec:
 
 
 def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:
-    """Return the text of a conversation.
-
-    `codec`: another notation of the data.
-    """
+    """Return the text of a conversation.  `codec`: another notation of the data."""
     whole = conversation if isinstance(conversation, Conversation) else Conversation(tuple(conversation))
     return "".join(f"{_written(act, codec or whole.codec)}\n" for act in whole.acts)
 
@@ -256,10 +232,7 @@ def _name_and_value(text: str, example: str) -> tuple[str, str]:
 
 
 def _without_comment(text: str) -> str:
-    """Remove the comment at the end of a text, e.g. `; wait` at the end of `0.25 ; wait`.
-
-    Not for lines with data (`>` and `<`), which can contain semicolons.
-    """
+    """Remove the comment after a time, a level or a value; data can contain semicolons and are not changed."""
     return text.partition(";")[0].strip()
 
 

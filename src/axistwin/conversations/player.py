@@ -26,7 +26,7 @@ PATIENCE_S = 10.0
 
 @dataclass(frozen=True)
 class Difference:
-    """The first point at which a replay differs from the recorded conversation with a controller."""
+    """The first deviation from the conversation."""
 
     file: str
     line: int
@@ -36,11 +36,6 @@ class Difference:
     got: str
 
     def __str__(self) -> str:
-        """Return a report such as "motor.talk:7: at 0.250000000 s the reply is different".
-
-        The next lines of the report show the expected and the received text.  A caret marks the first character that
-        differs.
-        """
         place = f"{self.file}:{self.line}" if self.file else f"line {self.line}"
         alike = takewhile(lambda pair: pair[0] == pair[1], zip(self.expected, self.got, strict=False))
         caret = " " * len(list(alike)) + "^"
@@ -54,10 +49,7 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect the host to each RS-485 channel that a conversation file names, e.g. `motor.rs485`.
-
-    Raises ProgramError if a channel does not exist.
-    """
+    """Connect the host to each RS-485 channel that is named.  Raises ProgramError if one does not exist."""
     for act in conversation.acts:
         if act.controller.endswith(SECOND) and act.controller not in bench.lines:
             try:
@@ -88,7 +80,7 @@ def play(conversation: Conversation, bench: Bench) -> Difference | None:
 
 
 class Player:
-    """Executes the lines of a conversation file one by one: sends the commands, and checks the replies."""
+    """Plays the lines of a conversation one by one."""
 
     def __init__(self, conversation: Conversation, bench: Bench) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, conversation.codec
@@ -97,28 +89,18 @@ class Player:
         self.patience_s = conversation.seconds_in("patience", PATIENCE_S)
 
     def subscribe(self, stack: ExitStack) -> None:
-        """Connect a host to each controller, and collect the replies.
-
-        The hosts are disconnected when `stack` is closed.
-        """
+        """Subscribe to replies until `stack` is closed."""
         for name, received in self.received.items():
             self.hosts[name] = stack.enter_context(host_at(self.bench, name))
             self.hosts[name].subscribe_received(received.extend)
 
     def prepare(self, act: Act) -> Played:
-        """Return a function that executes one line of a conversation file, e.g. sends the data of a `>` line.
-
-        Raises ProgramError for a line that cannot be played.
-        """
+        """Return a function that plays one line.  Raises ProgramError for a line that cannot be played."""
         with self.conversation.placing_errors(act):
             played = self._played(act)
         return partial(self._do, act, played) if isinstance(act, Do) else played
 
     def _do(self, act: Do, played: Played) -> object:
-        """Perform an action of the conversation, e.g. inject a fault.
-
-        Raises ProgramError if the place or time of a fault is no longer valid.
-        """
         with self.conversation.placing_errors(act):
             return played()
 
@@ -144,10 +126,7 @@ class Player:
         raise AssertionError(f"unknown action {act!r}: expected an object from axistwin.bench.acts, e.g. a Wait")
 
     def _controller_name(self, act: Do) -> str:
-        """Return the name of the controller to which an action applies.
-
-        A fault may name its controller in the place of the fault.
-        """
+        """Return the controller of an action; a fault may name it in its place."""
         if act.controller in self.received or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
             return act.controller
         return self._controller(act).name
@@ -158,7 +137,6 @@ class Player:
         raise self._unnamed(act, self.bench.controllers)
 
     def _endpoint(self, act: Act) -> str:
-        """Return the name of the port or bus through which the host performs an action, e.g. sends a command."""
         if act.controller:
             if act.controller not in self.received:
                 names = ", ".join(self.received)
@@ -193,10 +171,6 @@ class Player:
         return self.bench.run_until(lambda: len(received) > before, seconds)
 
     def _wrong_reply(self, act: Hear, name: str, received: bytearray) -> Difference:
-        """Return the difference between the expected reply and the received reply.
-
-        First wait for the rest of the received reply.
-        """
         now_ns = self.bench.now
         pause_s = to_seconds(self.hosts[name].pause_ns)
         while len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
@@ -208,10 +182,7 @@ class Player:
         self.bench.run_until(lambda: not any(host.sending for host in self.hosts.values()), self.patience_s)
 
     def unclaimed_reply(self) -> Difference | None:
-        """Return a `Difference` for received characters that no line of the conversation file expects.
-
-        Return None if no such characters have been received.
-        """
+        """Return a difference if characters were received that no `<` line expects; otherwise None."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
         found = next((bytes(received) for received in self.received.values() if received), None)
         return None if found is None else self._difference(last, "unexpected reply", b"", found)

@@ -85,7 +85,7 @@ class Recorder:
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
     def record(self, event: Event) -> None:
-        """Add a simulation event, e.g. a reply, as a text line to the recorded conversation with a controller."""
+        """Record an event."""
         match event:
             case Received():
                 self._received(event)
@@ -107,10 +107,7 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of a signal, e.g. the level of the control line `dtr`.
-
-        `subject`: name of the signal.  Later changes of this signal are recorded, too.
-        """
+        """Record the present value of a control line or another subject; later changes are recorded, too."""
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
@@ -133,7 +130,7 @@ class Recorder:
 
     @property
     def codec(self) -> Codec:
-        r"""Codec that converts data of the serial line or bus to readable text, e.g. a carriage return to `\r`."""
+        """Codec for the notation of data."""
         first = next(iter(self.bench.controllers), None)
         return CHARACTERS if first is None else endpoints.codec_at(self.bench, first)
 
@@ -143,18 +140,10 @@ class Recorder:
 
     @property
     def _is_terminated(self) -> bool:
-        """True if the reply ends in CR or LF.
-
-        After this terminator, at most a LF can follow.
-        """
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
     def _received(self, event: Received) -> None:
-        """Add received characters to the present reply of the controller.
-
-        First, a complete reply is recorded.  A reply is complete after its terminator, after a pause, or when another
-        controller sends characters.
-        """
+        """Add to the reply, after recording a complete one: at its terminator, a pause, or another sender."""
         silent_ns = event.time_ns - self._last_ns
         is_bus_message = event.controller not in self._formats
         ended = is_bus_message or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
@@ -166,10 +155,6 @@ class Recorder:
         self._last_ns = event.time_ns
 
     def _record_act(self, time_ns: int, controller: str, act: Act) -> None:
-        """Record an action of the host.
-
-        If the line format has changed, the format is recorded first.
-        """
         self._flush_reply()
         self._wait_until(time_ns)
         if controller in self._formats:
@@ -177,7 +162,6 @@ class Recorder:
         self._add(act)
 
     def _flush_reply(self) -> None:
-        """Add one `<` line to the recording: the characters that were received from the controller."""
         if self._reply:
             name, time_ns = self._name(self._speaker), self._round_down(self._last_ns)
             self._add(Hear(bytes(self._reply), controller=name))
@@ -186,35 +170,24 @@ class Recorder:
             self._recorded_ns = max(time_ns, self._recorded_ns)
 
     def _changed(self, event: LevelChanged) -> None:
-        """Record a level change if the signal is a control line of the host (DTR or RTS)."""
         if event.pin.startswith("host."):
             target = event.pin.removeprefix("host.")
             self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
 
     def _record_action(self, time_ns: int, controller: str, target: str, value: str) -> None:
-        """Record an action at the machine, e.g. a changed switch or an injected fault."""
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
 
     def _record_now(self, time_ns: int, act: Act) -> None:
-        """Record the action `act` at the time `time_ns`.
-
-        The pending reply of the controller and the pause before `time_ns` are recorded first.
-        """
         self._flush_reply()
         self._wait_until(time_ns)
         self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
-        """Convert an event at the host's serial port to a line of a conversation file, e.g. to `! break 0.25`.
-
-        The event is a break signal, or a change of DTR, RTS or the character format.
-        """
         if self.raw:
             return Comment(f"{target} {value} by the host did not reach the controller")
         return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
-        """Return the character format, e.g. 9600 8N2, of the host's serial port at the start of a replay."""
         usual = self.bench[name].product.line if name in self.bench.controllers else None
         return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
@@ -225,10 +198,7 @@ class Recorder:
             self._add(self._line_act(name, "line", str(present)))
 
     def _record_silence(self, until_ns: int) -> None:
-        """Record a long pause before a reply, e.g. as the line `+5` (5 seconds) of the conversation file.
-
-        Without this line, a replay waits too short for the reply.
-        """
+        """Record a long silence as a `+` line, because a replay waits only for a limited time."""
         whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
             self._wait_until(self._recorded_ns + whole_ns)

@@ -37,10 +37,7 @@ def kind_of(program: Path, made: Product | None = None) -> str:
 
 
 def check_kind(program: Path, made: Product) -> None:
-    """Raise UsageError if a program is for another controller family, e.g. a `.sms` program for an IF1.
-
-    A conversation is for any family.
-    """
+    """Raise UsageError if a program is for another family; a conversation is for any family."""
     meant = FAMILIES[MODELS.get(kind_of(program), made.model)]
     if meant != FAMILIES[made.model]:
         own_models = " or ".join(name for name, family in FAMILIES.items() if family == meant)
@@ -50,12 +47,7 @@ def check_kind(program: Path, made: Product) -> None:
 
 
 def product_for(suffix: str, text: str) -> Product:
-    """Return the controller model for which a program is written.
-
-    The header `; model:` of the program or its file suffix gives the model.
-
-    Raises UsageError if the model is unknown.
-    """
+    """Return the model of the header `; model:` or of the file suffix.  Raises UsageError if it is unknown."""
     model = named_model(text.splitlines()) or MODELS.get(suffix, "")
     if not model:
         raise UsageError(
@@ -83,10 +75,7 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
 
 @dataclass(frozen=True)
 class HostProgram:
-    """The data that a host program sends to one controller, and the errors and warnings found in the data.
-
-    `endpoint`: name of the controller, of its second serial channel, or of a line that several motors share.
-    """
+    """The data that a program sends to one endpoint, with the errors and warnings in these data."""
 
     file: str
     endpoint: str
@@ -105,9 +94,8 @@ def host_programs(
 ) -> tuple[list[HostProgram], list[Diagnostic]]:
     """Return the data that a host program sends to each endpoint, e.g. to each controller.
 
-    Also returns the diagnostics of unreadable lines.
-
-    `endpoint`: the endpoint of lines that do not name one; `models`: the product at each endpoint.
+    Also returns the diagnostics of unreadable lines.  `endpoint`: the endpoint of lines that do not name one; `models`:
+    the product at each endpoint.
     """
     lines, typed = as_ascii(text).splitlines(), list(typographic(text.splitlines(), suffix))
     model = named_model(lines) if suffix == ".talk" else ""
@@ -130,19 +118,12 @@ def host_programs(
 def diagnose_named(
     text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
 ) -> list[Diagnostic]:
-    """Return all errors and warnings of a program that is sent to `endpoint`.
-
-    Lines of a conversation may name other endpoints.
-    """
+    """Return the problems of a program that is sent to `endpoint`; a conversation may name others."""
     sent, unread = host_programs(text, suffix, endpoint, models, file)
     return sorted([*unread, *(found for each in sent for found in each.found)])
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
-    """Yield an error if a header line of a `.talk` file is invalid, e.g. if `; patience:` has no number of seconds.
-
-    Only the first invalid header line is reported.
-    """
     lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
     head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
@@ -192,7 +173,6 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
 
 
 def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Callable[[str, int, str], Act | None]:
-    """Return the function that parses one line of a program file; `suffix` is the suffix of the file."""
     match suffix:
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
@@ -207,10 +187,7 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the sessions of each controller.  A session is the data that a host sends from power-on to power-off.
-
-    The result contains one sequence of sessions for each controller.
-    """
+    """Return the characters that a program sends to each controller, divided at each power-off."""
     match suffix:
         case ".talk":
             return _by_controller(acts, lines, codec).values()
@@ -224,11 +201,6 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
 
 @dataclass
 class _SentData:
-    """The characters that a program sends to one controller.
-
-    The characters between two power-offs are a session.
-    """
-
     sessions: list[Session] = field(default_factory=list)
     characters: list[Sent] = field(default_factory=list)
     initialised: bool = False
@@ -239,10 +211,6 @@ class _SentData:
 
 
 def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> dict[str, Sequence[Session]]:
-    """Return the characters that the host in a `.talk` file sends to each controller.
-
-    The keys of the dict are the names of the controllers.
-    """
     hosts: dict[str, _SentData] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _SentData())
@@ -258,12 +226,6 @@ def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> d
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:
-    """Group the commands of a host program into sessions.  Each power-off of the controller ends a session.
-
-    The program uses only one controller.  The only item that is yielded is the list of its sessions.
-
-    `sent` returns the characters of one program line.
-    """
     host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):
@@ -274,30 +236,21 @@ def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterat
 
 
 def _stored(lines: Iterable[str]) -> Iterator[Sequence[Session]]:
-    """Yield all characters of a SmartMotor's stored program, including comments."""
     typed = (_characters(map(ord, line.expandtabs(1)), number) for number, line in enumerate(lines, start=1))
     yield [Session(tuple(sent for line in typed for sent in line), stored=True)]
 
 
 def _sent(act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> Iterator[Sent]:
-    """Return the bytes of a command, each with its row and column in the program file.
-
-    The command begins after `begin` characters of the row.
-    """
     pairs = zip(act.data, places, strict=True)
     return (Sent(byte, act.line, begin + column + 1, width) for byte, (column, width) in pairs)
 
 
 def _line(act: Say) -> Iterator[Sent]:
-    """Return the characters that a host sends for one line of a program."""
     return _characters(act.data, act.line)
 
 
 def _characters(codes: Iterable[int], line: int) -> Iterator[Sent]:
-    """Yield the characters of a line with their columns, and then a CR.
-
-    The CR has the width 0.
-    """
+    """Yield the characters of a line with their columns, and then a CR.  The CR has the width 0."""
     column = 0
     for column, code in enumerate(codes, start=1):
         yield Sent(code, line, column)

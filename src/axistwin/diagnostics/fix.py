@@ -20,9 +20,8 @@ def fix_text(
 ) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
     """Correct the errors in a program text, except errors with several possible corrections.
 
-    Returns the new text, the fixed diagnostics and the remaining diagnostics.
-
-    A round that would add errors is not applied.
+    Returns the new text, the fixed diagnostics and the remaining diagnostics.  A round that would add errors is not
+    applied.
     """
     done: list[Diagnostic] = []
     found = find(text)
@@ -44,10 +43,6 @@ def _errors(found: Sequence[Diagnostic]) -> int:
 
 
 def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Select diagnostics whose fixes change different parts of the text.
-
-    If two fixes overlap, only the diagnostic of the first fix is selected.
-    """
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:
@@ -60,10 +55,7 @@ def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
-    """Apply edits to a text, and return the new text.
-
-    The last edit is applied first.  The line ends do not change.
-    """
+    """Apply edits to a text, and return the new text.  The last edit is applied first.  The line ends do not change."""
     begins = [0]
     for line in text.splitlines(keepends=True):
         begins.append(begins[-1] + len(line))

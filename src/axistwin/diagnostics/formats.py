@@ -30,18 +30,12 @@ class Checked:
 
     @property
     def shown(self) -> str:
-        """File name for use in messages, e.g. `moves.if1`.
-
-        The name of a program in a scene is, for example, `scene.toml → moves.if1`.
-        """
+        """The file as shown to the user: `scene.toml → moves.if1`."""
         return str(self.file) if self.scene is None else f"{self.scene} → {self.file}"
 
 
 def as_text(checked: Checked, excerpts: bool) -> Iterator[str]:
-    """Yield one line of text per diagnostic.
-
-    `excerpts` adds the wrong line of the file.
-    """
+    """Yield one line of text per diagnostic.  `excerpts` adds the wrong line of the file."""
     lines = checked.text.splitlines() if excerpts else []
     for each in checked.found:
         place = click.style(f"{checked.shown}:{each.line}:{each.column}:", bold=True)

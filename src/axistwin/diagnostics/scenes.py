@@ -21,22 +21,15 @@ KEYS = (rules.UNKNOWN_KEY.code, rules.MISSING_KEY.code)
 
 
 def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
-    """Return the errors in a scene as diagnostics.
-
-    If `text` is given, `text` is checked instead of the contents of the file.
-
-    Raises SceneError if the file is missing or is not text.
-    """
+    """Return a scene's diagnostics; `text` replaces the file's.  Raises SceneError for a missing or binary file."""
     text = read_text(file) if text is None else text
     return sorted(_as_diagnostic(error, text) for error in _errors(file, text))
 
 
 def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Product]]]:
-    """Yield the program files that a scene file names, e.g. `move.sms`.
+    """Yield each program of a scene once for each endpoint: endpoint, file, and models at all endpoints.
 
-    Each item contains the endpoint, the file, and the models at all endpoints.
-
-    Nothing is yielded if the scene itself has errors.  A file is yielded only once for each endpoint.
+    A scene with errors yields nothing.
     """
     try:
         loaded = Scene.load(scene)
@@ -50,10 +43,7 @@ def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Produc
 
 
 def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
-    """True if the diagnostic is about the program file `file`, and not about the scene file itself.
-
-    The message of such a diagnostic begins with the file name.
-    """
+    """True if a diagnostic of a scene repeats an error that is in this program."""
     return diagnostic.message.startswith(f"{file}:")
 
 
@@ -66,10 +56,7 @@ def _errors(file: Path, text: str) -> list[SceneError]:
 
 
 def _build_errors(source: Source) -> list[SceneError]:
-    """Build a scene, and return the errors that occur.
-
-    The controllers save no data on the disk, so the state directories of the scene do not change.
-    """
+    """Return the errors of building the scene without its state directories, so that no files are written."""
     contents = source.contents()
     for table in contents.controller:
         table.state = None
@@ -77,10 +64,9 @@ def _build_errors(source: Source) -> list[SceneError]:
 
 
 def _as_diagnostic(error: SceneError, text: str) -> Diagnostic:
-    """Convert an error in a scene file to a diagnostic with a line and a column.
+    """Convert the error of a scene to a diagnostic.
 
-    The diagnostic marks the word at the place of the error.  If a value is wrong, the diagnostic marks the value
-    instead of the key.
+    It covers the word at the error's place; for a wrong value, the value instead of its key.
     """
     lines = text.splitlines()
     line, column = error.line or 1, error.column or 1

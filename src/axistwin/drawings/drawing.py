@@ -13,9 +13,7 @@ Change = tuple[str, str, Any]
 
 
 class Drawing:
-    """A drawing in SVG and HTML with movable parts.
-
-    The object stores the changes of the drawing until `take` returns them, so that browsers receive only the changes.
+    """A drawing that a page shows once; after that, the page receives the changes.
 
     `art`: SVG and HTML, in which the attribute `data-part` names each movable part.  `kind`: CSS classes.  `act` is
     called with the value of the attribute `data-act` of a part that the user has clicked.
@@ -51,18 +49,12 @@ class Drawing:
             self._changes.append((part, attribute, value))
 
     def take(self) -> list[Change]:
-        """Return the changes of the drawing, e.g. of a lamp, since the previous call.
-
-        A call of the method `everything` also counts.
-        """
+        """Return the changes since the last call."""
         changes, self._changes = self._changes, []
         return changes
 
     def everything(self) -> list[Change]:
-        """Return the present state of the drawing: the texts, positions and attributes of its parts.
-
-        A page that has just loaded the drawing needs this state.
-        """
+        """Return all values, for a page that has just added the drawing."""
         self._changes = []
         return [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
 

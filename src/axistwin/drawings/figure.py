@@ -25,10 +25,7 @@ class Figure(Protocol):
 
 
 def readout(part: str, label: str, of: str = "") -> str:
-    """Return the HTML of a row that shows a number with a label and a unit.
-
-    `part`: name of the number; `of`: its unit.
-    """
+    """Return the HTML of a row with a number: `part` is its name, `of` its unit."""
     told = f"<small>{escape(of)}</small>" if of else ""
     value = f'<dd><span data-part="{part}">\u2013</span>{told}</dd>'
     return f'<div data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
@@ -40,10 +37,7 @@ def readouts(*rows: str) -> str:
 
 
 def error_rows(axis: Axis) -> list[str]:
-    """Return the readouts that show the position errors of an axis.
-
-    A servo axis has the following error, and also the motor temperature.  A stepper axis has the lost steps.
-    """
+    """Return rows for following error and temperature of a servo, or for lost steps and encoder of a stepper."""
     of = axis.unit
     if isinstance(axis, ServoAxis):
         return [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
@@ -52,10 +46,7 @@ def error_rows(axis: Axis) -> list[str]:
 
 
 def motion_rows(axis: Axis) -> list[str]:
-    """Return the HTML rows that show the position and the velocity of an axis.
-
-    The unit is pulses or counts; a machine unit adds two rows.
-    """
+    """Return rows for position and velocity in pulses or counts and, if defined, in the machine unit."""
     of = axis.unit
     rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
     if axis.units is None:
@@ -64,10 +55,7 @@ def motion_rows(axis: Axis) -> list[str]:
 
 
 def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
-    """Update the displayed values of an axis: faults, position, velocity, position error and encoder count.
-
-    Returns the commanded position.
-    """
+    """Update an axis's faults, position, velocity, error and encoder; return its commanded position."""
     axis = controller.axes[name]
     position, wanted = axis.position, axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
     drawing.flag("machine", "jammed", axis.jammed)
@@ -85,10 +73,7 @@ def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
 
 
 def states(controller: Controller, name: str) -> str:
-    """Return the faults of an axis as text, e.g. `jammed · out of step`.
-
-    The text is empty without faults.
-    """
+    """Return the faults of an axis as text, e.g. `jammed · out of step`.  The text is empty without faults."""
     return " \u00b7 ".join(_states(controller, name))
 
 

@@ -10,20 +10,13 @@ from axistwin.drawings.switches import Press
 
 
 def figure(controller: Controller, axis: str, press: Press) -> Figure:
-    """Return the drawing of an axis: a linear slide or a rotating shaft.
-
-    An axis with limited travel is drawn as a slide.
-    """
+    """Return the drawing of an axis: a slide if its travel is limited, else a rotating shaft."""
     limited = controller.axes[axis].limits is not None
     return Slide(controller, axis, press) if limited else Shaft(controller, axis)
 
 
 def used_axes(controller: Controller) -> list[str]:
-    """Return the names of those axes of a controller that the panel and the playground draw.
-
-    An axis is drawn if the axis is configured, moving or away from position 0.  If no axis is configured, all axes are
-    drawn.
-    """
+    """Return the axes to draw: configured, moving, or away from 0; all if none is configured."""
     if not any(controller.given.get(axis) for axis in controller.axes):
         return list(controller.axes)
     return [axis for axis in controller.axes if _used(controller, axis)]
@@ -35,8 +28,5 @@ def _used(controller: Controller, name: str) -> bool:
 
 
 def asset(name: str) -> str:
-    """Return the text of the file `parts.js` or `drawings.css`.
-
-    HTML pages with drawings contain these texts.
-    """
+    """Return the text of the file `parts.js` or `drawings.css`.  HTML pages with drawings contain these texts."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")

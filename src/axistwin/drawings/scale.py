@@ -27,20 +27,14 @@ def signed(number: int) -> str:
 
 
 def round_step(span: float, most: int) -> int:
-    """Return the distance between the tick marks of a scale, e.g. 1, 2, 5 or 10.
-
-    The distance is the smallest of 1, 2, 5, 10, 20, … that divides `span` into at most `most` parts.
-    """
+    """Return the smallest of 1, 2, 5, 10, 20, … that divides `span` into at most `most` parts."""
     least = max(span / most, 1.0)
     power: int = 10 ** floor(log10(least))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= least)
 
 
 def ticks(first: float, last: float, most: int) -> Iterator[int]:
-    """Yield the positions of the tick marks on a scale from `first` to `last`.
-
-    At most `most` + 1 marks are placed at multiples of a round step.
-    """
+    """Yield at most `most` + 1 multiples of a round step from `first` to `last`."""
     step = round_step(last - first, most)
     yield from range(ceil(first / step) * step, floor(last) + 1, step)
 
@@ -53,10 +47,7 @@ class Flow:
         self._ns = 0
 
     def is_smooth(self, bench: Bench) -> bool:
-        """True if a drawing should move smoothly to its new state instead of jumping.
-
-        The bench must be the same as at the last call, and little virtual time must have passed.
-        """
+        """True unless the bench was replaced or more than `LONGEST_NS` has passed since the last call."""
         passed_ns = bench.now - self._ns
         same = self._bench() is bench
         if not same:

@@ -95,10 +95,6 @@ class Shaft:
 
 
 def _brake(controller: Controller) -> str:
-    """Return the SVG of a brake.
-
-    Without a configured brake, the SVG shows the brake signal.
-    """
     if controller.product.brake_pin is None:
         return ""
     fitted = "brake" if controller.given.get("brake") else "brake signal"

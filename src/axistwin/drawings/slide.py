@@ -20,10 +20,9 @@ SHARED = ' title="in series with the switches of the other axes: all of them are
 
 
 class Slide:
-    """The drawing of an axis with limited travel: a carriage between two limit switches.
+    """The drawing of one axis; an outlined carriage shows the commanded position if it differs from the position.
 
-    An outlined carriage shows the commanded position if it differs from the position.  `press` is called when the user
-    clicks a limit switch or the home switch.
+    `press` is called when the user clicks a limit switch or the home switch.
     """
 
     def __init__(self, controller: Controller, name: str, press: Press) -> None:
@@ -129,10 +128,6 @@ class Slide:
         return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
 
     def _button(self, part: str) -> str:
-        """Return the HTML attributes for the drawing of a limit or home switch.
-
-        The user can click the drawn switch.
-        """
         if part not in self._switches:
             return f'data-part="{part}"'
         title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]

@@ -15,10 +15,7 @@ LAMPS = re.compile(r"output\d|led")
 
 
 class Switches:
-    """The drawing of the switches and lamps of a controller.
-
-    This drawing omits the limit and home switches that the drawing of an axis shows.
-    """
+    """The drawing of switches and lamps, without the limit and home switches that an axis shows."""
 
     def __init__(self, controller: Controller, press: Press) -> None:
         self._lamps = {lamp.source: lamp for group in controller.product.front for lamp in group.items
@@ -52,10 +49,9 @@ class Switches:
         return self._pins[name]
 
     def _inputs(self, controller: Controller) -> Iterator[str]:
-        """Yield the names of the inputs that the drawing shows as switches.
+        """Yield the inputs of the front panel, and the home input; sensors and the joystick set their own levels.
 
-        The inputs of the front panel and the home input are shown.
-        Sensors and the joystick set their own levels.  Without a description of the front panel, all inputs.
+        Without a description of the front panel, all inputs.
         """
         stick, home = controller.product.joystick, controller.product.home_pin
         for name, pin in controller.pins.items():
@@ -90,15 +86,11 @@ class Switches:
 
 
 def _spaced(name: str) -> str:
-    """Return the name of a terminal in words, e.g. `output 1`."""
     return re.sub(r"(?<=[a-z])(?=\d)", " ", name.replace("_", " "))
 
 
 def on_slides(controller: Controller) -> dict[str, str]:
-    """Return the limit and home inputs that the drawing of an axis shows.
-
-    The values are the names of the parts in the drawing.
-    """
+    """Return the limit and home inputs that an axis shows, with the names of their parts in its drawing."""
     product, axes = controller.product, [axis for axis in controller.axes.values() if axis.limits is not None]
     if not axes:
         return {}
@@ -109,10 +101,7 @@ def on_slides(controller: Controller) -> dict[str, str]:
 
 
 def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> None:
-    """Show the position of a switch and the level of its terminal.
-
-    `free`: the word for a switch that is not pressed.
-    """
+    """Show a switch and its terminal's level; `free`: the word for a switch that is not pressed."""
     pressed = is_pressed(pin)
     word = "stuck" if pin.held else "pressed" if pressed else "output" if pin.is_output else free
     drawing.put(part, "aria-pressed", "true" if pressed else "false")
@@ -121,18 +110,12 @@ def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> No
 
 
 def is_pressed(pin: Pin) -> bool:
-    """True if the user has pressed the switch at the pin.
-
-    A pressed switch gives the pin a level that differs from the level without the switch.
-    """
+    """Return True if a user has driven the terminal to another level than the connected part."""
     return pin.driven and pin.level is not pin.undriven
 
 
 def action(pin: Pin) -> str:
-    """Return the effect of a click on a switch: "low", "high" or "release".
-
-    "low" and "high" set the level of the terminal; "release" opens a pressed switch.
-    """
+    """Return what a click does: "low" and "high" set the level, "release" opens a pressed switch."""
     if is_pressed(pin):
         return "release"
     return "low" if pin.undriven else "high"

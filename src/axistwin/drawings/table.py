@@ -36,7 +36,7 @@ class Table:
         self.drawing = Drawing(f"table {controller.name}", "top-view", self._art())
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
-        """Show the position of the X-Y table, the state of the tool, and the path of the tool."""
+        """Show the position, state and path of the tool."""
         drawing = self.drawing
         x, y = (controller.axes[name].position for name in self.names)
         drawing.place("bridge", f"translate({self._x(x):.2f}px, 0)", smooth=smooth)
@@ -72,10 +72,7 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Yield the points of one piece of the tool's path, each as the text `X,Y`.
-
-        Each piece is one SVG polyline.  The last point is also the first point of the next piece.
-        """
+        """Yield the points of one SVG element of the path, and the first point of the next element."""
         oldest = trail.begun - len(trail.points)
         first = max(piece * PIECE - oldest, 0)
         for x, y in islice(trail.points, first, max((piece + 1) * PIECE + 1 - oldest, 0)):
@@ -114,10 +111,7 @@ class Table:
 
 
 def _share(position: float, limits: tuple[int, int]) -> float:
-    """Return the position of an axis as a fraction of the axis's travel, from 0 to 1.
-
-    The fraction of a position beyond a limit is slightly below 0 or above 1.
-    """
+    """Return a position as a fraction of the travel, 0 to 1, or up to 0.03 beyond the limits."""
     first, last = limits
     return min(max((position - first) / max(last - first, 1), -0.03), 1.03)
 

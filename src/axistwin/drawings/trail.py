@@ -27,10 +27,7 @@ Point = tuple[int, int]
 
 
 def table_axes(controller: Controller) -> tuple[str, str] | None:
-    """Return the two axes of an X-Y table; None if the machine has no X-Y table.
-
-    An X-Y table consists of the first two axes with limited travel.
-    """
+    """Return the first two axes with limited travel, which form an X-Y table; None if there are fewer than two."""
     with_travel = [name for name, axis in controller.axes.items() if axis.limits is not None]
     return (with_travel[0], with_travel[1]) if len(with_travel) > 1 else None
 
@@ -85,11 +82,6 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times of the points that `update` adds to the drawn path.
-
-        Each start and end of a move since the previous update is a point.
-        In each interval in which both axes move, `PIECES` - 1 times are added.
-        """
         ends = sorted({now_ns, *(end for axis in self._axes for end in _ends(axis, self._seen_ns, now_ns))})
         found, before = [], self._seen_ns
         for end in ends:
@@ -111,23 +103,17 @@ class Trail:
 
 
 def _straight(first: Point, middle: Point, last: Point) -> bool:
-    """True if the point `middle` is on the straight line from `first` to `last`."""
     (x1, y1), (x2, y2) = (middle[0] - first[0], middle[1] - first[1]), (last[0] - middle[0], last[1] - middle[1])
     return x1 * y2 == x2 * y1 and x1 * x2 + y1 * y2 > 0
 
 
 def _remembered(axis: Axis) -> int:
-    """Return the start time of the oldest move that is still drawn.
-
-    If all moves of the axis are drawn, return 0.
-    """
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """Yield each time between `since_ns` and `now_ns` at which a move of the axis starts or ends."""
     if not isinstance(axis, StepperAxis):
         return
     for move in reversed(axis.train.moves):
@@ -139,10 +125,7 @@ def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
 
 
 def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
-    """Return the position of an axis at each time in `times_ns`.
-
-    For a servo axis, whose past positions are not stored, return its present position.
-    """
+    """Return an axis's positions at these times; of a servo, whose past is not stored, the present one."""
     if not isinstance(axis, StepperAxis):
         return [axis.position] * len(times_ns)
     lost, found = axis.lost, []
@@ -156,20 +139,15 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """The drawn paths (trails) of all machines with an X-Y table.
-
-    All browser pages of a session show the same paths.
-    """
+    """The paths of all X-Y tables of a session; all browser pages show the same ones."""
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Create an empty path (trail) for each machine with an X-Y table."""
         tables = ((controller, table_axes(controller)) for controller in bench.controllers.values())
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 
     def __getitem__(self, name: str) -> Trail:
-        """Return the trail (the drawn path) of the X-Y table with the controller `name`."""
         return self._those[name]

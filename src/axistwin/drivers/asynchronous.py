@@ -17,10 +17,7 @@ from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
 
 async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
-    """Open a port and return the controller at this port.
-
-    The arguments are those of `connect`.
-    """
+    """Open a port and return the controller at this port.  The arguments are those of `connect`."""
     controller = AsyncController(url, make(model, options), baud)
     try:
         await controller.run(nothing())
@@ -50,10 +47,7 @@ class Port(Protocol):
 
 
 class WallClock:
-    """A clock in real time.
-
-    The ports to real controllers are subclasses of this class.
-    """
+    """A clock in real time.  The ports to real controllers are subclasses of this class."""
 
     async def pause(self, seconds: float) -> None:
         """Wait for the given number of seconds."""
@@ -144,9 +138,7 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
 
 
 class AsyncController:
-    """A controller at a port, for programs with asyncio.
-
-    Each public function of the protocol core is a coroutine of this object, e.g. `outputs`.
+    """A controller at a port, for asyncio; public functions of the core are coroutines of this object.
 
     `opening`: returns another kind of port, opened; None: the port at the URL is opened.
     """
@@ -181,10 +173,7 @@ class AsyncController:
             await port.close()
 
     async def run(self, procedure: Procedure[T]) -> T:
-        """Execute a procedure, i.e. a generator that yields requests to write, to read or to wait.
-
-        Returns the result of the procedure.  Raises DriverError if the procedure fails.
-        """
+        """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
         async with self._lock:
             if self._port is None:
                 self._port = await (self._opening() if self._opening else open_port(self.url, self.core, self._baud))

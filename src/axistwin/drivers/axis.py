@@ -9,10 +9,7 @@ from axistwin.drivers.errors import PositionLostError, RefusedError
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of an axis or of its controller.
-
-    `remedy`: what the user must do to remove the fault.
-    """
+    """A fault of an axis or of its controller.  `remedy`: what the user must do to remove the fault."""
 
     name: str
     remedy: str
@@ -60,7 +57,7 @@ class Status:
 
 @dataclass
 class Scale:
-    """Unit that the user has chosen for an axis, e.g. mm, and the number of counts per unit."""
+    """Unit of an axis, as a number of counts."""
 
     counts_per_unit: float = 1.0
     """Counts per unit; negative if the unit's positive direction is the negative direction of the counts."""
@@ -102,10 +99,7 @@ class Axis(Protocol):
         """Begin a move to a position."""
 
     def move_by(self, distance: float) -> None:
-        """Begin a relative move: the new target is the last target plus `distance`.
-
-        After a stop, the new target is the present position plus `distance`.
-        """
+        """Begin a move relative to the last target, or after a stop to the present position."""
 
     def move_at(self, velocity: float) -> None:
         """Run the axis at a signed velocity until `stop` is called."""
@@ -117,10 +111,7 @@ class Axis(Protocol):
         """Stop the axis as fast as the controller can."""
 
     def home(self, direction: int) -> None:
-        """Begin a search for the home position, e.g. for the position of a home switch.
-
-        At the end of the search, the coordinate of the home position is 0.
-        """
+        """Begin a search for the home position in a direction, 1 or -1; the home position is 0."""
 
     def status(self) -> Status:
         """Return the state of the axis; positions are in the unit of the axis."""
@@ -129,7 +120,7 @@ class Axis(Protocol):
         """Return the position of the axis.  Raises PositionLostError if the position is not known."""
 
     def set_position(self, position: float) -> None:
-        """Set the present position to a new value without a move; the axis must be at rest."""
+        """Define the present position, at rest."""
 
     def clear_faults(self) -> None:
         """Clear the faults whose cause no longer exists."""
@@ -138,7 +129,4 @@ class Axis(Protocol):
         """Set the velocity and acceleration of the next moves."""
 
     def wait(self, timeout: float) -> Status:
-        """Wait until the axis has arrived at the target of its move, has found home, or is at rest after a run.
-
-        Raises StoppedError if the axis stops elsewhere, unless `stop` or `abort` was called.
-        """
+        """Wait for the end of a motion.  Raises StoppedError if it stops elsewhere, unless by `stop` or `abort`."""

@@ -80,10 +80,7 @@ class SerialPort:
 
 
 class Controller:
-    """A connection to a controller through a port, for synchronous programs.
-
-    Each public function of the protocol core is a function of this object, e.g. `outputs`.
-    """
+    """A controller at a port.  Public functions of the protocol core, e.g. `outputs`, are functions of this object."""
 
     def __init__(self, url: str, core: Core, baud: int | None = None) -> None:
         self.url, self.core, self._baud = url, core, baud
@@ -113,10 +110,7 @@ class Controller:
         self.core.close()
 
     def run(self, procedure: Procedure[T]) -> T:
-        """Execute a procedure, i.e. a generator that yields requests to write, to read or to wait.
-
-        Returns the result of the procedure.  Raises DriverError if the procedure fails.
-        """
+        """Execute a function of the protocol core at the port.  Raises DriverError if the function fails."""
         with self._lock:
             if self._port is None:
                 self._port = SerialPort(self.url, self.core, self._baud)
@@ -148,11 +142,7 @@ def _drive(steps: Procedure[T], port: SerialPort) -> T:
 
 
 class BlockingAxis(ScaledAxis):
-    """A motion axis of a controller, for programs without asyncio.
-
-    The method `move_to` returns before the axis has reached the position.  The method `wait` waits for the end of the
-    motion.
-    """
+    """An axis whose functions block until the controller has answered."""
 
     def __init__(self, controller: Controller, core: AxisCore) -> None:
         super().__init__(core)
@@ -225,9 +215,5 @@ def still_moving(name: str, timeout: float) -> SilentError:
 
 
 def nothing() -> Generator[Any, Any, None]:
-    """Return an empty procedure, which sends no commands to the controller.
-
-    `run(nothing())` only synchronises the driver with the controller.  The call has no effect if the driver is
-    synchronised already.
-    """
+    """Do nothing; used to synchronise with the controller only."""
     yield from ()

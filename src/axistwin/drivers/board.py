@@ -28,11 +28,9 @@ MOTIONS = frozenset({0x11, 0x2E, 0x2F, 0x30, *range(0x32, 0x80)})
 class Board(Core):
     """Implements the protocol of an 1810 or 1811.
 
-    The only axis is `motor`.
-
-    `interrupts`: wait for messages by the interrupt line instead of polling the status byte.  `marker_bit`: the user
-    bit, 0 to 2, that is set to detect a reset of the board by another program; None: no detection.  `home_active_high`,
-    `home_edge_ccw`, `home_percent`: the definition of HOME (38h).
+    The only axis is `motor`.  `interrupts`: wait for messages by the interrupt line instead of polling the status byte.
+    `marker_bit`: the user bit, 0 to 2, that is set to detect a reset of the board by another program; None: no
+    detection.  `home_active_high`, `home_edge_ccw`, `home_percent`: the definition of HOME (38h).
     """
 
     remedy = "check the board's power and the address of the bus socket (bus://)"
@@ -69,7 +67,6 @@ class Board(Core):
     # Bus lines
 
     def _ask(self, request: str) -> Procedure[str]:
-        """Send a request to the bus socket and return the answer."""
         yield Write(f"{request}\n".encode())
         while True:
             answer = (yield from self._until(b"\n", f"'{request}'")).decode("ascii", "replace").strip()
@@ -171,7 +168,6 @@ class Board(Core):
         raise SilentError("the board does not answer the command 01h: call reset, or switch its power off and on")
 
     def _prepare(self) -> Procedure[None]:
-        """Restore the settings that the board has lost in a reset."""
         self.motor.forget()
         if self.marker_bit is not None:
             yield from self._status_until(READY)
@@ -279,10 +275,7 @@ class Board(Core):
         return {number: bool(bits >> number & 1) for number in range(2, 6)}
 
     def define_sequence(self, number: int, commands: Iterable[bytes]) -> Procedure[None]:
-        """Store commands as the sequence `number` (1 to 15).
-
-        `command(0x41, number)` performs the sequence.
-        """
+        """Store commands as the sequence `number` (1 to 15).  `command(0x41, number)` performs the sequence."""
         number = integer("sequence", number, 1, 15)
         listed = [
             command_bytes(*items("command", one, "bytes([0x0C, 1])"))
@@ -316,11 +309,9 @@ class Board(Core):
     def stream_times(self, update_ms: int, clock: int, divisor: int, velocities: Iterable[int]) -> Procedure[None]:
         """Run the motor at several velocities, one after the other, each for `update_ms` milliseconds.
 
-        The commands are 52h and E1h.
-
-        A negative velocity is CCW; the last velocity must be 0.  Returns when the last velocities are in the buffer of
-        about 300.  If the board has used up its buffer before the next velocities arrive, stops the motor and raises
-        RefusedError.
+        The commands are 52h and E1h.  A negative velocity is CCW; the last velocity must be 0.  Returns when the last
+        velocities are in the buffer of about 300.  If the board has used up its buffer before the next velocities
+        arrive, stops the motor and raises RefusedError.
         """
         values = [integer("velocity", one, -0x7FFF, 0x7FFF) for one in items("velocities", velocities, "[100, 0]")]
         if values[-1:] != [0]:

@@ -61,10 +61,6 @@ class Motor(AxisCore):
         self._profile, self._begin_by, self._homing, self._streaming = None, None, False, False
 
     def _numbers(self, velocity: float) -> tuple[int, bytes]:
-        """Encode the velocity and the acceleration of a move for a command.
-
-        Return the code of the velocity range, and the bytes of velocity and acceleration in this range.
-        """
         if not 0 < velocity <= self.max_velocity:
             raise RefusedError(
                 f"invalid velocity {velocity:g} pulses/s: "
@@ -128,10 +124,7 @@ class Motor(AxisCore):
         yield from self.move_to((yield from self._position()) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run the motor at a signed velocity until `stop` is called.
-
-        If the motor is running, only its velocity changes.
-        """
+        """Run at a signed velocity until `stop`; a running motor only changes its velocity."""
         if not velocity:
             yield from self.stop()
             return
@@ -202,10 +195,7 @@ class Motor(AxisCore):
         return signed(found[1:5]) * (RANGES[code] if code < 4 else 1 / 60 if code == 4 else 1.0)
 
     def _pending(self, moving: bool, position: int) -> Procedure[bool]:
-        """Return True while a commanded motion is in progress.
-
-        The motion is in progress from the command, even if the motor has not begun to move yet.
-        """
+        """Return True while a motion is in progress: from its command, even before the motor moves."""
         if moving:
             self._has_moved = True
             self._begin_by = (yield Clock()) + self._tail_s if self._tail_s else None

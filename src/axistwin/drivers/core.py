@@ -28,12 +28,7 @@ class Line:
 
 
 class Core(ABC):
-    """Base class for the protocols of controllers.
-
-    The classes do no input or output.
-
-    The functions of a core are generators of `steps`.
-    """
+    """Protocol of a controller, as generators that do no input or output."""
 
     line = Line(9600)
     remedy = "check the power, the cable and the line format"
@@ -47,10 +42,7 @@ class Core(ABC):
         self._in_step = False
 
     def converse(self, procedure: Procedure[T]) -> Procedure[T]:
-        """Exchange requests and answers with a controller, as the given procedure specifies.
-
-        After a failed procedure, first synchronise with the controller again.
-        """
+        """Execute a procedure; first synchronise with the controller again if the last procedure failed."""
         if not self._in_step:
             yield from self.synchronise()
         self._in_step = False
@@ -81,7 +73,6 @@ class Core(ABC):
     # Bytes
 
     def _until(self, end: bytes, request: str) -> Procedure[bytes]:
-        """Receive bytes until `end` arrives, and return the bytes before `end`."""
         while end not in self._received:
             yield from self._more(request)
         found, _, rest = bytes(self._received).partition(end)
@@ -89,7 +80,6 @@ class Core(ABC):
         return found
 
     def _take(self, count: int, request: str) -> Procedure[bytes]:
-        """Receive `count` bytes and return them."""
         while len(self._received) < count:
             yield from self._more(request)
         found = bytes(self._received[:count])
@@ -111,11 +101,7 @@ class Core(ABC):
             )
 
     def _discard(self, first: float) -> Procedure[bytes]:
-        """Empty the receive buffer, and return the bytes.
-
-        The buffer is empty when no byte arrives for 0.1 s.  `first`: longest time to wait for the first byte, in
-        seconds.
-        """
+        """Wait up to `first` seconds for bytes, receive until a gap of 0.1 s, and return all received bytes."""
         found = bytes(self._received)
         self._received.clear()
         wait = first
@@ -194,7 +180,7 @@ class AxisCore(ABC):
 
     @abstractmethod
     def set_position(self, position: int) -> Procedure[None]:
-        """Set the present position to a new value without a move of the axis."""
+        """Define the present position."""
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:
@@ -202,7 +188,6 @@ class AxisCore(ABC):
 
 
 def _cause(status: Status, new: Sequence[Fault]) -> str:
-    """Return why an axis may have stopped, with a remedy."""
     if status.lost:
         return f"{status.lost}: home the axis, or call set_position"
     if faults := new or status.faults:

@@ -61,10 +61,7 @@ class BusyError(RefusedError):
 
 
 class StoppedError(RefusedError):
-    """Raised if a move or a search for home has ended elsewhere.
-
-    `status`: the status of the axis at rest.
-    """
+    """Raised if a move or a search for home has ended elsewhere.  `status`: the status of the axis at rest."""
 
     def __init__(self, name: str, status: "Status") -> None:
         super().__init__(f"axis {name} stopped at {status.position:g}: {status.missed}")

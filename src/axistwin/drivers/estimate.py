@@ -6,17 +6,14 @@ from math import sqrt
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """A move with constant acceleration, constant velocity and constant deceleration.
-
-    `distance` is None for a motion that runs until a stop.
-    """
+    """A move with constant acceleration and deceleration; `distance` is None until a stop ends it."""
 
     velocity: float
     acceleration: float
     distance: float | None = None
 
     def position(self, seconds: float) -> float:
-        """Return the distance that the axis has moved in the first `seconds` seconds of the move."""
+        """Return the distance moved after this time."""
         speed, rate = self.velocity, self.acceleration
         if self.distance is not None:
             speed = min(speed, sqrt(self.distance * rate))

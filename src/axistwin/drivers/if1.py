@@ -40,12 +40,12 @@ COMMUNICATION_FAULTS = {
 
 
 class IF1(Core):
-    """Implements the protocol of an IF1 or IF2; the controller has the three axes X, Y and Z.
+    """An IF1 or IF2 with its three axes.
 
-    `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: True if the controller echoes
-    each character; the core then checks the echo before the command takes effect.  At 4800 and 9600 baud the echo is
-    always on.  `speed_range`: 1 to 4, sets the highest speed.  `start_stop`: start/stop speed in steps/s.
-    `home_input`: number of the input with the home switch, 1 to 3.
+    `timeout`: longest wait for an answer; a ramp calculation takes up to 1 s.  `echo`: the controller echoes each
+    character, and the core checks it before a command acts; always for 4800 and 9600 baud.  `speed_range`: 1 to 4, sets
+    the highest speed.  `start_stop`: start/stop speed in steps/s.  `home_input`: number of the input with the home
+    switch, 1 to 3.
     """
 
     line = Line(9600, stop_bits=2)
@@ -77,10 +77,7 @@ class IF1(Core):
     # Synchronisation of the driver with the controller
 
     def synchronise(self) -> Procedure[None]:
-        """Establish communication with the IF1 at the serial port.  Initialise the IF1 if necessary.
-
-        An IF1 needs an initialisation after each power-up.
-        """
+        """Establish communication, and initialise the IF1, which needs this after each power-up."""
         yield from self._discard(0.0)
         heard = b""
         for _ in range(TRIES):
@@ -140,7 +137,6 @@ class IF1(Core):
         return found
 
     def _initialise(self) -> Procedure[None]:
-        """Set the data format after a power-up of the controller."""
         if self._known:
             self._lose("XYZ", "the power of the IF1 was cut")
         self._known, self._move, self._ramp = False, None, None
@@ -148,7 +144,6 @@ class IF1(Core):
         yield Pause(0.01)
 
     def _adopt(self) -> Procedure[None]:
-        """Read the state of a controller that is already initialised."""
         # The status request F clears the data fault that an incomplete message has caused.
         yield from self._number("F")
         if self._known:
@@ -167,10 +162,6 @@ class IF1(Core):
         yield from self._set_ramp(acceleration)
 
     def _set_ramp(self, acceleration: float) -> Procedure[None]:
-        """Send a new acceleration, with the speed range and the start/stop speed.
-
-        Send nothing if the acceleration has not changed.
-        """
         thousands = min(max(round(acceleration / 1000), 1), 500)
         if self._ramp != thousands:
             hundreds = min(max(round(self.start_stop / 100), 1), 40)
@@ -215,7 +206,6 @@ class IF1(Core):
             self._move = None
 
     def _number(self, request: str) -> Procedure[int]:
-        """Send a status request and return the number in the answer."""
         yield from self.message(request)
         answer = (yield from self._until(b"\r", request)).strip()
         if self._linefeed:
@@ -227,10 +217,7 @@ class IF1(Core):
         return int(answer)
 
     def _motion(self) -> Procedure[int]:
-        """Read the controller's motion status, and store the faults that the status reports.
-
-        The controller clears these faults when they are read.
-        """
+        """Read the motion status, and store its faults, which the controller clears when they are read."""
         bits = yield from self._number("K")
         self._state.latched |= bits & (DRIVE | ESTOP | LIMIT | COMMUNICATION)
         if bits & COMMUNICATION:
@@ -240,7 +227,6 @@ class IF1(Core):
     # Motion
 
     def _poll(self) -> Procedure[bool]:
-        """Read the state of the controller; return True while a motion is in progress."""
         bits = yield from self._motion()
         steps = yield from self._number("N")
         move = self._move
@@ -268,7 +254,6 @@ class IF1(Core):
         return False
 
     def _estimate(self, move: Move, steps: int) -> Procedure[None]:
-        """Estimate the position during a move from the step count and the elapsed time."""
         now: float = yield Clock()
         expected = steps if move.stopped or move.homing else move.profile.position(now - move.begun)
         near = min(max(expected, steps - READING_ERROR), steps + READING_ERROR)
@@ -276,7 +261,6 @@ class IF1(Core):
         move.made = max(move.made, min(near, most))
 
     def _settle(self, steps: int, bits: int) -> None:
-        """Add the steps of a completed move to the stored position of each moved axis."""
         state, move = self._state, self._move
         if move is None:
             if steps != state.counted:
@@ -425,7 +409,7 @@ class IF1(Core):
         self._state.lost.pop(name, None)
 
     def position_of(self, name: str) -> int:
-        """Return the position of an axis at rest.  Raises PositionLostError if the position is not known."""
+        """Return the position at rest.  Raises PositionLostError."""
         return round(
             Status(self._state.positions[name], 0, 0, False, lost=self._state.lost.get(name, "")).known_position()
         )
@@ -433,10 +417,7 @@ class IF1(Core):
     # Functions that only the controllers IF1 and IF2 have
 
     def move_together(self, targets: Mapping[str, int]) -> Procedure[None]:
-        """Begin a move of two or three axes to target positions.  All axes must have equal distances to their targets.
-
-        Raises RefusedError if the distances in steps are not equal.
-        """
+        """Move axes to positions at equal distances.  Raises RefusedError if the steps are not equal."""
         if not targets or not targets.keys() <= self.axes.keys():
             raise RefusedError(f"invalid axes {list(targets)}: expected X, Y or Z, e.g. {{'X': 100, 'Y': -100}}")
         targets = {name: integer("target", target, -MAX_DISTANCE, MAX_DISTANCE) for name, target in targets.items()}
@@ -468,18 +449,12 @@ class IF1(Core):
         return max(round(wanted), 1)
 
     def inputs(self) -> Procedure[dict[int, bool]]:
-        """Return the states of the IF1's inputs 1 to 3.
-
-        The state is True if current flows through the input.
-        """
+        """Return the inputs 1 to 3: True while current flows."""
         bits = yield from self._number("I")
         return {number: not bits & bit for number, bit in I_INPUTS.items()}
 
     def outputs(self, on: Iterable[int] = (), off: Iterable[int] = ()) -> Procedure[None]:
-        """Switch outputs on and off.
-
-        `on`, `off`: numbers of the outputs, 1 to 5.
-        """
+        """Switch outputs on and off.  `on`, `off`: numbers of the outputs, 1 to 5."""
         setting, resetting = (
             "".join(str(integer("output", number, 1, 5)) for number in items("outputs", numbers, "[1, 3]"))
             for numbers in (on, off)
@@ -489,10 +464,7 @@ class IF1(Core):
             yield from self.message(f"{text}$")
 
     def sequence(self, steps: Iterable[str]) -> Procedure[None]:
-        """Store and start a sequence of commands, e.g. ["H1", "X400@100", "S1"].
-
-        Afterwards, the positions of the axes in the sequence are not known.
-        """
+        """Store and start a sequence, e.g. ["H1", "X400@100", "S1"]; its axes then have no known position."""
         listed = [ascii_text("step", step, "X400@100") for step in items("steps", steps, '["X400@100"]')]
         if (yield from self._poll()):
             raise BusyError("the IF1 is moving: wait for the end of the motion, or stop the axes")

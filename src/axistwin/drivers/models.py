@@ -21,10 +21,7 @@ MODELS: dict[str, Callable[..., Core]] = {
 
 
 def make(model: str, options: dict[str, Any]) -> Core:
-    """Create an object that encodes requests for a controller model, and decodes the controller's answers.
-
-    Raises DriverError for an unknown model or option.
-    """
+    """Return the protocol core of a model.  Raises DriverError for an unknown model or option."""
     if model not in MODELS:
         models = ", ".join(MODELS)
         raise DriverError(f"unknown model {model!r}: expected one of {models}")

@@ -31,9 +31,7 @@ ALL = 0
 
 
 class SmartMotors(Core):
-    """Implements the protocol of the SmartMotors on a serial line.
-
-    The axis of a single motor is `shaft`; the axes on a line are `shaft1`, `shaft2` and so on.
+    """One motor with the axis `shaft`, or the motors of a line with the axes `shaft1` and so on.
 
     `addresses`: the addresses of the motors on a daisy chain or an RS485 line; () for one motor without an address.
     `chain`: give the motors of an RS232 daisy chain their addresses, in this order, if they do not answer.  `limits`:
@@ -88,10 +86,7 @@ class SmartMotors(Core):
             yield from shaft.prepare()
 
     def _find(self, shaft: "Shaft") -> Procedure[bool]:
-        """Return True if the motor answers.
-
-        Also set `echo`: True if the motor echoes received characters.
-        """
+        """Return True if the motor answers, and set `echo` if it echoes received characters."""
         for _ in range(2):
             # Try twice, because an incomplete command in the buffer of the motor spoils the first request.
             yield Write(b"\r" + shaft.prefix + b"RSP\r")
@@ -108,7 +103,6 @@ class SmartMotors(Core):
         return False
 
     def _address_chain(self) -> Procedure[None]:
-        """Set the addresses of the motors on a daisy chain after a power-up."""
         everybody = bytes([0x80 + ALL])
         for address in self.addresses:
             mine = bytes([0x80 + address])
@@ -222,10 +216,7 @@ class SmartMotors(Core):
         return text.removeprefix(shaft.prefix + b"UPLOAD\r").rstrip(b"\xff").decode("ascii", "replace")
 
     def stream(self, points: Iterable[tuple[int, int]], axis: str | None = None) -> Procedure[None]:
-        """Send at most 16 points of a path to the motor, and begin the motion.
-
-        Each point has a clock value and a position (host mode).
-        """
+        """Send at most 16 points (clock value, position) of a path, and begin the motion (host mode)."""
         shaft = self.shaft(axis)
         pairs = [items("point", point, "(256, 100)", 2) for point in items("points", points, "[(256, 100)]")]
         path = [
@@ -299,10 +290,7 @@ class Shaft(AxisCore):
         return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
 
     def _state(self) -> Procedure[tuple[int, int]]:
-        """Return the motor's position and status word; set up the motor again after a loss of its power.
-
-        An acceleration of 0 shows that the motor has lost its power.
-        """
+        """Return position and status word; detect a power cut."""
         position, word, acceleration = yield from self._read()
         if not acceleration:
             yield from self.prepare()
@@ -325,14 +313,11 @@ class Shaft(AxisCore):
             raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
 
     def _set_profile(self) -> Procedure[None]:
-        """Send the acceleration to the motor, unless the motor already has this acceleration.
+        """Send the acceleration, unless the motor has it, as a difference that reveals a power cut.
 
-        The message changes the acceleration by a difference, so that a power cut can be detected.  For example,
-        `A=A+50` changes 100 to 150, but 0, the value after a power cut, to 50.  A motor whose power was cut then has
-        neither the old nor the new acceleration, even if the motor has received only a part of the message.
-
-        If the new acceleration is twice the old acceleration, the new acceleration is increased by 1.  Otherwise
-        `A=A+100` would change 0 to the old value, 100.
+        `A=A+50` changes 100 to 150, but 0, the value after a power cut, to 50: neither the old nor the new one, even if
+        only a part has arrived.  Twice the old value is increased by 1, because `A=A+100` would change 0 to the old
+        value, 100.
         """
         before, units = self._set_acceleration, self._units()
         if units == before:
@@ -360,10 +345,7 @@ class Shaft(AxisCore):
         self.setpoint = target
 
     def move_by(self, distance: int) -> Procedure[None]:
-        """Begin a relative move: the new target is the last target plus `distance`.
-
-        After a stop, the new target is the present position plus `distance`.
-        """
+        """Begin a move relative to the last target; after a stop relative to the present position."""
         _, word = yield from self._state()
         base = self.setpoint if word & TRAJECTORY else (yield from self._state())[0]
         yield from self.move_to(base + distance)
@@ -387,10 +369,7 @@ class Shaft(AxisCore):
         yield from self._read()
 
     def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the index pulse of the encoder.
-
-        At the end of the search, the position of the pulse becomes 0.
-        """
+        """Begin a search for the encoder's index pulse, whose position becomes 0."""
         # The command RI reads the captured index position, and then arms the capture of the next index pulse.
         yield from self._line.ask(self.prefix, "RI")
         yield from self._go(f"MV V={self._speed(self.velocity) * direction}", None)
@@ -428,10 +407,7 @@ class Shaft(AxisCore):
         return max(off - abs(whole(error, "RPE")) - 1, 0.0)  # 1: between both readings the shaft may move by a count
 
     def _home_further(self, position: int, word: int) -> Procedure[tuple[int, int]]:
-        """Perform the next step of a search for the index pulse of the encoder.
-
-        Stop the motor after the pulse, then set the position of the pulse to 0.
-        """
+        """Continue a search: stop after the index pulse, then set the pulse's position to 0."""
         if not word & TRAJECTORY and not word & INDEX:
             self._homing = 0  # A limit switch or a fault has ended the search for the index pulse.
         elif word & INDEX and word & TRAJECTORY:
@@ -454,20 +430,13 @@ class Shaft(AxisCore):
         self._aim(None)
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the stored faults of the motor.
-
-        If the cause of a fault persists, the motor sets the fault again.  A limit fault is cleared even while the limit
-        switch is active.
-        """
+        """Clear the faults whose cause has gone, and acknowledge a limit."""
         yield from self._line.send(self.prefix, "ZS")
         yield Pause(0.005)
 
 
 def whole(text: str, report: str) -> int:
-    """Convert the motor's answer to a number.
-
-    `report`: the command that was sent, e.g. RPW.  Raises WrongAnswerError if the answer is not a number.
-    """
+    """Return the number in an answer to `report`, e.g. RPW.  Raises WrongAnswerError if it is none."""
     try:
         return int(text)
     except ValueError:

@@ -34,10 +34,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class Clock:
-    """A request to read the clock.  The result is the present time in seconds.
-
-    The time is 0 at an arbitrary moment.
-    """
+    """A request for the time in seconds, from an arbitrary origin."""
 
 
 Step = Write | Read | Pause | Clock

@@ -12,10 +12,7 @@ from axistwin.controllers.commandset import Command, Field
 
 @dataclass(frozen=True)
 class Hover:
-    """Answer to a hover request: an explanation of the word under the cursor.
-
-    `text`: the explanation in Markdown.  `begin` and `end`: place of the word in the line.
-    """
+    """Answer to a hover request: the meaning of a word in Markdown, and its place in the line."""
 
     text: str
     begin: int
@@ -24,10 +21,7 @@ class Hover:
 
 @dataclass(frozen=True)
 class Item:
-    """A completion that an editor proposes, e.g. a command or a label.
-
-    `insert`: the text to insert, if it differs from `label`.
-    """
+    """A completion that an editor proposes; `insert`: the text to insert, if it differs from `label`."""
 
     label: str
     kind: str = "command"
@@ -40,10 +34,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A named part of a program, e.g. a label or a sequence.
-
-    `begin` and `end`: line and column.
-    """
+    """A named part of a program, e.g. a label or a sequence.  `begin` and `end`: line and column."""
 
     name: str
     kind: str
@@ -55,10 +46,7 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """Interface of an object that helps the user to edit one type of file, e.g. `.talk` files.
-
-    `line`: from 1; `at`: index of the character.
-    """
+    """Interface for questions about one kind of program.  `line`: from 1; `at`: index of the character."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the word under the cursor."""
@@ -71,10 +59,7 @@ class Editing(Protocol):
 
 
 def explain(command: Command, marked: Field | None = None) -> str:
-    """Return the description of a command in Markdown.
-
-    `marked`: the parameter to emphasise.
-    """
+    """Return the description of a command in Markdown.  `marked`: the parameter to emphasise."""
     paragraphs = [f"**{show_controls(str(_code(command)))}** {command.name}", f"`{show_controls(command.syntax)}`"]
     if command.parameters:
         paragraphs.append("\n".join(f"- {_parameter(each, marked)}" for each in command.parameters))
@@ -100,10 +85,7 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 
 def _docstring(handler: Callable[..., Any]) -> str:
-    """Return the docstring of the function that executes a command.
-
-    Return an empty text if several commands share the function.
-    """
+    """Return the docstring of a command's handler; "" if several commands share the handler."""
     if isinstance(handler, partial):
         return ""
     return " ".join((inspect.getdoc(handler) or "").split())

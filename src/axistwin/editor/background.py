@@ -31,10 +31,10 @@ class Background:
         self._closed = False
 
     async def run(self, function: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result:
-        """Execute a function in the background process of the language server, and return the result.
+        """Return the result of a function in the background process.
 
-        A cancelled caller gets no result, but the function is executed to its end before the next one.
-        Raises RuntimeError with the traceback if the function raises an exception, or if it ends the process twice.
+        A cancelled caller gets no result, but the function still ends before the next one.  Raises RuntimeError with
+        the traceback if it raises an exception, or ends the process twice.
         """
         task = pickle.dumps((function, given, named))
         await self._one.acquire()
@@ -46,18 +46,12 @@ class Background:
         return await asyncio.wrap_future(done)
 
     def close(self) -> None:
-        """End the background process of the language server.
-
-        A function that the process is still executing returns no result.
-        """
+        """End the background process; a function that it is still executing returns no result."""
         self._closed = True
         self._end()
 
     def _settle(self, task: bytes, done: "Future[Any]") -> None:
-        """Execute a task in the background process, and pass the result to the future `done`.
-
-        This function runs in a thread.
-        """
+        """Execute a task in the background process, and settle `done`; runs in a thread."""
         answer = self._execute(task) or self._execute(task) or (False, "the process of the checks has ended")
         if self._closed:
             return  # The result of a task is discarded if the language server is ending.
@@ -68,10 +62,6 @@ class Background:
             done.set_exception(RuntimeError(result))
 
     def _execute(self, task: bytes) -> tuple[bool, Any] | None:
-        """Send a task to the background process of the language server, and return the answer.
-
-        Return None if the process has ended.
-        """
         if self._closed:
             return None
         if self._process is None:
@@ -107,10 +97,7 @@ def _started() -> "subprocess.Popen[bytes]":
 
 
 def work() -> None:
-    """Execute tasks from standard input until the input is closed.
-
-    This is the main function of the separate process.
-    """
+    """Execute tasks from standard input until it is closed: the main function of the process."""
     with suppress(ValueError):
         # Ignore Ctrl-C, because the parent process (the language server) ends this background process.
         signal.signal(signal.SIGINT, signal.SIG_IGN)

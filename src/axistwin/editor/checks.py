@@ -47,10 +47,7 @@ def notification(snapshot: Snapshot) -> bytes:
 
 
 def actions(snapshot: Snapshot, wanted: lsp.Range) -> list[lsp.CodeAction]:
-    """Return the fixes for all findings in a range of a document.
-
-    If the text has not changed, the findings of the last check are used.
-    """
+    """Return the fixes in a range of a document; the last check is used if the text has not changed."""
     text = snapshot.text
     if text.too_long:
         return []
@@ -61,10 +58,7 @@ def actions(snapshot: Snapshot, wanted: lsp.Range) -> list[lsp.CodeAction]:
 
 
 def diagnose(text: Text) -> list[Diagnostic]:
-    """Check a document, and return its errors and warnings.
-
-    A TOML file without [[controller]] is not a scene.
-    """
+    """Check a document, and return its errors and warnings.  A TOML file without [[controller]] is not a scene."""
     if text.editing is None:
         return []
     if text.suffix == SCENE:

@@ -31,10 +31,7 @@ class Commands:
         return self.hover_at(_command(lines[line - 1]), at)
 
     def hover_at(self, text: str, at: int, offset: int = 0) -> Hover | None:
-        """Return the meaning of a command; the parameter at the index `at` is emphasised.
-
-        `offset`: column at which the command begins.
-        """
+        """Return a command's meaning, with the parameter at `at` emphasised; `offset`: the command's column."""
         listed = list(words(text))
         here = next((number for number, (begin, end) in enumerate(listed) if begin <= at <= end), None)
         command = self._first_command(text)
@@ -51,10 +48,7 @@ class Commands:
         return self.complete_at(text, partial(self._session, lines[: line - 1]))
 
     def complete_at(self, text: str, session: Callable[[], Session]) -> list[Item]:
-        """Return the completions for an incomplete command.
-
-        `session` returns the commands that were sent before.
-        """
+        """Return the completions for an incomplete command.  `session` returns the commands that were sent before."""
         given = text.split()
         number = len(given) - (not text.endswith((" ", "\t")) and bool(given))
         if number == 0:
@@ -87,16 +81,12 @@ class Commands:
         return found
 
     def is_modal(self, line: str) -> bool:
-        """True if a program line contains a modal command, or an action such as `! power off`.
-
-        Such a line can change which commands the board accepts in the following lines.
-        """
+        """True for a modal command or an action: it can change which commands the board accepts next."""
         text = line.partition(";")[0]
         command = self._first_command(text)
         return text.lstrip().startswith("!") or (command is not None and command.opcode in MODAL)
 
     def _first_command(self, text: str) -> Opcode | None:
-        """Return the command at the beginning of a text; None for a text without a command."""
         first = (text.split() or [""])[0]
         if first in self.names:
             return self.names[first]
@@ -104,11 +94,7 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """Return the command parameter to which one word of a program line belongs.
-
-        `here`: index of the word in the program line `text`; the command is word 0.  Returns None if the word does not
-        belong to a parameter.
-        """
+        """Return the parameter that the word with index `here` contains; a hex word can contain several."""
         given = text.split()
         if given[0] in self.names:
             fields = _written(command)
@@ -134,12 +120,10 @@ def _command(line: str) -> str:
 
 
 def _written(command: Opcode) -> list[Number]:
-    """Return the parameters that the user writes after the name of a command."""
     return [each for each in command.fields if not isinstance(each, DontCare)]
 
 
 def _values(parameter: Number) -> list[Item]:
-    """Return the possible values of a parameter as completions; an empty list for a numeric parameter."""
     if isinstance(parameter, Switch):
         listed = list(SWITCHES)
     elif isinstance(parameter, Ranges):

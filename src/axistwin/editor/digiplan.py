@@ -16,10 +16,7 @@ OPERANDS = ("", "1", "+1", "1,1")
 
 
 class CommandLines:
-    """Language support for `.if1` files.
-
-    Each line is a message, a pause (`+`), an action (`!`) or a comment.
-    """
+    """Language support for `.if1` files.  Each line is a message, a pause (`+`), an action (`!`) or a comment."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
         """Return the meaning of the command under the cursor."""
@@ -36,19 +33,12 @@ class CommandLines:
 
 
 def _message(line: str) -> str:
-    """Return the text that a line of an `.if1` file sends to the IF1.
-
-    A line that begins with `+` or `!` sends nothing: the result is "" for such a line.
-    """
     words = line.partition(";")[0]
     return "" if words.lstrip().startswith(("+", "!")) else words
 
 
 def hover(text: str, at: int, offset: int = 0) -> Hover | None:
-    """Return the meaning of the command at the index `at` of a message.
-
-    `offset`: column at which the message begins.
-    """
+    """Return the meaning of the command at the index `at`; `offset`: the message's column."""
     if not 0 <= at < len(text):
         return None
     begin = at
@@ -80,10 +70,7 @@ def _is_valid_after(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """Yield one entry for the editor's outline if the message `text` defines a sequence.
-
-    The entry has a subentry for each step of the sequence.
-    """
+    """Yield the sequence of a message with its steps; nothing if the message is not a sequence."""
     if not text.lstrip().startswith(":"):
         return
     message = parse(text.rstrip(), COMMANDS)

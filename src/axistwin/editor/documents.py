@@ -23,10 +23,7 @@ _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", 
 
 
 class Text:
-    """A document that is open in the editor.
-
-    Its text may contain changes that the user has not saved yet.
-    """
+    """A document that is open in the editor.  Its text may contain changes that the user has not saved yet."""
 
     def __init__(self, document: TextDocument) -> None:
         self.document = document
@@ -42,10 +39,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """Object that gives editing help, e.g. completions, for the document's file type.
-
-        None for an unknown file type, or for a text that is too long.
-        """
+        """Help for the document's file type; None for an unknown type, or if the text is too long."""
         if self.too_long:
             return None
         match self.suffix:
@@ -67,27 +61,18 @@ class Text:
         return len(self.text) > LIMIT
 
     def position(self, line: int, column: int) -> lsp.Position:
-        """Convert a line and a column to a `Position` of the Language Server Protocol.
-
-        `line` and `column` are counted from 1.
-        """
+        """Convert a line and a column, both from 1, to a `Position` of the Language Server Protocol."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
             return here  # In a line of ASCII text, column numbers are the same in UTF-8 and UTF-16.
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
-        """Convert the start and the end of a text to a range in the Language Server Protocol.
-
-        Start and end are pairs of line and column, both counted from 1.
-        """
+        """Convert start and end, pairs of line and column from 1, to a range of the protocol."""
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
-        """Return the line number and the character index of a position that an editor has sent.
-
-        Lines are counted from 1, characters from 0.
-        """
+        """Return the line, from 1, and the character index, from 0, of an editor's position."""
         here = self.document.position_codec.position_from_client_units(self.lines, position)
         line = min(here.line, len(self.lines) - 1)
         return line + 1, min(here.character, len(self.lines[line]))

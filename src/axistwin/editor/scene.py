@@ -76,10 +76,7 @@ class Scenes:
         return None if found is None else found[1]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return one entry of the editor's outline for each TOML table of a scene file.
-
-        The entry of a controller's table has the controller's name.
-        """
+        """Return the tables of the file; a controller's table is listed under its name."""
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
         return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]
@@ -98,10 +95,6 @@ def _title(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """Return the name of the TOML table that contains a line of a scene file.
-
-    The name is split at its dots, e.g. into ["controller", "axes"].
-    """
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -109,10 +102,6 @@ def _table(lines: list[str], line: int) -> list[str]:
 
 
 def _model(lines: list[str], line: int) -> str:
-    """Find the [[controller]] table that contains the given line, and return the controller model in this table.
-
-    Return "" if no model is found.
-    """
     begin = next((n for n in range(line, 0, -1) if re.match(r"\s*\[\[\s*controller\s*\]\]", lines[n - 1])), None)
     if begin is None:
         return ""
@@ -125,10 +114,6 @@ def _model(lines: list[str], line: int) -> str:
 
 
 def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
-    """Return the keys that a TOML table of a scene may contain, each with its JSON Schema.
-
-    `path`: the names of the table, e.g. ["controller", "axes"].
-    """
     schema = scene_schema()
     if path[:2] == ["controller", "options"] and len(path) == 2 and model:
         return _options(model)
@@ -145,7 +130,6 @@ def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
 
 @cache
 def _options(model: str) -> dict[str, dict[str, Any]]:
-    """Return the options of a controller model, with their docstrings as descriptions."""
     made = product(model).options
     (body,) = (node.body for node in ast.parse(dedent(inspect.getsource(made))).body if isinstance(node, ast.ClassDef))
     docs = {
@@ -158,7 +142,6 @@ def _options(model: str) -> dict[str, dict[str, Any]]:
 
 
 def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str, Any]:
-    """Return the JSON Schema for the value of a key; for a list, the schema of its elements."""
     node = _resolved(schema, node)
     found = node.get("properties", {}).get(part) or node.get("additionalProperties")
     found = _resolved(schema, found) if isinstance(found, dict) else {}
@@ -167,10 +150,7 @@ def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str,
 
 
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a node of the JSON Schema refers to.
-
-    Of several alternatives, the first table is returned.
-    """
+    """Return the definition that a node refers to; of several alternatives, the first table."""
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []
@@ -183,10 +163,6 @@ def _description(node: dict[str, Any]) -> str:
 
 
 def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """Yield the values that the user can write after a key of a scene file, e.g. `"if1"` after `model =`.
-
-    The quotes are left out if the user has already typed a quote.
-    """
     if node.get("type") == "boolean":
         yield from ("true", "false")
         return
@@ -195,7 +171,6 @@ def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: 
 
 
 def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Iterator[str]:
-    """Yield the values that a key of a scene file can have, e.g. model names, without quotation marks."""
     if key == "model" and "enum" not in node:
         yield from FAMILIES
     elif key in TERMINAL_KEYS:
@@ -212,10 +187,6 @@ def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Itera
 
 
 def _spots(lines: list[str], line: int) -> Iterator[str]:
-    """Yield the names of everything that a fault can affect: controllers, serial lines, axes and pins.
-
-    If the kind of fault is known, only names for this kind are yielded.
-    """
     kind = KINDS.get(_value_in_table(lines, line, _KIND))
     for name, model in _controllers(lines):
         named = {
@@ -230,11 +201,6 @@ def _spots(lines: list[str], line: int) -> Iterator[str]:
 
 
 def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> str:
-    """Return the text of one value in a TOML table of a scene file.
-
-    `line`: number of any line in the table.  `pattern`: regular expression for the line with the value.  Return the
-    text of the expression's first group, or "" if no line of the table matches.
-    """
     begin = next((n for n in range(line, 0, -1) if lines[n - 1].lstrip().startswith("[")), 0)
     for each in lines[begin:]:
         if each.lstrip().startswith("["):
@@ -245,7 +211,6 @@ def _value_in_table(lines: list[str], line: int, pattern: re.Pattern[str]) -> st
 
 
 def _controllers(lines: list[str]) -> Iterator[tuple[str, str]]:
-    """Yield the name and the model of each controller in the scene."""
     for number, line in enumerate(lines, start=1):
         if re.match(r"\s*\[\[\s*controller\s*\]\]", line) and (model := _model(lines, number)):
             end = next(

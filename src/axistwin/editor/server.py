@@ -58,10 +58,7 @@ class Server(LanguageServer):
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
-        """Check a document in the background, and send its diagnostics to the editor.
-
-        A newer check of the document cancels this check.
-        """
+        """Check a document in the background, and send its diagnostics; a newer check cancels this one."""
         self._cancel(uri)
         self._checks[uri] = asyncio.get_running_loop().create_task(self._publish(uri))
 
@@ -113,10 +110,7 @@ def make() -> Server:
 
 
 def _load_languages(server: Server) -> None:
-    """Load the suggestions for word completion in each type of file, e.g. in `.talk` files.
-
-    Without this call, the user's first completion in each type of file would be slow.
-    """
+    """Load all completions, so that the first one in each type of file is not slow."""
     for name, lines in EXAMPLES.items():
         text = Text(TextDocument(f"file:///{name}", lines))
         server.protocol._converter.unstructure(_completions(text, len(text.lines), len(text.lines[-1])))
@@ -136,7 +130,7 @@ def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
 
 
 def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
-    """Remove the diagnostics of a document that the user has closed in the editor."""
+    """Handle a closed document."""
     server.close_document(params.text_document.uri)
 
 
@@ -171,10 +165,7 @@ def _completions(text: Text, line: int, at: int) -> lsp.CompletionList:
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
-    """Convert a suggestion for word completion to an object of the Language Server Protocol.
-
-    The editor sorts the completions by `number`, in the order of the manual.
-    """
+    """Return a completion; completions are sorted in the order of the manual."""
     documentation = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.text) if item.text else None
     return lsp.CompletionItem(
         item.label,

@@ -35,19 +35,13 @@ ARRAYS = ("ab", "aw", "al")
 
 @lru_cache(maxsize=LINES)
 def parsed(line: str) -> tuple[tuple[Statement, int, int], ...]:
-    """Return the statements of a line, each with its start and end index.
-
-    A statement never continues on the next line.
-    """
+    """Return a line's statements with their start and end; none continues on the next line."""
     return tuple((read(line[begin:end]), begin, end) for begin, end in statements(line))
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The labels, variables and block keywords of a program line.
-
-    Completion needs these parts of all lines.  The statements are not read, because a text has thousands of lines.
-    """
+    """Labels, variables and block keywords of a line: completion reads no statements of thousands of lines."""
 
     labels: tuple[tuple[int, int], ...]
     """Each label that the line defines, with its column from 1."""
@@ -65,10 +59,7 @@ def outline(line: str) -> Outline:
 
 
 def _blanks(found: re.Match[str]) -> str:
-    """Replace all characters of a string by dots, and all characters of a comment by blanks.
-
-    The label C10, for example, is then not found in the comment `'go to C10`.
-    """
+    """Return dots for a string and blanks for a comment, so that C10 is not found in `'go to C10`."""
     return ("." if found[0].startswith('"') else " ") * len(found[0])
 
 
@@ -93,18 +84,12 @@ class Source:
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
     def label_at(self, line: int, at: int) -> int | None:
-        """Return the number of the label that the statement under the cursor defines or calls.
-
-        None for a statement without a label.
-        """
+        """Return the label that the statement under the cursor defines or calls; None without a label."""
         found = self.statement(line, at)
         return digits(found[0]) if found is not None and word(found[0]) in LABELLED else None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
-        """Return the IF, WHILE and SWITCH blocks that enclose the cursor.
-
-        The innermost block is last.
-        """
+        """Return the IF, WHILE and SWITCH blocks that enclose the cursor.  The innermost block is last."""
         blocks: list[str] = []
         before = (keyword for text in self.lines[: line - 1] for keyword in outline(text).parts)
         here = (word(each) for each, _, end in parsed(self.lines[line - 1]) if end < at)
@@ -163,16 +148,12 @@ class SourceEditing:
         ]
 
     def _detail(self, source: Source, place: tuple[int, int]) -> str:
-        """Return the comment that follows a label, as a description of the label."""
         _, apostrophe, comment = source.lines[place[0] - 1][place[1] - 1 :].partition("'")
         return comment.strip() if apostrophe else ""
 
 
 def hover(text: str, at: int, offset: int = 0, source: Source | None = None) -> Hover | None:
-    """Return the meaning of the word at the index `at` of a statement.
-
-    `offset`: column at which the statement begins.
-    """
+    """Return the meaning of the word at the index `at`; `offset`: the statement's column."""
     command = read(text).command
     name = next((m for m in _NAME.finditer(text) if m.start() <= at < m.end() or at == m.end() == len(text)), None)
     in_operands = command is None or (name is not None and name.start() >= len(_keyword(command)))
@@ -197,7 +178,6 @@ def _where(text: str, source: Source) -> str:
 
 
 def _keyword(command: Instruction) -> str:
-    """Return the keyword of a command, without placeholders for operands."""
     if command.form is Form.VARIABLE:
         return ""
     return re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]
@@ -213,10 +193,7 @@ def _description(variable: Variable) -> str:
 
 
 def following(text: str, source: Source, blocks: list[str] | None) -> list[Item]:
-    """Return the completions for an incomplete line of a program.
-
-    `blocks`: the blocks around the line; None for a line that a host sends.
-    """
+    """Return the completions of an incomplete line; `blocks`: the enclosing blocks, None for a host's line."""
     last = re.split(r"[ \t]", text)[-1]
     before = text[: len(text) - len(last)].split()
     call = next((word for word in CALLS if last.startswith(word)), None)
@@ -234,7 +211,6 @@ def _values() -> Iterator[Item]:
 
 
 def _variables(source: Source) -> Iterator[Item]:
-    """Yield completions for all arrays, and for the variables that the program uses."""
     yield from (Item(name, "variable") for name in _names(source))
     yield from (Item(f"{array}[", "variable", str(COMMANDS.get(f"{array}[]=").name)) for array in ARRAYS)  # type: ignore[union-attr]
 
@@ -263,10 +239,6 @@ def _is_allowed(command: Instruction, blocks: list[str] | None) -> bool:
 
 
 def _written(command: Instruction) -> str:
-    """Return the text of a command without its operands, e.g. `GOSUB` for `GOSUBn`.
-
-    The editor inserts this text when the user selects the command.
-    """
     match command.form:
         case Form.CALL | Form.ITEMS:
             return str(command.code).removesuffix(")")

@@ -29,13 +29,10 @@ MARKS = {
 
 
 class Conversations:
-    """Helps to edit `.talk` files, each of which is a recorded conversation between a host and a controller."""
+    """Language support for conversations (`.talk` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the word under the cursor, e.g. a command, a pin or an axis.
-
-        The mark at the beginning of a line, e.g. `>`, has a meaning, too.
-        """
+        """Return the meaning of data, of a pin or axis, or of the character at the beginning of the line."""
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None
@@ -66,7 +63,7 @@ class Conversations:
         return []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return one entry of the editor's outline for each sequence of motion commands that the host defines."""
+        """Return the sequences sent by the host."""
         made = _product(lines)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []
@@ -79,15 +76,10 @@ def _product(lines: list[str]) -> Product | None:
 
 
 def _masked(text: str) -> str:
-    r"""Replace each escape sequence by blanks, e.g. the four characters `\x0d` by four blanks."""
     return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    r"""Split data from the host into messages; a terminator, e.g. `\r`, ends each message.
-
-    Yield the start index and the text of each message.
-    """
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
@@ -116,13 +108,7 @@ def _data_completions(made: Product, text: str, session: Callable[[], Session]) 
 
 
 def _session(lines: list[str], made: Product, name: str | None) -> Session:
-    """Return the commands of a `.talk` file that change the mode of a controller.
-
-    The mode decides which commands are valid next.  The result is a session, i.e. data that a host
-    sends between power-on and power-off.
-
-    `name`: the name of the controller in the file.
-    """
+    """Return the commands in a `.talk` file that change the mode of the controller `name`."""
     codec, commands = codec_of(made), compumotor.Commands(made)
     acts, _ = read_acts([line if _is_modal(line, name, commands) else "" for line in lines], ".talk", codec)
     listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
@@ -148,17 +134,13 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """Return the names of all pins, actions and readable values of a controller model.
-
-    The group "!" has the targets of actions, "=" the values that can be checked, and "pins" the pins.
-    """
+    """Return the names that are valid after `!` and after `=` for a model, and the pins of the model."""
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
     return {"!": acts, "=": asked, "pins": tuple(controller.pins)}
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """Replace each name that contains AXIS by one name for each axis, e.g. `AXIS.jam` by `X.jam` and `Y.jam`."""
     listed = list(axes)
     return tuple(
         each

@@ -60,10 +60,7 @@ class Terms:
 
 
 class Fault:
-    """A simulated fault, e.g. a serial line that loses three characters.
-
-    A fault without a name from the user is named after its kind, e.g. `lose`.
-    """
+    """One fault on a bench.  By default, a fault has the name of its kind."""
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
@@ -85,10 +82,7 @@ class Fault:
         return self.state is State.ON
 
     def mend(self) -> None:
-        """End the fault, or cancel a fault that has not begun.
-
-        A finished fault stays finished.
-        """
+        """End the fault, or cancel a fault that has not begun.  A finished fault stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
             if self._mend is None:  # End the fault only after the start of the fault is complete.
@@ -116,10 +110,6 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return all other active faults that affect the same pin, serial line, axis or controller as this fault.
-
-        Each item contains the kind and the parameters of a fault.
-        """
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -128,10 +118,6 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """Mark this fault as finished, and notify the subscribers.
-
-        For a fault that ends by itself, without a call of `mend`.
-        """
         if self.on:
             self.state = State.OVER
             self._faults.changes.emit(self, "ends")
@@ -143,10 +129,7 @@ class Fault:
 
 
 class Faults:
-    """All faults of one bench.
-
-    A finished fault stays in this collection until the user adds a new fault with the same name.
-    """
+    """All faults of a bench; a finished one stays until the user adds another of its name."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -186,21 +169,15 @@ class Faults:
     ) -> Fault:
         """Add a fault to a serial line, pin, axis or controller.
 
-        The fault begins now, or as `at` and `when` specify.
-
-        `at`: seconds since the bench was created.  `when`: an event such as "X passes 1000" (see `triggers`); the fault
-        begins at its `nth` occurrence after `at`.  `duration`: seconds until the fault ends; None: until `mend`.
-        `seed`: for random effects.  `here`: name of the controller if `on` has none.  Raises UsageError.
+        The fault begins now, or as `at` and `when` specify.  `at`: seconds since the bench was created.  `when`: an
+        event such as "X passes 1000" (see `triggers`); the fault begins at its `nth` occurrence after `at`.
+        `duration`: seconds until the fault ends; None: until `mend`.  `seed`: for random effects.  `here`: name of the
+        controller if `on` has none.  Raises UsageError.
         """
         return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
 
     def plan(self, kind: str, on: str, terms: "Terms", parameters: Mapping[str, Any]) -> Callable[[], Fault]:
-        """Check the parameters of a planned fault, e.g. its kind and its duration.
-
-        The result is a function that adds the fault to a serial line, pin, axis or controller.
-
-        The arguments and errors are those of `add`.
-        """
+        """Check a planned fault; return a function that adds it.  Arguments and errors are those of `add`."""
         chosen = kind_of(kind)
         spot = self.spot(chosen, on, terms.here)
         chosen.check(spot)
@@ -222,10 +199,7 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Convert the text of an event, e.g. "X passes 1000", to a trigger that starts a fault.
-
-        `when`: the text; for None, the result is None.  Raises UsageError for an invalid event.
-        """
+        """Parse the event `when`; return its trigger, or None without an event.  Raises UsageError."""
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
@@ -240,18 +214,11 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Find all objects on which a fault can act, e.g. all axes of the bench.
-
-        The keys are the names of the objects.  Each value is a function that returns the object.  `on`: the type of the
-        objects.
-        """
+        """Return all parts of the bench (spots) of this type, each under all of its valid names."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
-        """End the faults with the given name or kind; the name "all" ends every fault.
-
-        Raises UsageError if no such fault exists.
-        """
+        """End the faults of this name or kind, or "all".  Raises UsageError if there is none."""
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
             known_faults = ", ".join(self.names) or "none"
@@ -260,10 +227,7 @@ class Faults:
             fault.mend()
 
     def subscribe(self, callback: Listener) -> Callable[[], None]:
-        """Call `callback(fault, "begins")` when a fault begins, and `callback(fault, "ends")` when a fault ends.
-
-        Return an unsubscribe function.
-        """
+        """Call `callback(fault, "begins")` and `callback(fault, "ends")`; return an unsubscribe function."""
         return self.changes.subscribe(callback)
 
     def _start(self, fault: Fault, arm: triggers.Arm | None, terms: "Terms") -> None:
@@ -295,10 +259,7 @@ class Faults:
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """End an active fault of the same kind at the same pin, axis or controller, before `fault` begins.
-
-        Only a serial line can have several active faults of one kind.
-        """
+        """End an earlier fault of the same kind on the same part, except on a line, which can have several."""
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return
         for other in self:
@@ -315,7 +276,7 @@ class Faults:
 
 
 def free_name(kind: str, taken: Collection[str]) -> str:
-    """Return an unused name for a fault: its kind, e.g. `lose`, or its kind with a number, e.g. `lose-2`."""
+    """Return the default name of a fault of this kind."""
     candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
     return next(name for name in candidates if name not in taken)
 

@@ -26,10 +26,7 @@ def double(case: Case) -> Mend:
 
 
 def flip(case: Case) -> Mend:
-    """Fault: data bits of the characters are inverted.
-
-    `mask`: the bits to invert; 0: one random bit of each character.
-    """
+    """Fault: data bits are inverted.  `mask`: the bits; 0: one random bit of each character."""
     mask = case.values["mask"]
     if mask:
         return _some(case, disturbance.flip(mask))
@@ -74,10 +71,7 @@ def line_break(case: Case) -> Mend:
 
 
 def cut(case: Case) -> Mend:
-    """Fault: the transmit wire, the receive wire or both are open.
-
-    If both wires are open, the control lines are off.
-    """
+    """Fault: the transmit wire, the receive wire or both are open; with both, the control lines are off."""
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
@@ -85,7 +79,7 @@ def cut(case: Case) -> Mend:
 
 
 def handshake(case: Case) -> Mend:
-    """Fault: hold a control line of a serial port, e.g. CTS, at a fixed signal level."""
+    """Fault: hold one control line at a level."""
     return _port(case).control_lines[case.values["line"]].hold(case.values["level"])
 
 
@@ -101,10 +95,6 @@ def check_handshake(spot: Spot) -> None:
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """Disturb characters on a serial line: a given number of characters, a random selection, or all characters.
-
-    `effect`: the change of each disturbed character.
-    """
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1

@@ -23,10 +23,10 @@ def stuck(case: Case) -> Mend:
 
 
 class Bounce:
-    """Fault: a contact bounces (opens and closes several times) after each change of its level.
+    """Fault: a contact opens and closes again a few times after every change.
 
-    While the contact bounces, the pin ignores the level of its signal source.  If this level has changed by the end of
-    the bouncing, the contact bounces again.
+    While the contact bounces, the terminal ignores its source.  If the source has changed by the end, the contact
+    bounces again.
     """
 
     def __init__(self, case: Case) -> None:
@@ -50,10 +50,6 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """Set the level of a bouncing switch contact, and schedule the next change of the level.
-
-        `left`: the number of changes that remain, including the present one.
-        """
         if not self._bouncing:
             return
         before, self._let_go = self._let_go, self._pin.hold(level)
@@ -92,10 +88,7 @@ NO_SWITCH = ("channel_z", "test_switch")
 
 
 def check_wire(spot: Spot) -> None:
-    """Raise UsageError if a pin of a controller cannot have the fault `open_wire` (a broken wire).
-
-    The fault is possible if the pin is an input, and if the manual states the level of the unconnected input.
-    """
+    """Raise UsageError unless a pin is an input whose unconnected level the manual states."""
     assert spot.pin is not None, "the fault is one of a pin"
     terminal = spot.name
     if not spot.pin.drivable:
@@ -131,10 +124,7 @@ def encoder_slips(case: Case) -> Mend:
 
 
 def encoder_loses(case: Case) -> Mend:
-    """Fault: the encoder loses one count at regular intervals.
-
-    The parameter `every` is the interval in counts.
-    """
+    """Fault: every n-th count of the encoder is lost."""
     return _miscount(case, "encoder_loses")
 
 
@@ -157,10 +147,7 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """Inject an encoder fault: the counted motion is the real motion times a factor, e.g. 0 for a dead encoder.
-
-    The factor is the product of the factors of all active faults of the encoder.
-    """
+    """Combine all active encoder faults: multiply their ratios."""
     encoder = _axis(case).encoder
 
     def count(*own: Fraction) -> None:
@@ -181,10 +168,7 @@ def check_encoder(spot: Spot) -> None:
 
 
 def check_data_sheet(spot: Spot) -> None:
-    """Raise UsageError if the servo motor is ideal, i.e. has no data sheet.
-
-    The shaft of an ideal motor follows the trajectory exactly, so the fault would have no effect.
-    """
+    """Raise UsageError for an ideal motor, whose shaft follows exactly: the fault would have no effect."""
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
         name = spot.name
@@ -224,10 +208,7 @@ def check_push(spot: Spot) -> None:
 
 
 def drive_fault(case: Case) -> Mend:
-    """Fault: the drive switches off and signals the fault.
-
-    The motor has no torque.
-    """
+    """Fault: the drive switches off and signals the fault.  The motor has no torque."""
     let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
     return all_of([_axis(case).weaken(0.0), let_go])
 
@@ -257,10 +238,7 @@ def overheat(case: Case) -> Mend:
 
 
 def supply_dip(case: Case) -> Mend:
-    """Fault: the supply voltage drops.
-
-    A SmartMotor resets below a limit; other controllers always reset.
-    """
+    """Fault: the supply voltage drops.  A SmartMotor resets below a limit; other controllers always reset."""
     axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     return power_cut(case) if axis is None else axis.sag(case.values["left"])
 

@@ -36,7 +36,7 @@ class Machine(Protocol):
 
     @property
     def bus(self) -> RegisterPort:
-        """The bus interface of the controller, for access to its registers.  Only a controller on a bus has it."""
+        """Registers of the controller."""
 
     @property
     def alarms(self) -> Alarms | None:
@@ -47,10 +47,7 @@ class Machine(Protocol):
         """Programs stored in the controller."""
 
     def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback` when the execution of a program line begins.  Return an unsubscribe function.
-
-        `only`: the only line to report.
-        """
+        """Call `callback` when a program line begins, or only the line `only`; return an unsubscribe function."""
 
     def power(self, on: bool) -> None:
         """Switch the controller on or off."""
@@ -67,25 +64,19 @@ class World(Protocol):
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """The shared serial lines of the bench, each with several motors; the keys are the names of the lines."""
+        """The lines that motors share, by name."""
 
     @property
     def faults(self) -> Any:
-        """Object that adds faults to simulated controllers, axes, pins and serial lines."""
+        """The fault injector."""
 
     def port(self, name: str) -> SerialPort:
-        """Return the serial port through which a host is connected to a controller or to a shared serial line.
-
-        `name`: e.g. `motor`, `motor.rs485` or `chain`.
-        """
+        """Return the host's end of a line."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """An object that a fault can affect: a serial line, a pin, an axis or a controller.
-
-    Fields that do not apply to the object are None.
-    """
+    """A line, pin, axis or controller that a fault can affect; fields that do not apply are None."""
 
     name: str
     controller: Machine | None = None
@@ -104,10 +95,7 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Yield the name of each serial line, e.g. `if1.serial` or `chain`, and a function that returns the line.
-
-    An RS-485 channel such as `motor.rs485` is included if the channel is in use.
-    """
+    """Yield the serial lines of a bench by name: `if1.serial`, `chain`, and `motor.rs485` if it is in use."""
     for name, controller in world.controllers.items():
         for port in controller.ports:
             called = port if port != name else f"{name}.serial"
@@ -137,10 +125,10 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return a dict with full and short names of the objects that a fault can affect, e.g. `if1.X` and `X` for an axis.
+    """Return the parts of a bench by all of their names.
 
-    `found`: the full names.  The name of a pin or an axis of the controller `here` is short without the controller's
-    name. The name of a controller is a short name of its serial port, or of its only pin or axis.
+    Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
+    its serial port, or of its only part of this type.
     """
     full = dict(found)
     every = dict(full)
@@ -155,10 +143,7 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
-    """Return the object that has the name `name`, e.g. the axis `if1.X`.
-
-    Raises UsageError for an unknown name.
-    """
+    """Return the object that has the name `name`, e.g. the axis `if1.X`.  Raises UsageError for an unknown name."""
     if name in found:
         return found[name]()
     for similar in get_close_matches(name, found, n=1):

@@ -25,10 +25,7 @@ TERMS: dict[str, Callable[[str], Any]] = {
 
 
 def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
-    """Parse the text of a fault, e.g. `lose 3`; return a function that adds the fault to the bench.
-
-    `here`: the default controller.
-    """
+    """Return a function that adds the fault `lose 3` to the bench; `here`: the default controller."""
     words = _split(text)
     if not words:
         raise UsageError("the description of the fault is missing: expected KIND PLACE VALUES, e.g. stuck input1 low")
@@ -46,10 +43,7 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """Return the name of a fault from its description, e.g. `late` from `jam X name=late`.
-
-    Return None if the description is invalid or contains no word `name=NAME`.
-    """
+    """Return the name in `jam X name=late`; None if the description is invalid or names none."""
     try:
         words = _split(text)
     except UsageError:
@@ -58,10 +52,7 @@ def name_in(text: str) -> str | None:
 
 
 def write(fault: Fault) -> str:
-    """Convert a fault to a line of text, e.g. `lose if1.serial count=3`.
-
-    In a conversation, the line adds the same fault without a delay.
-    """
+    """Return the text with which a conversation adds an equal fault that begins at once."""
     words = [fault.kind.name, fault.spot.name]
     words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
     words += [f"seed={fault.seed}"] if fault.seed is not None else []
@@ -78,7 +69,6 @@ def _split(text: str) -> list[str]:
 
 
 def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
-    """Separate the named values of a fault, e.g. `count=3`, from the values without a name, e.g. `3`."""
     named: dict[str, Any] = {}
     bare: list[str] = []
     for word in words:
@@ -103,10 +93,7 @@ def _value(name: str, text: str) -> Any:
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
-    """Find the parameter for each value without a name, e.g. `count` for the value 3 in `lose 3`.
-
-    These values belong, in order, to the parameters that are not given by name.
-    """
+    """Find the parameters of `3` in `lose 3`: in order, those that are not given by name."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
         extra = bare[len(free)]

@@ -15,10 +15,7 @@ LEVELS = {"high": True, "on": True, "low": False, "off": False}
 
 
 class On(Enum):
-    """The type of part that a fault affects: a serial line, a pin, an axis or a controller.
-
-    The value of each member has examples of names.
-    """
+    """The type of part that a fault affects; the value of each member has examples of names."""
 
     LINE = "if1.serial, motor.rs485, chain"
     PIN = "if1.input1"
@@ -37,10 +34,7 @@ class Sort(Enum):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a fault.
-
-    The user must give a value for a parameter that has no `default` and is not `optional`.
-    """
+    """A parameter of a fault; the user must give one that has no `default` and is not `optional`."""
 
     name: str
     sort: Sort
@@ -53,10 +47,7 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def read(self, value: object) -> Any:
-        """Convert a value to the type of the parameter.
-
-        Raises UsageError for an invalid value; the message gives the valid values.
-        """
+        """Convert a value to the parameter's type.  Raises UsageError, which gives the valid values."""
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
             given = shortened(value) if isinstance(value, str) else repr(value)
@@ -65,7 +56,7 @@ class Parameter:
 
     @property
     def wanted(self) -> str:
-        """Valid values of the fault's parameter, in words for error messages, e.g. "a number from 0 to 1"."""
+        """Description of the valid values."""
         if self.words:
             return " or ".join(self.words)
         what = self.sort.value + (f" of {self.unit}" if self.unit else "")
@@ -110,10 +101,7 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """Arguments of the function that begins a fault, e.g. the affected pin and the fault's parameter values.
-
-    The fault calls `over` to report its end.
-    """
+    """Arguments of the function that begins a fault; the fault calls `over` to report its end."""
 
     clock: Clock
     spot: Spot
@@ -141,10 +129,7 @@ def ended() -> None:
 
 
 def all_of(ends: Iterable[Mend]) -> Mend:
-    """Return a function that ends all effects of a fault.
-
-    `ends`: functions that end one effect each.
-    """
+    """Return a function that ends all effects of a fault.  `ends`: functions that end one effect each."""
 
     def mend() -> None:
         for end in ends:
@@ -155,10 +140,7 @@ def all_of(ends: Iterable[Mend]) -> Mend:
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of fault.  `begin` starts a fault of this kind, and returns the function that ends the fault.
-
-    `at_once`: True if a fault of this kind occurs only once and cannot have a duration.
-    """
+    """One kind of fault.  `begin` starts the fault and returns a function that ends it; `at_once`: it ends at once."""
 
     name: str
     on: On

@@ -41,10 +41,7 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
 def other_fault(text: str | None) -> str | None:
-    """Return the name of the fault that an event mentions, e.g. "jam" for "jam begins".
-
-    Returns None for events that mention no fault.
-    """
+    """Return the fault that an event mentions, e.g. "jam" for "jam begins"; None if it mentions none."""
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and VERBS.get(found["verb"]) is _other_fault else None
 
@@ -94,8 +91,6 @@ def _passes(wish: _Wish) -> Arm:
 
 
 class _Passing:
-    """Detects that an axis reaches or passes a position."""
-
     def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
         self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
         self._side = self._find_side()
@@ -121,11 +116,7 @@ def _edge(wish: _Wish) -> Arm:
 
 
 def _receives(wish: _Wish) -> Arm:
-    """Return a trigger that starts a fault when a controller or its host receives the given data.
-
-    For example, "table hears X1000" means that the controller `table` receives the data X1000.  "table says X1000"
-    means that the host receives the data X1000 from the controller.
-    """
+    """Return the trigger for "hears" (the device has received characters) or "says" (the host has received them)."""
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
@@ -136,10 +127,7 @@ def _receives(wish: _Wish) -> Arm:
 
 
 def _port(wish: _Wish) -> Any:
-    """Return the serial port for a trigger, e.g. the port of the controller if1 for "if1 hears X1000".
-
-    Return None for a controller on a bus.
-    """
+    """Return the host's end of the serial line; None for a controller on a bus."""
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
@@ -209,10 +197,6 @@ def _runs(wish: _Wish) -> Arm:
 
 
 def _program(machine: Machine, number: str | None) -> str:
-    """Return the name of the program with the given number.
-
-    None: the only program of the controller.
-    """
     names = machine.product.programs
     found = next((name for name in names if number is None or name.split()[-1] == number), None)
     if found is None:
@@ -221,10 +205,7 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """Raise UsageError if a fault cannot begin at a program line, e.g. at a line that contains only a label.
-
-    A program line that is not stored yet is valid.
-    """
+    """Raise UsageError for a line at which no fault can begin, e.g. a label; one not stored yet is valid."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
         lines = "1 or more" if most is None else f"1 to {most}"
@@ -239,11 +220,7 @@ def _check_line(machine: Machine, name: str, line: int) -> None:
 
 
 def _timed_line(listing: Listing, after: int) -> str:
-    """Return the next program line that can trigger a fault, e.g. "line 4 (a=a+1)".
-
-    A line that contains only a label, for example, cannot trigger a fault.  The result is "another line" if no such
-    line follows.
-    """
+    """Return the next line that can trigger a fault, e.g. "line 4 (a=a+1)", not a label; or "another line"."""
     number = next((n for n in range(after, len(listing.lines)) if n not in listing.silent), None)
     return "another line" if number is None else f"line {number + 1} ({listing.lines[number]})"
 

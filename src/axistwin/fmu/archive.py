@@ -65,7 +65,6 @@ def export(scene: Scene | str | Path, out: str | Path, commands: Mapping[str, st
 
 
 def _build(root: Path, name: str, texts: Mapping[str, str], settings: Mapping[str, Any], out: Path) -> None:
-    """Build the FMU in the folder `root`, and move it to `out`.  Raises OSError."""
     from pythonfmu3 import FmuBuilder
 
     for file, text in texts.items():
@@ -83,11 +82,6 @@ def _build(root: Path, name: str, texts: Mapping[str, str], settings: Mapping[st
 
 
 def _model_name(out: Path) -> str:
-    """Return the name of an FMU file without its extension, e.g. `machine` for `machine.fmu`.
-
-    The result is the model name.  Raises UsageError if the extension is not `.fmu` or the name is not a valid model
-    name.
-    """
     if out.suffix != SUFFIX:
         raise UsageError(f"invalid file name {out.name!r}: expected a name that ends in {SUFFIX}")
     if not re.fullmatch(r"[A-Za-z_]\w*", out.stem, re.ASCII) or out.stem in NAMES_IN_USE:
@@ -96,8 +90,6 @@ def _model_name(out: Path) -> str:
 
 
 def _alone(scene: Scene) -> Scene:
-    """Copy a scene (a description of a machine), but leave out the settings of its serial ports and state files."""
-
     def without(value: Any) -> Any:
         if not isinstance(value, list):
             return value
@@ -107,11 +99,6 @@ def _alone(scene: Scene) -> Scene:
 
 
 def _files(scene: Scene) -> dict[str, str]:
-    """Return the texts of the scene file and the program files.
-
-    The keys are file names.
-    Raises UsageError for a program outside the folder of the scene.
-    """
     scene.build()  # reads the programs
     texts = scene.programs
     beside = scene.file.parent

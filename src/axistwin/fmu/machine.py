@@ -25,10 +25,7 @@ UNITS = {TORQUE: {"kg": 1, "m": 2, "s": -2}, ANGLE: {"rad": 1}, SPEED: {"rad": 1
 
 
 class Machine(Fmi3Slave):
-    """The running scene of an FMU, loaded from the resources of the FMU.
-
-    Inputs act at communication points, in the order in which they are listed.
-    """
+    """The running scene of an FMU; inputs act at communication points, in the order of their list."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -100,7 +97,6 @@ class Machine(Fmi3Slave):
         return Fmi3StepResult(status=Fmi3Status.ok)
 
     def _end_ns(self, begin_s: float, step_s: float) -> int:
-        """Return the end of a step in the time of the bench.  Raises UsageError for times that FMI does not permit."""
         if not isfinite(begin_s):
             raise UsageError(f"invalid communication point {begin_s:g}: expected a finite number of seconds")
         if not 0 < step_s < inf:

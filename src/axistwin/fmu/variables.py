@@ -37,11 +37,7 @@ _PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True)
 class Input:
-    """An input of an FMU, which is a logic level or a number.
-
-    `unit`: the unit of a number; empty for a level.
-    `set` is called only with a new value.
-    """
+    """An input: a number if it has a unit, else a level.  `set` is called only with a new value."""
 
     name: str
     doc: str
@@ -107,10 +103,6 @@ def _inputs(controller: Controller) -> Iterator[Input]:
 
 
 def _open(pin: Pin) -> bool:
-    """True if the simulation tool that runs the FMU can set the level of the pin.
-
-    The tool cannot set the level of a pin that is connected to a wire of the scene.
-    """
     return not pin.wired and (isinstance(pin, UserPin) or pin.drivable)
 
 
@@ -154,10 +146,6 @@ def _axis_outputs(controller: str, name: str, axis: Axis) -> Iterator[Output]:
 
 
 def _command(bench: Bench, line: str) -> Callable[[float], object]:
-    """Return a function that executes the command or the action in `line`.
-
-    `line`: a line of a conversation that begins with > or !.
-    """
     only = next(iter(bench.controllers)) if len(bench.controllers) == 1 else ""
     who = line.partition(":")[0].strip() if not line.strip().startswith((">", "!")) else only
     codec = codec_of(bench[who].product) if who in bench.controllers else None

@@ -61,7 +61,6 @@ def files(answers: Answers) -> dict[str, str]:
 
 
 def _names(models: Sequence[str]) -> list[str]:
-    """Return a name for each controller, e.g. `if1` for the only IF1, or `if1_1` and `if1_2` for two IF1s."""
     several, seen = Counter(models), Counter[str]()
     names = []
     for model in models:
@@ -98,10 +97,6 @@ def _program_line(family: str, program: str) -> str:
 
 
 def _ports(answers: Answers) -> list[PortUrl]:
-    """Return the URL of a port for each controller of the new scene.
-
-    The port numbers ascend, or are 0 for any free port.
-    """
     serial, bus = count(answers.port.port), count(BUS_PORT)
     found = []
     for model in answers.models:

@@ -38,10 +38,7 @@ td, th { border: 1px solid var(--edge); padding: .3rem .6rem; text-align: left; 
 
 
 def names() -> dict[str, str]:
-    """Return the titles of all documentation pages, by page name.
-
-    A page name is, for example, `tutorials/pyserial`.  The page `index` is first.
-    """
+    """Return the titles of all pages, by name, e.g. `tutorials/pyserial`; `index` is first."""
     root = folder("docs")
     found = {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.md"))}
     kept = {name: path for name, path in found.items() if name not in SITE_ONLY and not name.startswith("generated")}
@@ -78,20 +75,12 @@ def _first_title(page: str, name: str) -> str:
 
 
 def _as_text(directive: "re.Match[str]") -> str:
-    """Return the text that replaces a Sphinx directive in the HTML page.
-
-    The text is usually empty.
-    """
     if directive["kind"] == "include" and "codes" in directive["argument"]:
         return "`axistwin check --codes` lists the codes.\n"
     return ""
 
 
 def _contents(source: Path, listed: dict[str, str], up: str) -> str:
-    """Return the table of contents of the documentation as HTML.
-
-    `up`: relative path from the page to the index, e.g. "../".
-    """
     parts = [f'<a href="{up}index.html">axistwin {VERSION}</a>']
     for directive in _directive.finditer((source / f"{START}.md").read_text(encoding="utf-8")):
         caption = re.search(r":caption: (.*)", directive["body"])
@@ -124,7 +113,6 @@ def _write(path: Path, page: str, contents: str) -> None:
 
 
 def _link_pages(tokens: list[Token]) -> None:
-    """Change links to Markdown files into links to HTML pages, and add an anchor to each heading."""
     for place, token in enumerate(tokens):
         if token.type == "heading_open":
             token.attrSet("id", _slug(tokens[place + 1].content))

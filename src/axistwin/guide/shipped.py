@@ -47,10 +47,7 @@ class Example:
         return "axistwin stand-in --dry-run" if "[stand-in" in text else "axistwin run"
 
     def copy(self, target: Path) -> list[Path]:
-        """Copy the files of the example to a directory and return their new paths.  No file is overwritten.
-
-        Raises UsageError if a file exists already or cannot be written.
-        """
+        """Copy the example, and return the new paths.  Raises UsageError instead of overwriting a file."""
         wanted = {file: target / file.relative_to(self.root) for file in self.files}
         if existing_file := next((path for path in wanted.values() if path.exists()), None):
             raise UsageError(f"{existing_file} exists already: choose another directory")
@@ -80,5 +77,4 @@ def _examples(root: Path) -> Iterator[Example]:
 
 
 def _title(path: Path) -> str:
-    """Return the title of a docs page or a scene file: the first line of the file, without `#`."""
     return path.read_text(encoding="utf-8").partition("\n")[0].strip("# .")

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Goal:
-    """A requested motion of an axis.
-
-    `begin` starts the motion; `target`: the end position in counts, None for a run.
-    """
+    """A requested motion.  `begin` starts it; `target`: the end position in counts, None for a run."""
 
     begin: Callable[[], Procedure[None]]
     target: int | None = None
@@ -32,7 +29,7 @@ class Goal:
 
 
 class DrivenAxis:
-    """An axis of a controller.  The axis performs one motion at a time, and its positions are in counts.
+    """An axis of a station.  All positions are in counts.
 
     A motion is `busy` from its request to the reading of the exact position at rest.  A move that the controller cannot
     accept yet, because another axis of an IF1 is moving, waits.
@@ -80,17 +77,11 @@ class DrivenAxis:
     # Requests
 
     async def move_to(self, target: int) -> None:
-        """Move to a position; return when the axis has arrived.
-
-        Raises RefusedError if the axis stops elsewhere, or if a stop or another request ends the move.
-        """
+        """Move and return on arrival.  Raises RefusedError if it stops elsewhere, by a stop or by another request."""
         await self.request(Goal(lambda: self.core.move_to(target), target))
 
     async def move_at(self, velocity: float) -> None:
-        """Jog at a signed velocity; return when the axis is at rest again.
-
-        For example, a call of `stop` ends the jog.  Raises RefusedError if the jog cannot begin.
-        """
+        """Run at a signed velocity; return when the run has been stopped.  Raises RefusedError if it fails."""
         await self.request(Goal(lambda: self.core.move_at(velocity)))
 
     async def home(self, direction: int) -> None:
@@ -108,10 +99,7 @@ class DrivenAxis:
             raise RefusedError(f"the motion failed: {reason}")
 
     async def begin(self, goal: Goal) -> None:
-        """Request a motion.
-
-        The motion begins as soon as the axis is at rest.
-        """
+        """Request a motion.  The motion begins as soon as the axis is at rest."""
         self._give_up("another request replaced the motion")
         self.goal = self._starting = goal
         self._now_busy()
@@ -119,10 +107,7 @@ class DrivenAxis:
         self._spawn(goal)
 
     async def stop(self, *, abort: bool = False) -> None:
-        """Send a stop to the controller; the axis stays busy until it is at rest.
-
-        After an error the next poll sends the stop again.
-        """
+        """Send a stop; the axis stays busy until it is at rest.  After an error the next poll sends it again."""
         self._give_up("a client stopped the axis")
         self.goal = self._starting = None
         await self._end_motion(self.core.abort if abort else self.core.stop)
@@ -136,11 +121,7 @@ class DrivenAxis:
                 goal.failure = goal.failure or why
 
     async def pause(self) -> None:
-        """Stop the axis.
-
-        After `resume`, the axis continues an interrupted move to its target.  A continuous motion or a search for home
-        does not continue.
-        """
+        """Stop the axis; `resume` continues a move, but no run and no search for home."""
         self._go.clear()
         self.paused = True
         goal = self.goal
@@ -157,19 +138,13 @@ class DrivenAxis:
         self._go.set()
 
     async def set_position(self, position: int) -> None:
-        """Set the present position to a new value without a move.
-
-        The axis must be at rest.  Raises DriverError if the controller cannot set the position.
-        """
+        """Define the present position, at rest.  Raises DriverError."""
         await self.station.driver.run(self.core.set_position(position))
         self.station.wake()
         await self.station.polled()
 
     async def clear_faults(self) -> None:
-        """Clear the stored faults of the axis.
-
-        A fault remains as long as its cause is present.
-        """
+        """Clear the stored faults of the axis.  A fault remains as long as its cause is present."""
         await self.station.driver.run(self.core.clear_faults())
         self.ended = None
         self.station.wake()
@@ -203,10 +178,7 @@ class DrivenAxis:
             self.station.wake()
 
     async def _begins(self, goal: Goal) -> bool:
-        """Try to begin a motion; return False while another motion is in progress.
-
-        The function stops an earlier motion of the same axis.  The caller tries again after the next poll.
-        """
+        """Begin a motion.  Returns False if it has to wait for the end of another motion, of this or another axis."""
         await self._go.wait()
         if self.goal is not goal:
             return True
@@ -228,10 +200,6 @@ class DrivenAxis:
         return True
 
     async def _end_motion(self, request: Callable[[], Procedure[None]]) -> None:
-        """Stop the axis, unless the axis is already at rest.
-
-        `request`: function that returns the procedure for the stop.
-        """
         if self._begun or self.status.moving:
             self._stop = request
             await self.station.driver.run(request())
@@ -259,10 +227,7 @@ class DrivenAxis:
             self._rest.set()
 
     async def _moving(self, *, slower: bool) -> None:
-        """Update the state of a moving axis, and stop the axis if a client has requested a stop.
-
-        A board ignores a stop before the motion has begun, so the stop is sent again.
-        """
+        """Process a poll of a moving axis.  A board ignores a stop before the motion has begun: then stop again."""
         self._begun = True
         if not self.busy:  # Another host has begun the present motion of the axis.
             self.goal = None
@@ -280,13 +245,9 @@ class DrivenAxis:
             goal.failure = f"{self.name} stopped: {status.missed}"
 
     async def failed(self, error: DriverError) -> None:
-        """Record that the controller has not answered a poll.
-
-        A motion counts as busy until the controller answers again.
-        """
+        """Record an unanswered poll; a motion counts as busy until the controller answers again."""
         self.error = str(error)
         await self.changed()
 
 
-async def _nothing() -> None:
-    """Do nothing: the default callback function for changes of the axis state."""
+async def _nothing() -> None: ...

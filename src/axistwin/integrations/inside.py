@@ -21,10 +21,9 @@ from axistwin.units import to_ns, to_seconds
 
 
 def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
-    """Return an `AsyncController` that is connected to an emulated controller in the same process.
+    """Return an `AsyncController` of the controller `name` in this process, without a port.
 
-    The driver needs no real port.  `name`: name of the controller on the bench.  `options`: options of the driver.
-    Raises UsageError for an unknown name or an invalid option.
+    `options`: those of the driver.  Raises UsageError for an unknown name or an invalid option.
     """
     names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
     if name not in names:
@@ -38,10 +37,7 @@ def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
 
 
 class InnerPort:
-    """A driver's connection to an emulated controller, without a real port.
-
-    While the driver waits, virtual time advances.
-    """
+    """A driver's connection to an emulated controller; virtual time advances while it waits."""
 
     def __init__(self, bench: Bench, name: str) -> None:
         self._pacer = ManualPacer(bench)
@@ -54,10 +50,7 @@ class InnerPort:
         self._pacer.work()
 
     async def read(self, timeout: float) -> bytes:
-        """Wait for at least one byte, and return the received bytes.
-
-        Return b"" if no byte arrives within `timeout` seconds of virtual time.
-        """
+        """Return at least one byte, or b"" if none arrives in `timeout` seconds of virtual time."""
         clock = self._pacer.clock
         end_ns = clock.later(to_ns(timeout))
         while not self._received and clock.now < end_ns:
@@ -86,11 +79,6 @@ class InnerPort:
 def _connect(
     bench: Bench, name: str, pacer: ManualPacer, received: bytearray
 ) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    """Connect a client to the serial port or the bus of an emulated controller.
-
-    Returns two functions: the first sends data, the second ends the connection.
-    The received bytes are stored in `received`.
-    """
     if endpoints.at_a_bus(bench, name):
         slot = Slot(name, bench[name].bus, pacer)
         master = _InnerMaster(slot, received)
@@ -103,8 +91,6 @@ def _connect(
 
 
 class _InnerClient:
-    """A client at the serial port of an emulated controller; it stores the received characters."""
-
     name = "a driver"
     flow: Flow | None = None
 
@@ -112,26 +98,19 @@ class _InnerClient:
         self._received = received
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002  # as on a TCP connection
-        """Store characters from the controller in the driver's receive buffer."""
         self._received += data
 
     def hung_up(self) -> bool:
-        """Return False, because the driver's connection to the emulated controller cannot break."""
         return False
 
-    def drop(self) -> None:
-        """Do nothing, because this client has no network connection to close."""
+    def drop(self) -> None: ...
 
-    def pause(self) -> None:
-        """Do nothing, because this client has no network connection to pause."""
+    def pause(self) -> None: ...
 
-    def resume(self) -> None:
-        """Do nothing, because this client has no network connection to resume."""
+    def resume(self) -> None: ...
 
 
 class _InnerMaster(Master):
-    """A client on the bus of a board.  The client stores the messages that it receives."""
-
     def __init__(self, slot: Slot, received: bytearray) -> None:
         super().__init__(slot)
         self.name, self._received = "a driver", received
@@ -140,6 +119,5 @@ class _InnerMaster(Master):
         self._received += line.encode() + b"\n"
 
     def close(self) -> None:
-        """Disconnect the client from the bus."""
         self._end_subscription()
         self.slot.disconnect(self)

@@ -81,10 +81,7 @@ def at_port(
     registers: Sequence[str] = (),
     period_s: float = 0.1,
 ) -> Machine:
-    """Return a `Machine` whose only controller is at the port `url`.
-
-    Raises UsageError for an unknown model, option, axis or register.
-    """
+    """Return a `Machine` of the controller at `url`.  Raises UsageError for an invalid choice or name."""
     driver = AsyncController(url, core_of(model, options), baud)
     units = units or {}
     for axis in units:
@@ -156,10 +153,7 @@ def core_of(model: str, options: Mapping[str, Any]) -> Core:
 
 
 def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
-    """Return the model name, the driver options and the axis units of an emulated controller.
-
-    Axes without a unit are left out.
-    """
+    """Return model, driver options, and units of the axes that have one, of an emulated controller."""
     model, shafts = "smartmotor", _shafts(bench, name)
     given: dict[str, Any] = {}
     if name in bench.lines:

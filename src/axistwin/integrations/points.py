@@ -28,10 +28,7 @@ Write = Callable[[int], Awaitable[None]]
 
 
 class Point:
-    """A pin or a register of a controller.
-
-    `value` is None until the first reading, and for outputs until the first writing.
-    """
+    """A pin or register.  `value` is None until the first reading, for outputs until the first writing."""
 
     def __init__(self, name: str, read: Read | None, write: Write | None = None, *, bit: bool = True) -> None:
         self.name, self.bit = name, bit
@@ -46,10 +43,7 @@ class Point:
         return self._write is not None
 
     async def refresh(self) -> None:
-        """Read the present value of the pin or register from the controller.
-
-        An output that cannot be read keeps its stored value.
-        """
+        """Read the value, if the controller reports it."""
         if self._read is not None:
             await self._set(await self._read())
 
@@ -73,18 +67,13 @@ class Point:
 
 
 class _Group:
-    """Pins that the controller reports in one answer, so that several pins need only one request.
-
-    Each answer is used once for each pin.
-    """
+    """Pins that the controller reports in one answer; the answer is used for each pin once."""
 
     def __init__(self, ask: Callable[[], Awaitable[dict[Any, bool]]]) -> None:
         self._ask = ask
         self._unused: dict[Any, bool] = {}
 
     def reader(self, key: Any) -> Read:
-        """Return a function that reads the pin `key`."""
-
         async def read() -> int:
             if key not in self._unused:
                 self._unused = await self._ask()

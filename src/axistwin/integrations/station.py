@@ -17,10 +17,7 @@ COUNTS = MachineUnits(Fraction(1), "counts")
 
 
 class Station:
-    """A controller with its driver, its axes and its pins.
-
-    `units`: units of its axes by name; `registers`: see `points_of`.
-    """
+    """A controller.  `units`: units of its axes by name; `registers`: see `points_of`."""
 
     def __init__(
         self,
@@ -56,10 +53,7 @@ class Station:
                     await self._wake.wait()
 
     async def poll(self) -> None:
-        """Read the status of all axes.
-
-        Pins and registers are read only every half second.
-        """
+        """Read the status of all axes.  Pins and registers are read only every half second."""
         polled, self._polled = self._polled, asyncio.Event()
         try:
             found = await self.driver.run(self.driver.core.statuses())

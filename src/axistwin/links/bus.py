@@ -31,10 +31,7 @@ MAX_BLOCK = 256
 
 
 class Registers(Protocol):
-    """Interface for reading and writing the registers of a board.
-
-    `RegisterPort` implements this interface.
-    """
+    """Interface for reading and writing the registers of a board.  `RegisterPort` implements this interface."""
 
     @property
     def interrupt(self) -> bool:
@@ -45,22 +42,17 @@ class Registers(Protocol):
         """The interrupt line from the board to the host."""
 
     def read(self, offset: int) -> int:
-        """Return the contents of a register.  `offset`: address relative to the board's base address."""
+        """Read a register."""
 
     def write(self, offset: int, value: int) -> None:
-        """Write a value to a register.  `offset`: address of the register relative to the board's base address."""
+        """Write a register."""
 
     def init(self) -> None:
         """Pulse the reset line of the bus."""
 
 
 class Slot(SingleClient["Master"]):
-    """Endpoint of a board, to which one client at a time can connect.
-
-    The client reads and writes the registers of the board.
-
-    `reset` is called for each new client.
-    """
+    """The slot of a board on the bus, for one client.  `reset` is called for each new client."""
 
     def __init__(
         self,
@@ -76,10 +68,7 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no requests from the client, e.g. because too many answers are queued.
-
-        The gate is closed, or the client does not read its answers.
-        """
+        """True while no requests are read from the client: the gate is closed, or the client does not read answers."""
         return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
@@ -107,10 +96,7 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute all complete requests of the client.
-
-        An incomplete request is stored until its end arrives.
-        """
+        """Execute all complete requests of the client.  An incomplete request is stored until its end arrives."""
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -194,10 +180,7 @@ class Master(Connection):
     # Functions that handle slow and disconnected clients
 
     def resume_writing(self) -> None:
-        """Continue to send data after the client has read the pending answers.
-
-        If the level of the interrupt has changed in the meantime, report the new level.
-        """
+        """Continue after the client has read its answers."""
         super().resume_writing()
         if self._unsubscribe is not None and self._last_reported is not self.slot.bus.interrupt:
             self._report(self.slot.bus.interrupt)

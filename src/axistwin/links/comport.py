@@ -40,10 +40,7 @@ class Code(IntEnum):
 
 
 class Control(IntEnum):
-    """Values of the RFC 2217 command SET-CONTROL.
-
-    A value `ASK_…` asks for the setting whose values come after it in this list.
-    """
+    """Values of RFC 2217's SET-CONTROL; `ASK_…` asks for the setting whose values come after it in this list."""
 
     ASK_FLOW = 0
     FLOW_NONE = 1
@@ -68,10 +65,7 @@ class Control(IntEnum):
 
 
 class ModemState(IntFlag):
-    """Bits of the RFC 2217 notification NOTIFY-MODEMSTATE.
-
-    The bits report the levels of the client's inputs CTS and DSR, and which of these levels have changed.
-    """
+    """NOTIFY-MODEMSTATE: the client's input lines, and their changes."""
 
     NONE = 0
     CTS_CHANGED = 1
@@ -81,10 +75,7 @@ class ModemState(IntFlag):
 
 
 class LineState(IntFlag):
-    """Bits of the RFC 2217 command NOTIFY-LINESTATE.
-
-    The bits are those of a UART's line status register.
-    """
+    """NOTIFY-LINESTATE: bits of a UART's line status register."""
 
     NONE = 0
     PARITY_ERROR = 4
@@ -95,7 +86,7 @@ class LineState(IntFlag):
 
 @dataclass(frozen=True)
 class SetLines:
-    """Request of the client to set the outputs DTR and RTS of the serial port."""
+    """Request to set levels of control lines."""
 
     dtr: bool
     rts: bool
@@ -103,27 +94,21 @@ class SetLines:
 
 @dataclass(frozen=True)
 class SetBreak:
-    """Request of the client to begin or end a break signal at the serial port."""
+    """Request to begin or end a break."""
 
     on: bool
 
 
 @dataclass(frozen=True)
 class SetFlow:
-    """Request to set the flow control of the serial port, e.g. FLOW_NONE or FLOW_HARDWARE.
-
-    The flow control applies to the data that the port sends to the device.
-    """
+    """Request for a kind of flow control for data to the device, e.g. FLOW_NONE or FLOW_HARDWARE."""
 
     outbound: Control
 
 
 @dataclass(frozen=True)
 class Purge:
-    """Request of the client to discard characters in the buffers of the serial port.
-
-    The request names the received characters, the characters that are not yet transmitted, or both.
-    """
+    """Request to discard characters received from the device, or not yet transmitted to the device."""
 
     received: bool
     to_transmit: bool
@@ -157,10 +142,7 @@ INBOUND = {
 
 
 class ComPort:
-    """Decodes the requests of one RFC 2217 client, and stores the client's settings.
-
-    `line`: the initial line format.
-    """
+    """The state of one client's port.  `line`: the initial format."""
 
     def __init__(self, line: UartFormat, signature: str) -> None:
         self.format, self.signature = line, signature
@@ -206,10 +188,7 @@ class ComPort:
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
     ) -> None:
-        """Process a client's request to enable or disable a Telnet option.
-
-        A request for the present state gets no answer, so that client and server do not answer each other for ever.
-        """
+        """Negotiate a Telnet option; a request for the present state gets no answer, lest both answer for ever."""
         on = asked.verb in (Verb.DO, Verb.WILL)
         if on and asked.option not in possible:
             self.replies += bytes(Negotiation(no, asked.option))
@@ -237,7 +216,6 @@ class ComPort:
         return event
 
     def _set_part(self, value: bytes, code: Code) -> Event | None:
-        """Set the number of data bits, the parity or the number of stop bits."""
         name, settings = PARTS[code]
         known = value[:1] and value[0] in settings
         event = self._set_format(replace(self.format, **{name: settings[value[0]]})) if known else None
@@ -298,10 +276,7 @@ class ComPort:
     # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """Send the levels of DSR and CTS to the client if a level has changed.
-
-        `moved`: lines that have changed, even if they have changed back.
-        """
+        """Report the client's input lines; `moved`: lines that have changed, even if they have changed back."""
         now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
         changed = self._modem_state ^ now
         moved |= ModemState.DSR_CHANGED if changed & ModemState.DSR else ModemState.NONE

@@ -54,13 +54,10 @@ class Lines(Protocol):
 
 
 class Stream(Protocol):
-    """Interface that reads and writes the characters of an open device.
-
-    The callbacks of the constructor are called in the event loop.
-    """
+    """Reads and writes an open device; the constructor's callbacks are called in the event loop."""
 
     def write(self, data: bytes) -> None:
-        """Send characters to the device, and buffer the characters that the device does not accept yet."""
+        """Send characters, now or later."""
 
     def pause(self) -> None:
         """Stop reading from the device."""
@@ -73,10 +70,7 @@ class Stream(Protocol):
 
 
 def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
-    """Return an object that sends characters to a serial device, and receives characters from the device.
-
-    The event loop serves devices with a file descriptor; threads serve all other devices.
-    """
+    """Return the stream of a device: by the event loop if the device has a file descriptor, otherwise by threads."""
     try:
         descriptor: int = device.fileno()
     except OSError:  # Windows
@@ -85,10 +79,7 @@ def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> 
 
 
 class DescriptorStream:
-    """Reads and writes a serial device in the asyncio event loop, without a thread.
-
-    The device must have a file descriptor.
-    """
+    """A stream that the event loop reads and writes."""
 
     def __init__(self, descriptor: int, name: str, receive: Receive, lose: Lose) -> None:
         self._descriptor, self._receive, self._lose = descriptor, receive, lose
@@ -97,7 +88,7 @@ class DescriptorStream:
         self.resume()
 
     def write(self, data: bytes) -> None:
-        """Send characters to the device, and buffer the characters that the device does not accept yet."""
+        """Send characters, now or later."""
         self._writer.write(data)
 
     def pause(self) -> None:
@@ -142,10 +133,7 @@ class ThreadStream:
         self._thread.start()
 
     def write(self, data: bytes) -> None:
-        """Queue characters for transmission to the serial device.
-
-        Characters of `data` that do not fit into the queue are discarded.
-        """
+        """Queue characters for the device; those that do not fit into the queue are discarded."""
         room = STALLED - self._queued
         self._dropped += len(data[room:])
         if kept := data[:room]:
@@ -193,7 +181,6 @@ class ThreadStream:
         self._call(self._count, len(data), lost)
 
     def _call(self, callback: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the event loop, unless the stream is closed."""
         if not self._closing:
             self._loop.call_soon_threadsafe(lambda: None if self._closing else callback(*arguments))
 
@@ -225,10 +212,7 @@ def settings_of(fmt: UartFormat) -> dict[str, Any]:
 
 
 def control_lines(device: "serial.Serial") -> Lines | None:
-    """Return the control lines of a device; None if the device has no control lines.
-
-    A pseudo terminal has no control lines.
-    """
+    """Return a device's control lines; None if it has none, as a pseudo terminal."""
     try:
         device.dtr = device.dtr
     except OSError:

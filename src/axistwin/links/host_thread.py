@@ -39,17 +39,11 @@ class HostThread:
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
 
     def sleep_by(self, now: Callable[[], int]) -> None:
-        """Let calls of `time.sleep` in the host program take virtual time instead of real time.
-
-        `now`: function that returns the virtual time in nanoseconds.
-        """
+        """Let `time.sleep` of the host program take virtual time; `now` returns it in nanoseconds."""
         self._now = now
 
     def sleep(self, seconds: float) -> None:
-        """Block the host's thread for a number of seconds of virtual time.
-
-        Called by the host's own thread.
-        """
+        """Block the host's thread for a number of seconds of virtual time.  Called by the host's own thread."""
         assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
             raise ValueError("sleep length must be non-negative")
@@ -61,10 +55,7 @@ class HostThread:
         self._awake.set()
 
     def wake(self) -> None:
-        """End the call of `time.sleep` in which the host program is blocked.
-
-        The call sleeps in virtual time.  This method returns after the host's thread has resumed.
-        """
+        """End the host's `time.sleep`, in virtual time; return when its thread has resumed."""
         self.wakes_ns = None
         self._due.set()
         self._awake.wait()
@@ -93,10 +84,7 @@ class HostThread:
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
-        """Return the result of the host program, or raise the exception of the host program.
-
-        This method first waits until the host program has finished.
-        """
+        """Wait until the function has finished.  Return its result, or raise its exception."""
         self._thread.join()
         if self._error is not None:
             raise self._error
@@ -119,10 +107,6 @@ class HostThread:
         return stat.rpartition(")")[2].split()[0] == "S"
 
     def _reported(self, file: str) -> str | None:
-        """Return the contents of a file of Linux about the host's thread, e.g. the file `stat`.
-
-        None if the thread has ended, or if the operating system has no such file.
-        """
         path = Path(f"/proc/self/task/{self._thread.native_id}/{file}")
         try:
             return path.read_text(encoding="ascii", errors="replace")
@@ -167,5 +151,5 @@ def _sleeping(host: HostThread) -> Iterator[None]:
 
 
 def pause() -> None:
-    """Wait for `POLL_S` seconds of real time before the states of the host threads are read again."""
+    """Sleep between two polls."""
     time.sleep(POLL_S)

@@ -11,10 +11,7 @@ T = TypeVar("T")
 
 
 class LoopThread:
-    """Runs coroutines and functions in the thread of an event loop, on behalf of other threads.
-
-    `problems` collects the errors of callbacks.
-    """
+    """Runs coroutines and functions for other threads.  `problems` collects the errors of callbacks."""
 
     def __init__(self) -> None:
         self.problems: list[dict[str, Any]] = []
@@ -24,10 +21,7 @@ class LoopThread:
         self._thread.start()
 
     def run(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run a coroutine in the event loop's thread, and wait for the coroutine's result.
-
-        Returns the result, or raises the error.  Raises UsageError in the thread itself, or after `stop`.
-        """
+        """Return a coroutine's result in the loop's thread.  Raises UsageError in that thread, or after `stop`."""
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
             coroutine.close()  # Closing the coroutine prevents Python's warning that a coroutine was never awaited.
@@ -36,10 +30,7 @@ class LoopThread:
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
-        """Raise UsageError if called in the event loop's own thread.
-
-        Waiting in this thread would block for ever.
-        """
+        """Raise UsageError if called in the event loop's own thread.  Waiting in this thread would block for ever."""
         if threading.current_thread() is self._thread:
             raise UsageError("cannot advance virtual time in a callback: advance the time outside callbacks")
 

@@ -36,10 +36,7 @@ class ServedClock:
 
     @property
     def now(self) -> int:
-        """Virtual time in nanoseconds.
-
-        If the wall clock paces the bench, virtual time is first advanced to now.
-        """
+        """Virtual time in nanoseconds.  If the wall clock paces the bench, virtual time is first advanced to now."""
         if self._pacer.running:
             self._loop.do(self._advance_to_now)
         return self._pacer.clock.now
@@ -50,19 +47,14 @@ class ServedClock:
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Raise UsageError, because only the subclass `ManualClock` can advance virtual time on request.
-
-        The virtual time of a `ServedClock` passes by itself.
-        """
+        """Raise UsageError: only a `ManualClock` can advance; the time of a `ServedClock` passes by itself."""
         raise UsageError(
             f"cannot advance virtual time by {seconds:g} s without a manual clock: "
             'expected speed="manual", e.g. serve("if1", speed="manual")'
         )
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Wait until `condition()` is true, for at most `timeout` seconds of real time.
-
-        Return True if the condition has become true in this time.
+        """Wait until `condition()` is true (returns True), or for `timeout` seconds of real time (returns False).
 
         An exception of `condition()` is raised.
         """
@@ -89,11 +81,7 @@ class ServedClock:
         return found
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Wait until a host program has ended, and return the result of the program.
-
-        An exception of the program is raised again.  Raises LinkError if the program has not ended after `timeout`
-        seconds.
-        """
+        """Return a host's result, or raise its exception.  Raises LinkError if it has not ended in `timeout` s."""
         host.join(timeout)
         if not host.done:
             raise LinkError(
@@ -103,10 +91,7 @@ class ServedClock:
         return host.outcome()
 
     def add(self, host: HostThread) -> None:
-        """Do nothing.  Only the derived class `ManualClock` registers host programs.
-
-        The virtual time of a `ServedClock` passes by itself.
-        """
+        """Do nothing: only a `ManualClock` waits for hosts; the time of a `ServedClock` passes by itself."""
 
     def _advance_to_now(self) -> None:
         self._pacer.sync()
@@ -114,10 +99,7 @@ class ServedClock:
 
 
 class ManualClock(ServedClock):
-    """Clock whose virtual time passes only while a test calls `advance`, `run_until` or `wait_for`.
-
-    Calls from several threads are executed in turn.
-    """
+    """Clock that stands still except in `advance`, `run_until`, `wait_for`; threads take turns."""
 
     def __init__(self, loop: LoopThread, pacer: ManualPacer) -> None:
         super().__init__(loop, pacer)
@@ -131,10 +113,7 @@ class ManualClock(ServedClock):
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:
-        """Register a host program with this clock.  Virtual time then passes only while the program waits.
-
-        The program waits for an answer, or in `time.sleep`, which then takes virtual time.
-        """
+        """Register a host: time passes only while it waits for an answer, or sleeps (in virtual time)."""
         host.sleep_by(lambda: self.now)
         self._hosts.append(host)
 
@@ -149,12 +128,9 @@ class ManualClock(ServedClock):
                 self._run_hosts()
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Advance virtual time until `condition()` is true.
+        """Advance until `condition()`, for at most `timeout` seconds; return True if it is true at the end.
 
-        Virtual time advances by at most `timeout` seconds.
-        Return True if the condition is true at the end.
-
-        The condition is checked at every event, as in `Bench.run_until`, and after hosts have run.
+        It is checked at every event, as in `Bench.run_until`, and after hosts have run.
         """
         if not timeout < math.inf:  # nor nan
             raise UsageError(f"invalid timeout {timeout!r}: expected a number of seconds, e.g. 10")
@@ -169,9 +145,7 @@ class ManualClock(ServedClock):
             return bool(condition())
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Advance virtual time until a host program has ended, and return the result of the program.
-
-        An exception of the program is raised again.
+        """Advance until a host has ended; return its result, or raise its exception.
 
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds, not counting
         the host's latest sleep.
@@ -192,10 +166,7 @@ class ManualClock(ServedClock):
 
     @contextmanager
     def _exclusive(self, function: str) -> Iterator[None]:
-        """Prevent other threads from advancing virtual time, within a `with` block.
-
-        Raises UsageError in the bench's own thread, and in the thread of a host: a host must block before time passes.
-        """
+        """Keep other threads from advancing time.  Raises UsageError in the bench's own thread and in a host's."""
         self._loop.check_outside()
         if any(host.current for host in self._hosts):
             raise UsageError(
@@ -210,10 +181,7 @@ class ManualClock(ServedClock):
         return self._manual_pacer.arrivals, self._manual_pacer.deliveries
 
     def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance virtual time until `condition()` is true, but at most to `end_ns`.
-
-        Return False if a host must run earlier.
-        """
+        """Advance until `condition()`, at most to `end_ns`; return False if a host must run earlier."""
         sleepers = [host for host in self._hosts if host.wakes_ns is not None]
         wake_ns = min((host.wakes_ns for host in sleepers if host.wakes_ns is not None), default=end_ns + 1)
         over = self._loop.do(lambda: self._manual_pacer.advance(min(wake_ns, end_ns), condition))
@@ -225,10 +193,6 @@ class ManualClock(ServedClock):
         return False
 
     def _run_hosts(self) -> None:
-        """Let the host programs run until each program is blocked, e.g. because the program waits for an answer.
-
-        During this time, receive the data that the programs send.
-        """
         self._hosts = [host for host in self._hosts if not host.done]
         seen, quiet_polls = (-1, -1), 0
         while quiet_polls < POLLS:
@@ -240,10 +204,6 @@ class ManualClock(ServedClock):
             pause()
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
-        """Wait in real time until a host has sent data or has finished.
-
-        The host may be sleeping in real time.
-        """
         if host.sleeps_by_the_wall_clock():
             warnings.warn(SLEPT.format(timeout), stacklevel=2)
         seen = self._traffic

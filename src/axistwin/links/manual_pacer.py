@@ -34,10 +34,7 @@ class ManualPacer(Pacer):
         """Leave virtual time stopped until a test calls the method `advance`."""
 
     def sync(self) -> None:
-        """Count one event from a host program, e.g. received data or a new connection.
-
-        `arrivals` is the counter.  Called before the event is processed.
-        """
+        """Count an input from a host."""
         self.arrivals += 1
 
     def work(self) -> None:
@@ -45,10 +42,7 @@ class ManualPacer(Pacer):
         self.flush()
 
     async def receive_all(self) -> int:
-        """Receive all data that host programs have already sent.
-
-        Return the value of the counter `arrivals`, i.e. the number of inputs from host programs up to now.
-        """
+        """Receive all data that hosts have sent so far.  Returns the number of inputs so far."""
         idle = 0
         while idle < IDLE_TURNS:
             before = self.arrivals
@@ -57,11 +51,7 @@ class ManualPacer(Pacer):
         return self.arrivals
 
     def advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
-        """Advance virtual time to `end_ns`.
-
-        The advance stops earlier if `condition()` is true or a host must run.
-        Returns False if the advance was interrupted for hosts.
-        """
+        """Advance to `end_ns`, or until `condition()`; return False if a host must run before."""
         stop_ns = end_ns
         while self._advance_to(stop_ns, condition):
             if self._deliver():
@@ -72,11 +62,6 @@ class ManualPacer(Pacer):
         return stop_ns >= end_ns
 
     def _advance_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
-        """Advance virtual time, but not beyond the time `stop_ns`.
-
-        The advance stops earlier if output is pending or `condition()` is true.
-        Returns True if output is pending or the condition is true.
-        """
         self.advancing = True
         self.passes += 1
         try:

@@ -28,10 +28,7 @@ FEW = 64
 
 
 class HostEnd(Protocol):
-    """The host's end of a serial line.
-
-    A client can set the line format, DTR and RTS.
-    """
+    """The host's end of a serial line.  A client can set the line format, DTR and RTS."""
 
     format: UartFormat
     dtr: bool
@@ -39,10 +36,7 @@ class HostEnd(Protocol):
 
 
 class HostPort(Protocol):
-    """Interface through which a client uses the serial port of a controller.
-
-    `SerialPort` implements this interface.
-    """
+    """A client's use of a controller's serial port, as `SerialPort` offers it."""
 
     flow: Flow
     held: bool
@@ -78,7 +72,7 @@ class HostPort(Protocol):
         """Return all received bytes, and remove these bytes from the receive buffer."""
 
     def send_break(self, seconds: float) -> None:
-        """Send a break to the controller for a number of seconds."""
+        """Send a break."""
 
     def drop_pending(self) -> None:
         """Discard the queued characters that have not been sent to the controller."""
@@ -94,10 +88,7 @@ class SerialClient(Client, Protocol):
     """Flow control chosen by the client; None: the flow control of the plug."""
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Forward characters from the controller to the client.
-
-        `errors`: the line errors of these characters, e.g. a parity error.
-        """
+        """Forward characters to the client; `errors`: their line errors, e.g. a parity error."""
 
 
 class Plug(SingleClient[SerialClient]):
@@ -144,10 +135,7 @@ class Plug(SingleClient[SerialClient]):
         self.reset()
 
     def end(self) -> None:
-        """Restore the defaults of the serial line after the client has disconnected.
-
-        The break ends, and DTR and RTS are on.
-        """
+        """Restore the line after the client has disconnected."""
         self.set_break(False)
         self.serial.host.dtr = self.serial.host.rts = True
         self.apply_flow()
@@ -171,10 +159,7 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while the server reads no characters from the client, e.g. because too many characters are queued.
-
-        The gate prevents clients from sending, or many characters are pending.
-        """
+        """True while nothing is read from the client."""
         return self.gate.closed or self._stop_observing is not None
 
     @property
@@ -184,10 +169,6 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def _behind(self) -> bool:
-        """True if the client sends data faster than the computer can simulate the controller.
-
-        Virtual time is then behind the wall clock, and many characters are queued for the controller.
-        """
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
@@ -202,20 +183,16 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Change the host's serial format or the level of a control line at the present virtual time.
-
-        The function `change` makes the change.
-        """
+        """Apply a setting of the client: a line format or a control line."""
         self.pacer.sync()
         change()
         self.pacer.work()
 
     def set_break(self, on: bool) -> None:
-        """Begin or end a break on the line to the controller.
+        """Begin or end a break.
 
-        The length of a break is known only at its end.  The line therefore goes to space when the client ends the
-        break, for the same length, but at least for the time of two characters.  Between begin and end nothing is
-        transmitted.
+        The length of a break is known at its end only.  The line therefore goes to space at the end, for the same
+        length, but at least for two characters.  Between begin and end nothing is transmitted.
         """
         now_ns, began_ns = self.pacer.clock.now, self._break_from_ns
         if on and began_ns is None:
@@ -241,20 +218,13 @@ class Plug(SingleClient[SerialClient]):
     # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
-        """Request that the controller's characters are sent to the client soon.
-
-        The pacer (the object that advances virtual time) calls `flush` after the next advance.  Several requests have
-        the effect of one request.
-        """
+        """Request a flush after the bench has been advanced."""
         if not self._flush_requested:
             self._flush_requested = True
             self.pacer.request_flush(self)
 
     def flush(self) -> None:
-        """Send characters from the controller to the client.
-
-        Without a client, the characters are discarded.
-        """
+        """Send characters from the controller to the client.  Without a client, the characters are discarded."""
         self._flush_requested = False
         data, errors, self._errors = self.serial.read(), self._errors, SOUND
         if self.client is not None:

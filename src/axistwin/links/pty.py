@@ -39,7 +39,7 @@ CBAUD, BOTHER = 0o010017, 0o010000
 
 
 class PtyPort:
-    """A port that a host program opens as a serial device: a pseudo terminal with a symbolic link."""
+    """A pseudo terminal, its symbolic link, and its client."""
 
     flow: Flow | None = None
 
@@ -74,10 +74,7 @@ class PtyPort:
         fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", on))
 
     def _make_link(self) -> None:
-        """Create the symbolic link to the pseudo terminal.
-
-        Only a link without a target is replaced: a killed server leaves such a link.
-        """
+        """Create the link to the pseudo terminal; replace only a dead one, which a killed server leaves."""
         if self._link is None:
             return
         try:
@@ -147,7 +144,6 @@ class PtyPort:
             self._take(packet[0], packet[1:])
 
     def _take(self, happened: int, data: bytes) -> None:
-        """Process one packet from the pseudo terminal: characters or changed settings."""
         if happened & TIOCPKT_IOCTL:
             self.plug.change(self._take_over_settings)
         if happened & termios.TIOCPKT_FLUSHREAD:
@@ -158,10 +154,7 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """Connect the host program to the serial port of the controller; return False if the host is refused.
-
-        A refused client is not tried again before the client closes the device.
-        """
+        """True if a client is connected; a refused one is not tried again before it closes the device."""
         if self.plug.client is self:
             return True
         if self._refused:
@@ -233,10 +226,7 @@ class PtyPort:
         self._writer.write(data)
 
     def hung_up(self) -> bool:
-        """True if the client has closed the pseudo terminal.
-
-        The value is valid also while reading is paused.
-        """
+        """True if the client has closed the pseudo terminal.  The value is valid also while reading is paused."""
         poll = select.poll()
         poll.register(self._master, select.POLLHUP)
         return bool(poll.poll(0))
@@ -266,10 +256,6 @@ class PtyPort:
         return settings
 
     def _show(self, fmt: UartFormat) -> None:
-        """Set the baud rate, the stop bits and the parity of the pseudo terminal.
-
-        A pseudo terminal does not support all settings.
-        """
         iflag, oflag, flags, lflag, characters, _, _ = self._settings()
         flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | getattr(termios, f"B{fmt.baudrate}", BOTHER)
         flags |= termios.CSTOPB if fmt.stopbits > 1 else 0

@@ -49,10 +49,7 @@ LINGER_S = 1.0
 
 
 class PassThrough(Uart):
-    """A simulated UART that accepts characters in any line format.
-
-    In a relay, this UART is at the end of the serial line where the real controller would be.
-    """
+    """The device's end of the simulated line, which accepts characters in any format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
         """Return True, because this UART accepts characters in any line format, e.g. 7E1."""
@@ -60,9 +57,7 @@ class PassThrough(Uart):
 
 
 class Relay:
-    """Forwards characters and control lines between a host and a real serial device.
-
-    The relay is a bench with one serial line, `name`, that is connected to the device.
+    """A bench with one serial line, `name`, that is connected to a real device.
 
     `url`: a device or a URL of pyserial.  `line`: the initial format.  Raises LinkError if the device cannot be opened.
     """
@@ -105,7 +100,7 @@ class Relay:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop the transfer of data between the host and the real device, and close the device."""
+        """Close the device."""
         self._closing = True
         if self._thread is not None:
             self._thread.join()
@@ -121,7 +116,6 @@ class Relay:
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
-        """Apply the host's line format to the device, and forward the host's characters."""
         if self.port.host.format != self._applied:
             self._applied = self._pass_through.format = self.port.host.format
             settings = settings_of(self._applied)
@@ -148,7 +142,6 @@ class Relay:
             self._queue(partial(self._apply, what, do))
 
     def _queue(self, do: Callable[[], None]) -> None:
-        """Queue an action for the thread that writes to the device."""
         self._asked += 1
         if self._asked - self._done > MAX_QUEUED:
             self._lose(TimeoutError("it does not answer"))
@@ -173,10 +166,6 @@ class Relay:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
     def _apply(self, what: str, do: Callable[[], object]) -> None:
-        """Call the function `do`, which changes a setting of the serial device, e.g. the baud rate.
-
-        An error of the device is logged.  `what`: the change, as words for the log.
-        """
         try:
             do()
         except DEVICE_ERRORS as error:
@@ -204,7 +193,6 @@ class Relay:
                 loop.call_soon_threadsafe(self._take, data, levels)
 
     def _read(self) -> bytes:
-        """Return the characters that the device has sent; wait for at most `POLL_S` seconds."""
         data = bytearray(self._device.read(1))
         while data and len(data) < CHUNK and (more := self._device.in_waiting):
             data += self._device.read(more)

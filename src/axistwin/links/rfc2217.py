@@ -52,7 +52,7 @@ class ComPortClient(TcpClient):
         self._unsubscribe: list[Callable[[], None]] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect a client, and begin to report changes of DSR and CTS to this client."""
+        """Connect a client."""
         super().connection_made(transport)
         self._port.set_modem_state(dsr=self._dsr.level, cts=self._cts.level)
         self._unsubscribe = [

@@ -98,12 +98,10 @@ class SerialDevice:
         self._stream.write(data)
 
     def _drive(self, _: object = None) -> None:
-        """Set DTR and RTS of the device to the levels of the controller's outputs."""
         assert self._lines is not None
         set_lines(self._lines, self.plug.serial.dtr_line.level, self.plug.serial.rts_line.level)
 
     def _follow_format(self) -> None:
-        """Set the line format of the real device to the format of the controller's UART."""
         inside = self.plug.serial.to_device.receiver.format
         wanted = self.format if inside is None else replace(inside, baudrate=self.format.baudrate)
         if wanted == self._applied or self.plug.gate.closed:
@@ -117,7 +115,7 @@ class SerialDevice:
     # Functions that the serial endpoint calls
 
     def hung_up(self) -> bool:
-        """True if the connection has ended.  A real device stays connected, so the result is always False."""
+        """Return False, because a real cable stays connected."""
         return False
 
     def drop(self) -> None:

@@ -31,30 +31,22 @@ class OpenPort(Protocol):
 
 
 class Ports(Protocol):
-    """Interface to find serial ports and board registers by name.
-
-    Raises UsageError for an unknown name.
-    """
+    """Interface to find serial ports and board registers by name.  Raises UsageError for an unknown name."""
 
     def serial(self, name: str) -> HostPort:
-        """Return the serial port that has the given name.
-
-        `name`: the name of a controller or of a line of motors.
-        """
+        """Return the serial port of an endpoint."""
 
     def bus(self, name: str) -> "Registers":
         """Return the registers of the board `name`."""
 
 
 class Server:
-    """Runs virtual controllers, and opens their ports for clients.
+    """Paces a bench and opens ports to its controllers.  Use within a running event loop.
 
-    Use within a running event loop.
-
-    `speed`: multiple of real time; None: as fast as possible.  `flow`: the host's flow control, for transports that do
-    not transmit it.  `reset`: True power-cycles the controller for each new client; a function is called with the
-    controller's name instead.  `pacer`: replaces the default pacer.  `access`: returns the ports for clients; None: the
-    ports of the bench itself.  `share`: True if a TCP port may have several clients.
+    `speed`: times real time; None: as fast as possible.  `flow`: the host's flow control, on transports without one.
+    `reset`: True power-cycles the controller for each new client; a function is called with its name instead.  `pacer`:
+    replaces the default pacer.  `access`: returns the ports for clients; None: the ports of the bench itself.
+    `share`: a TCP port has several clients.
     """
 
     def __init__(
@@ -131,10 +123,7 @@ class Server:
         self.pacer.stop()
 
     def client(self, name: str) -> str:
-        """Return the address of the client that is connected to an endpoint, e.g. `127.0.0.1:4711`.
-
-        Returns "" without a client.
-        """
+        """Return the client's address at an endpoint, e.g. `127.0.0.1:4711`; "" without a client."""
         return next((endpoint.client_name for endpoint in self._endpoints if endpoint.name == name), "")
 
     @property
@@ -165,10 +154,6 @@ class Server:
         return self._hubs[name]
 
     def _power_cycle(self, name: str) -> None:
-        """Switch the power of a controller off and on.
-
-        For a line of motors, the power of all motors is switched.
-        """
         line = self.bench.lines.get(name)
         for controller in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             controller.power_cycle()
@@ -183,7 +168,6 @@ class Server:
 
 
 async def _open(plug: Plug, url: PortUrl) -> OpenPort:
-    """Open a port for clients, e.g. a TCP port for the URL `tcp://127.0.0.1:5001`."""
     match url.scheme:
         case "pty":
             if sys.platform != "linux":

@@ -52,10 +52,7 @@ class Seat:
 
     @property
     def full(self) -> bool:
-        """True while the server reads no characters from this client, e.g. because too many characters are queued.
-
-        The connector is full, or many characters of this client are waiting.
-        """
+        """True while nothing is read from the client."""
         return self._hub.plug.full or len(self.waiting) > FULL
 
     def connect(self, client: TcpClient) -> bool:
@@ -94,11 +91,7 @@ class Seat:
 
 
 class Hub:
-    """Shares one serial connector among several clients.
-
-    The requests of the clients are sent in turn, and each answer is sent to all clients.
-    `motors`: the connector is that of SmartMotors, not of an IF1 or IF2.
-    """
+    """The only client of a plug: it sends the requests of its seats, and distributes the answers."""
 
     flow: Flow | None = None
 
@@ -130,10 +123,7 @@ class Hub:
         return True
 
     def leave(self, seat: Seat) -> None:
-        """Disconnect a client from the shared serial port of a controller.
-
-        After the last client, the connector is disconnected, too.
-        """
+        """Remove a seat; the plug is released with the last one."""
         if seat not in self._seats:
             return
         self._seats.remove(seat)
@@ -151,10 +141,7 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send the waiting characters of a client to the controller.
-
-        While a different client is sending, put the client into the queue instead.
-        """
+        """Send a client's waiting characters, or queue the client while another one is sending."""
         end = self.sendable(seat)
         if not end:
             return
@@ -201,10 +188,6 @@ class Hub:
         self._timer = loop.call_at(min(loop.time() + SILENCE_S, latest_s), self._silent)
 
     def _silent(self) -> None:
-        """End the present request after silence on the line, and let the next client send.
-
-        While characters of the present request are pending, the timer is restarted.
-        """
         if self.plug.serial.pending:
             self._complete_at_s = asyncio.get_running_loop().time()
             self._restart_timer()
@@ -224,7 +207,7 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Always False: the clients that share the serial port are always regarded as connected."""
+        """Return False: seats leave by themselves."""
         return False
 
     def drop(self) -> None:

@@ -21,10 +21,7 @@ class Client(Protocol):
     name: str
 
     def hung_up(self) -> bool:
-        """True if this client has disconnected, or if the state of its connection is unknown.
-
-        Another client may then replace this client.
-        """
+        """True if this client has disconnected, or may have, so that another client may replace it."""
 
     def drop(self) -> None:
         """Disconnect the client."""
@@ -53,10 +50,7 @@ class Gate:
         return self.reason != ""
 
     def close(self, reason: str) -> None:
-        """Send pending output, stop reading from clients, and refuse new clients.
-
-        An empty reason opens the gate.
-        """
+        """Send pending output, stop reading from clients, and refuse new clients.  An empty reason opens the gate."""
         if reason != self.reason:
             self.reason = reason
             self.changes.emit()
@@ -70,10 +64,7 @@ G = TypeVar("G", bound=Client)
 
 
 class SingleClient(Generic[G]):
-    """Endpoint that accepts only one client at a time.
-
-    `name`: the name of the controller to which the endpoint belongs.
-    """
+    """An endpoint for one client.  `name`: the name of the controller."""
 
     def __init__(self, name: str, pacer: Pacer, gate: Gate | None = None) -> None:
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
@@ -87,10 +78,7 @@ class SingleClient(Generic[G]):
 
     @property
     def full(self) -> bool:
-        """True while the endpoint accepts no data from the client, as if a receive buffer were full.
-
-        The gate is then closed.
-        """
+        """True while the endpoint reads nothing from the client, because the gate is closed."""
         return self.gate.closed
 
     @property
@@ -100,10 +88,7 @@ class SingleClient(Generic[G]):
 
     @property
     def chunk(self) -> int:
-        """Largest number of bytes that are read from the client at once.
-
-        Other clients are served before the next bytes are read.
-        """
+        """Largest number of bytes read from a client at once; then other clients are served."""
         return 64
 
     @property
@@ -112,10 +97,7 @@ class SingleClient(Generic[G]):
         return "" if self.client is None or self._has_disconnected else self.client.name
 
     def connect(self, client: G) -> bool:
-        """Connect a client; return False if the client is refused.
-
-        A client is refused while the gate is closed, or while another client is connected.
-        """
+        """Connect a client; return False while the gate is closed or another client is connected."""
         if self.refuses_because:
             self._warn_refused(client, self.refuses_because)
             return False
@@ -152,10 +134,7 @@ class SingleClient(Generic[G]):
         """Send pending output to the client."""
 
     def _warn_refused(self, client: G, why: str) -> None:
-        """Log the refusal of a client.
-
-        Further refusals are not logged, until a client is connected, or the gate is opened or closed.
-        """
+        """Log a refused client; no further one until a client connects or the gate opens or closes."""
         if not self._has_refused:
             log.warning("%s: refused %s, as %s", self.name, client.name, why)
         self._has_refused = True

@@ -47,7 +47,7 @@ class Connector(Protocol):
 
     @property
     def full(self) -> bool:
-        """True while the server accepts no data from the client, e.g. because the queue of received data is full."""
+        """True while nothing is read from the client."""
 
     @property
     def chunk(self) -> int:
@@ -68,10 +68,7 @@ class SerialConnector(Connector, Protocol):
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
-    """Base class for the TCP connection of a client.
-
-    The derived classes add a protocol, e.g. raw TCP.
-    """
+    """Base class for the TCP connection of a client.  The derived classes add a protocol, e.g. raw TCP."""
 
     linger_s = LINGER_S
     answers = False
@@ -89,7 +86,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect the client to the endpoint.  Close the connection if the endpoint refuses the client."""
+        """Connect a client, or refuse it."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=STALLED)
         peer = self._transport.get_extra_info("peername")
@@ -114,10 +111,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
             _acknowledge(self._socket)
 
     def eof_received(self) -> bool:
-        """Keep the connection open for `linger_s` seconds after the client has sent its last data.
-
-        The client can then receive late replies.
-        """
+        """Keep the connection for late answers after the client has closed its side."""
         self._leaving = True
         if self.linger_s:
             asyncio.get_running_loop().call_later(self.linger_s, self._transport.close)
@@ -134,7 +128,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self.pause()
 
     def resume_writing(self) -> None:
-        """Set the flag `stalled` to False, because the client has read most of the queued replies."""
+        """Record that the client reads again."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()
@@ -142,10 +136,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Methods that report or change the state of the client's connection
 
     def hung_up(self) -> bool:
-        """True if a new client may take over the TCP port from this client.
-
-        This client has disconnected, or the state of its connection is unknown because the server does not read data.
-        """
+        """True if the client has disconnected, or may have, unnoticed because it is not being read from."""
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         return _hung_up(self._socket)
@@ -159,10 +150,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._transport.pause_reading()
 
     def resume(self) -> None:
-        """Continue reading from the client.
-
-        Reading stays paused while the client does not read the replies.
-        """
+        """Continue reading from the client.  Reading stays paused while the client does not read the replies."""
         if not (self.answers and self.stalled):
             self._transport.resume_reading()
 
@@ -188,10 +176,7 @@ class TcpClient(Connection):
         self._last, self._has_told = b"", False
 
     def resume_writing(self) -> None:
-        """Log the number of characters that were lost while the client did not read.
-
-        Called when the client reads again.
-        """
+        """Record that the client reads again, and log lost characters."""
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
             self.dropped = 0
@@ -268,10 +253,7 @@ async def connected(make: Callable[[], Connection]) -> socket.socket:
 
 
 async def resolved(url: PortUrl) -> tuple[int, tuple[object, ...]]:
-    """Return the address family and the socket address for `url`.
-
-    An IPv4 address is not looked up, because a look-up would start a thread.
-    """
+    """Return address family and socket address; an IPv4 address is not looked up, which takes a thread."""
     try:
         socket.inet_pton(socket.AF_INET, url.host)
     except OSError:
@@ -299,10 +281,7 @@ def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket
 
 
 def _hung_up(sock: socket.socket) -> bool:
-    """True if the other end of the connection is closed.
-
-    False on Windows, which has no `poll`: there the event loop detects a closed connection by reading.
-    """
+    """True if the other end is closed; False on Windows, without `poll`: there the event loop notices."""
     if not hasattr(select, "poll"):
         return False
     poll = select.poll()
@@ -319,9 +298,8 @@ def _keep_alive(sock: socket.socket) -> None:
 def _acknowledge(sock: socket.socket) -> None:
     """Make the operating system acknowledge the next TCP packet without delay.
 
-    With Nagle's algorithm, a client that writes twice would otherwise be delayed by 40 ms.
-
-    The system clears this option after each acknowledgement.
+    With Nagle's algorithm, a client that writes twice would otherwise be delayed by 40 ms.  The system clears this
+    option after each acknowledgement.
     """
     if hasattr(socket, "TCP_QUICKACK"):
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)

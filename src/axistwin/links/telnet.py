@@ -65,19 +65,13 @@ def escape(data: bytes) -> bytes:
 
 
 class Parser:
-    """Splits a Telnet byte stream into data, commands and negotiations.
-
-    The stream may arrive in pieces of any size.
-    """
+    """Splits a Telnet stream, in pieces of any size, into data, commands and negotiations."""
 
     def __init__(self) -> None:
         self._begun = b""
 
     def feed(self, data: bytes) -> list[Item]:
-        """Process received bytes, and return the data, commands and negotiations that are complete.
-
-        Data between two commands is one item.
-        """
+        """Return the complete data, commands and negotiations; data between two commands is one item."""
         items: list[Item] = []
         plain = bytearray()
         data, at = self._begun + data, 0
@@ -104,11 +98,7 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """Parse one Telnet command in the received bytes `data`.
-
-    The command begins at the index `iac`.  Return the data or the command, and the index of its end.
-    Returns None if the command is incomplete.
-    """
+    """Return the item that begins with this IAC, and the index of the item's end; None if the item is incomplete."""
     if len(data) < iac + 2:
         return None
     code = data[iac + 1]

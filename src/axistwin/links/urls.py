@@ -25,11 +25,7 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class PortUrl:
-    """The URL of a port, e.g. `tcp://127.0.0.1:5001` or `pty:/tmp/if1`.
-
-    The schemes `tcp`, `rfc2217` and `bus` have an address: `host` and `port`.  The schemes `pty` and `serial` have a
-    `path`.
-    """
+    """The URL of a port: an address for `tcp`, `rfc2217` and `bus`, a path for `pty` and `serial`."""
 
     scheme: str
     host: str = ""
@@ -98,7 +94,6 @@ def _serial(rest: str, text: str) -> PortUrl:
 
 
 def _number(text: str) -> int | None:
-    """Return the value of an unsigned number; None if `text` is not a number."""
     try:
         return whole(text, 0) if text.isdecimal() else None
     except NumberError:

@@ -37,5 +37,4 @@ def refusal(header: Callable[[str], str | None], known: Callable[[str], bool], e
 
 
 def _name(host: str) -> str:
-    """Return a host name without its port: `localhost` for `localhost:8080`, `::1` for `[::1]:8080`."""
     return host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]

@@ -31,8 +31,6 @@ BITS = 1 << 62
 
 
 class _Segments(NamedTuple):
-    """Segments (parts with a constant pulse rate) of several moves, stored as arrays of numbers."""
-
     pulses: "NDArray[np.int64]"
     base_ns: "NDArray[np.int64]"
     """Time of the first pulse of each segment in ns, rounded down."""
@@ -42,10 +40,7 @@ class _Segments(NamedTuple):
 
 
 def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Write the times of all pulses of several moves to the array `out`.
-
-    The profile of each move must have an end.
-    """
+    """Write the times of all pulses of several moves to the array `out`.  The profile of each move must have an end."""
     import numpy as np
 
     moves = _shared(moves)
@@ -67,7 +62,6 @@ def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _shared(moves: Sequence[Timed]) -> list[Timed]:
-    """Let all moves with equal velocity profiles share one profile object."""
     known: dict[tuple[int, ...], Profile] = {}
     found = []
     for start_ns, profile in moves:
@@ -83,12 +77,7 @@ def _pulses(profile: Profile) -> int:
 
 
 def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) -> int:
-    """Write the pulse times of moves to the array `out`.
-
-    Return the index after the last pulse.
-
-    `at` is the index of the first pulse.
-    """
+    """Write the pulse times of moves to `out` from the index `at`; return the index after the last."""
     for method, group in groupby(moves, lambda move: _method(move[1])):
         for batch in _batches(group):
             end = at + sum(_pulses(profile) for _, profile in batch)
@@ -98,7 +87,6 @@ def _expand_single(moves: Iterator[Timed], out: "NDArray[np.int64]", at: int) ->
 
 
 def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
-    """Split moves into batches, each with about `SEGMENTS` profile segments."""
     batch, segments = [], 0
     for move in moves:
         batch.append(move)
@@ -111,7 +99,6 @@ def _batches(moves: Iterator[Timed]) -> Iterator[list[Timed]]:
 
 
 def _method(profile: Profile) -> Callable[[Sequence[Timed], "NDArray[np.int64]"], None]:
-    """Return the fastest function that computes the pulse times of a profile exactly."""
     pulses = _pulses(profile)
     if pulses * profile.per_rate > EXACT or pulses > LONG * len(profile.starts):
         return _one_by_one
@@ -128,10 +115,7 @@ def _one_by_one(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Calculate the pulse times of moves with NumPy integers of at most 62 bits.
-
-    The times are written to the array `out`.
-    """
+    """Fill `out` with pulse times by NumPy integers of at most 62 bits."""
     import numpy as np
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
@@ -161,10 +145,7 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
-    """Calculate the pulse times of moves with Python integers, which cannot overflow.
-
-    The times are written to the array `out`.
-    """
+    """Fill `out` with pulse times by Python's integers, which have no limit."""
     import numpy as np
 
     rows = []
@@ -181,7 +162,6 @@ def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
-    """Write the times of all pulses of the segments to the array `out`."""
     import numpy as np
 
     ends = np.cumsum(segments.pulses)

@@ -47,10 +47,7 @@ class Profile:
     def __init__(
         self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
     ) -> None:
-        """Convert the segments of the profile to lists of integers.
-
-        `phase`: fraction of a pulse left over from the motion before; `before`: rate at the end of that motion.
-        """
+        """Convert segments to integers.  `phase`: fraction of a pulse before; `before`: rate before."""
         self.phase, self.before = phase, before
         self.segments: Sequence[Segment] = tuple(s for s in segments if s.seconds is None or s.seconds)
         self.ticks = lcm(*{s.seconds.denominator for s in self.segments if s.seconds is not None})
@@ -62,11 +59,7 @@ class Profile:
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> bool:
-        """Convert the rate, start time and start position of each segment of the velocity profile to integers.
-
-        The integers are appended to the lists `rates`, `starts` and `phases`.  Return False if a number has no exact
-        integer.
-        """
+        """Append rates, starts and phases as integers; return False if a number is not exact as one."""
         per_rate, per_second, start, phase = self.per_rate, self.ticks, self.starts[-1], self.phases[-1]
         duration, ticks, rest = None, 0, 0
         for rate, seconds in segments:
@@ -92,17 +85,11 @@ class Profile:
         return True
 
     def _segment_at(self, ticks_s: int) -> int:
-        """Return the index of the segment that contains the given time.
-
-        The time is in units of 1/S tick.
-        """
+        """Return the index of the segment that contains the given time.  The time is in units of 1/S tick."""
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """Return the commanded position at a given time, as an exact integer.
-
-        The unit is 1/(parts * S) pulse.
-        """
+        """Return the commanded position at a given time, as an exact integer.  The unit is 1/(parts * S) pulse."""
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
@@ -132,10 +119,7 @@ class Profile:
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def phase_at(self, elapsed_ns: int) -> tuple[int, Fraction]:
-        """Return the commanded position at a given time as whole pulses and a fraction, e.g. (12, 1/4).
-
-        For example, (12, 1/4) stands for 12.25 pulses.
-        """
+        """Return the commanded position at a time as whole pulses and fraction, e.g. (12, 1/4) for 12.25."""
         pulses, rest_s = divmod(self._phase_s(elapsed_ns), self.parts * S)
         return pulses, Fraction(rest_s, self.parts * S)
 
@@ -152,10 +136,7 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """Return a copy of this velocity profile without the part after the time `elapsed_ns`.
-
-        After this time, the copy continues with the segments `then`.
-        """
+        """Return a copy up to the time `elapsed_ns`, continued by the segments `then`."""
         if self.over(elapsed_ns):
             return self
         ticks_s = elapsed_ns * self.ticks
@@ -167,10 +148,7 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """Return a profile with the first `kept` segments of this profile, followed by the segments `added`.
-
-        Return None if the units of this profile (1/`ticks` s and 1/`parts` pulse) do not fit the added segments.
-        """
+        """Return the first `kept` segments and `added`; None if the units 1/`ticks` s, 1/`parts` pulse do not fit."""
         profile = Profile.__new__(Profile)
         profile.__dict__.update(self.__dict__)
         profile.segments = (*self.segments[:kept], *added)
@@ -183,12 +161,7 @@ class Profile:
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
     def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Write the times of consecutive pulses to the array `out`.
-
-        The first of these pulses has the number `first`.
-
-        `first` is at least 1; `offset_ns` is added to each time.
-        """
+        """Fill `out` with the times of consecutive pulses from number `first` (1 or more), plus `offset_ns`."""
         n, last = first, first + len(out) - 1
         for j in range(len(self.rates)):
             segment_last = last if j + 1 >= len(self.phases) else min(last, self.phases[j + 1] // self.parts)
@@ -197,9 +170,7 @@ class Profile:
                 n = segment_last + 1
 
     def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Write the times of consecutive pulses of one segment to the array `out`.
-
-        `n` is the number of the first pulse, `j` is the index of the segment.
+        """Fill `out` with the times of consecutive pulses from number n, all of segment j.
 
         The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
         later.  One block is calculated, and the others are shifted copies of it.
@@ -225,10 +196,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """Write the times of evenly spaced pulses to the array `out`.
-
-        The formula is out[k] = (start + period * k) // b + offset_ns.
-        """
+        """Write evenly spaced pulse times: out[k] = (start + period * k) // b + offset_ns."""
         import numpy as np
 
         whole, fraction = divmod(period, b)
@@ -249,10 +217,4 @@ class Profile:
 
 @lru_cache(maxsize=1024)
 def _seconds(parts: int, per_second: int) -> Fraction:
-    """Convert a time to seconds as an exact fraction, e.g. 5 units of 1/1000 s to 1/200 s.
-
-    `parts`: number of units, e.g. 5.  `per_second`: units per second, e.g. 1000.
-
-    Calls with equal arguments return the same object.
-    """
     return Fraction(parts, per_second)

@@ -20,10 +20,9 @@ from axistwin.motion.profile import Segment
 def quantised_levels(
     start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction
 ) -> list[Segment]:
-    """Return a ramp from the rate `start` to the rate `end`, as segments with constant rates.
+    """Return the levels between the rates `start` and `end`, without both ends and without levels of rate 0.
 
-    The rates `start`, `end` and 0 are excluded.  The number of segments is at most the number of units, and at most the
-    number of increments, between `start` and `end`.
+    There are at most as many levels as units, or as increments, between the two rates.
     """
     rising = end > start
     steps = -(-abs(end - start) // increment) - 1
@@ -34,18 +33,12 @@ def quantised_levels(
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield the step rate in each of the equal time intervals of a ramp.
-
-    For a fast ramp, whose rate changes in each interval.  Each rate comes with its duration, 1 interval.
-    """
+    """Yield the levels of a ramp whose level changes at each increment, each with its number of intervals."""
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """Yield pairs (rate, n): the pulse generator outputs pulses at this rate for n update periods.
-
-    For a slow ramp, which keeps each step rate for one or more periods.
-    """
+    """Yield rates of a slow ramp, each with the number of update periods that it lasts."""
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
@@ -59,10 +52,7 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """Velocity profile of a preset move, with acceleration, constant rate and deceleration.
-
-    `whole` is True if the move reaches max velocity.
-    """
+    """Profile of a preset move; `whole` is True if it reaches the maximum velocity."""
 
     up: tuple[Segment, ...]
     along: Segment
@@ -76,10 +66,7 @@ class Trapezoid:
 
 @dataclass(frozen=True)
 class QuantisedRamp:
-    """Acceleration ramp of a preset move, as a staircase of constant velocities.
-
-    The deceleration is the mirror image of the acceleration.
-    """
+    """Acceleration in steps of constant velocity; the deceleration is its mirror image."""
 
     up: tuple[Segment, ...]
     max_rate: Fraction
@@ -87,18 +74,13 @@ class QuantisedRamp:
 
     @cached_property
     def _pulses(self) -> list[Fraction]:
-        """List of pulse counts: element k counts the pulses in the first k segments of the acceleration ramp.
-
-        Each segment has a constant velocity.  Element 0 is 0.  The last element is the number of pulses of the whole
-        acceleration.
-        """
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:
-        """Return the velocity profile of a move of exactly `distance` pulses.
+        """Return a profile of exactly `distance` pulses (at least 1).
 
-        If the distance is too short for the whole acceleration and deceleration, the acceleration ends after the last
-        interval for which both fit.  The remaining pulses run at the rate reached by then.
+        If the whole acceleration does not fit twice, it ends after the last interval that fits.  The remaining pulses
+        run at the rate reached there.
         """
         if 2 * self._pulses[-1] <= distance:
             left_over = distance - 2 * self._pulses[-1]

@@ -16,10 +16,9 @@ from axistwin.motion.profile import Profile, Segment
 
 
 class Ramp:
-    """A stepped acceleration ramp: the pulse rate rises by `increment` every `interval` seconds.
+    """The table of levels from `start` to below `top`, all in pulses/s; `interval` in seconds.
 
-    The ramp begins at the rate `start` and ends at the rate `top`.  Rates are in pulses/s.  A `top` at or below `start`
-    means no ramp: the whole motion runs at `top`.
+    A `top` at or below `start` means no ramp: the whole motion runs at `top`.
     """
 
     def __init__(self, start: Fraction, top: Fraction, increment: Fraction, interval: Fraction) -> None:
@@ -35,10 +34,10 @@ class Ramp:
         return Profile((*self._level_segments(len(self.levels)), Segment(self.top, None)))
 
     def _index(self, distance: int) -> Profile:
-        """Return the velocity profile of a preset move of exactly `distance` pulses.
+        """Return the profile of exactly `distance` pulses: acceleration, constant rate, deceleration.
 
-        If the distance is too short for the whole ramp, as many levels are used as fit into both acceleration and
-        deceleration.  The remaining pulses form a short plateau at the next level.
+        A distance too short for the whole ramp uses as many levels as fit twice.  The remaining pulses run at the next
+        level, a short plateau.
         """
         if distance == 0:
             return Profile(())
@@ -49,10 +48,7 @@ class Ramp:
         return Profile((*up, Segment(plateau, left_over / plateau), *reversed(up)))
 
     def down_from(self, rate: Fraction) -> tuple[Segment, ...]:
-        """Return the velocity profile of a deceleration from the pulse rate `rate` to rest.
-
-        The profile is a tuple of segments, which run at the levels of the ramp below this rate.
-        """
+        """Return a deceleration from `rate`: the levels below `rate`, in descending order."""
         return tuple(Segment(level, self.interval) for level in reversed(self.levels) if level < rate)
 
     def _level_segments(self, count: int) -> tuple[Segment, ...]:

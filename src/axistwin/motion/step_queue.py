@@ -28,17 +28,11 @@ class Steps:
 
     @property
     def ticks(self) -> int:
-        """Duration of the step command, in ticks of the motion board's clock.
-
-        The duration is from the last pulse before this command to the last pulse of this command.
-        """
+        """Ticks from the pulse before this command to its last pulse."""
         return self.count * self.interval + self.add * (self.count * (self.count - 1) // 2)
 
     def times(self, last: int) -> "NDArray[np.int64]":
-        """Return the time of each pulse of a step command, in ticks of the motion board's clock.
-
-        `last` is the time of the last pulse before this command.
-        """
+        """Return the tick of each pulse; `last` is the tick of the pulse before the command."""
         import numpy as np
 
         k = np.arange(1, self.count + 1, dtype=np.int64)
@@ -47,11 +41,10 @@ class Steps:
 
 
 def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator[Steps]:
-    """Yield step commands that output pulses at the wanted times.
+    """Yield the longest commands whose pulses are within `tolerance` ticks of the `wanted` times.
 
-    `tolerance`: maximum error of a pulse time in ticks.  `last`: tick of the pulse before the wanted times.
-    The times must rise, and `last` must be earlier than the first time by more than `tolerance`.
-    Raises ValueError if an interval is out of range.
+    The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
+    ValueError if an interval is out of range.
     """
     import numpy as np
 
@@ -65,11 +58,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 
 
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
-    """Return a step command that outputs as many pulses as their time limits allow.
-
-    The command outputs the first pulses, each at a permitted time.  `low` and `high` contain the earliest and the
-    latest permitted tick of each pulse.
-    """
+    """Return the command with most of the first pulses, each between its ticks `low` and `high`."""
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
         interval_ticks = int(high[0])
         raise ValueError(f"interval of {interval_ticks} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
@@ -89,10 +78,7 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
-    """Return a step command that outputs all given pulses, or None if no step command can output all of them.
-
-    `low` and `high` contain the earliest and the latest permitted tick of each pulse.
-    """
+    """Return a command with all pulses between their ticks `low` and `high`; None if there is none."""
     import numpy as np
 
     count = len(low)
@@ -129,17 +115,10 @@ def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
 
 
 def _narrowed(lowest: int, highest: int, add: int, late: tuple[int, int], early: tuple[int, int]) -> tuple[int, int]:
-    """Reduce the search range for the value `add`, the difference between successive pulse intervals.
+    """Reduce the range of `add` (ticks by which successive intervals differ) after `add` has failed.
 
-    A step command outputs a group of step pulses.  With `add=2`, each interval between two pulses is 2 ticks longer
-    than the previous interval.
-
-    `add`: a value, in ticks, with which no step command was found.  The smaller range has only values with
-    which one step command can output two given pulses at permitted times.  If `add` is such a value, the range stays as
-    it is.
-
-    `lowest`, `highest`: the present range.  `late`: number and earliest permitted tick of the first pulse.  `early`:
-    number and latest permitted tick of the second pulse.
+    The new range has only values with which both given pulses can be at permitted times; if `add` is one, the range
+    stays.  `late`: number and earliest tick of the first pulse.  `early`: number and latest tick of the second.
     """
     (m, low), (n, high) = late, early
     gap, slope = 2 * (low * n - high * m), (m - n) * m * n

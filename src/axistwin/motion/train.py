@@ -22,10 +22,7 @@ HISTORY = 10_000
 
 @dataclass(slots=True)
 class Move:
-    """A move in one direction.
-
-    The move begins at the time `start_ns` and at the net pulse count `origin`.
-    """
+    """A move in one direction.  The move begins at the time `start_ns` and at the net pulse count `origin`."""
 
     start_ns: int
     direction: int
@@ -42,11 +39,7 @@ class Move:
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which the net pulse count reaches `position`.
-
-        The net pulse count is the number of positive pulses minus the number of negative pulses.  Return None if no
-        pulse of the move leads to this count.
-        """
+        """Return the time at which this net pulse count is reached; None if never, or if it is the start count."""
         n = (position - self.origin) * self.direction
         if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
             return None
@@ -54,10 +47,7 @@ class Move:
 
 
 class Train:
-    """The moves of an axis with a step output, sorted by start time.
-
-    Only the latest moves are stored.  The net pulse count begins at 0.
-    """
+    """The latest moves of a step output, sorted by start time; the net pulse count begins at 0."""
 
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
@@ -66,10 +56,7 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move that the controller has begun.
-
-        Contains the start time, direction and velocity profile of the step pulses.  The move may be finished.
-        """
+        """The latest move, which may be finished."""
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
@@ -82,10 +69,7 @@ class Train:
         return move
 
     def replace(self, profile: Profile) -> None:
-        """Replace the velocity profile of the latest move.
-
-        Both profiles must be equal up to the present time.
-        """
+        """Replace the velocity profile of the latest move.  Both profiles must be equal up to the present time."""
         self.move.profile = profile
 
     def moving(self, now_ns: int) -> bool:
@@ -105,10 +89,7 @@ class Train:
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
-        """Return the time in ns of each step pulse in a given interval.  The earliest pulse comes first.
-
-        A pulse at `start_ns` is included, a pulse at `stop_ns` is excluded.
-        """
+        """Return the times of all pulses with start_ns <= time < stop_ns, in order."""
         import numpy as np
 
         earliest = self.move_at(start_ns).start_ns
@@ -144,7 +125,6 @@ class Train:
                     yield move.direction, times
 
     def _span(self, move: Move, start_ns: int, stop_ns: int) -> tuple[int, int]:
-        """Return how many pulses of a move occur before `start_ns`, and how many occur before `stop_ns`."""
         profile = move.profile
         if profile.pulses is not None and start_ns <= move.start_ns and profile.over(stop_ns - 1 - move.start_ns):
             return 0, profile.pulses

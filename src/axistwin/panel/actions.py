@@ -11,10 +11,7 @@ from axistwin.sim.signal import Signal
 
 
 class State(StrEnum):
-    """State of a simulation session, e.g. `quiet` while the simulation is paused.
-
-    A page stores its state in `document.body.dataset.state`, for tests.
-    """
+    """State of a session, e.g. `quiet` while paused; for tests it is in `document.body.dataset.state`."""
 
     BUSY = "busy"
     """A step, a `go_to` or a message of the browser is being handled."""
@@ -25,10 +22,7 @@ class State(StrEnum):
 
 
 class ActionQueue:
-    """The queue of the actions that all users request in one session.
-
-    In this class, a *move* is a `step` or a `go_to`.
-    """
+    """The actions that all users of a session request.  A *move* is a `step` or a `go_to`."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -53,7 +47,6 @@ class ActionQueue:
 
     @property
     def _idle(self) -> bool:
-        """True if the simulation runs at full speed and has no further events."""
         session, clock = self._session, self._session.bench.clock
         if session.speed is not None:
             return False
@@ -67,13 +60,7 @@ class ActionQueue:
             act()
 
     def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
-        """Add a user's action to the queue of actions, e.g. a step to the next event.
-
-        The action begins after all earlier actions have ended.
-
-        `begin`: function that starts the `step` to the next event, or the `go_to` to a recorded time.
-        Returns the result of `begin()`; None if `stop` has removed the call from the queue.
-        """
+        """Begin a step or `go_to`, after the present one.  Return its result; None if `stop` has dropped it."""
         turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         if self.busy:
             self._waiting.append(partial(self._grant, turn))
@@ -88,10 +75,7 @@ class ActionQueue:
             self._waiting.popleft()(False)
 
     def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
-        """Call `observer` when virtual time pauses, and after each `step` or `go_to`.
-
-        Virtual time also pauses when no event is left.  Returns an unsubscribe function.
-        """
+        """Call `observer` at the state `QUIET`, and after each step or `go_to`.  Returns an unsubscribe function."""
         return self._quiet.subscribe(observer)
 
     def _grant(self, turn: asyncio.Future[bool], perform: bool) -> None:

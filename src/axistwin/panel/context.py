@@ -19,10 +19,7 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return an update function that calls `view` and logs each exception of `view`.
-
-    Other views are still updated after an exception.  Only the first of several consecutive exceptions is logged.
-    """
+    """Return `view` with its exceptions logged, the first of several, so that others are updated."""
     failing = False
 
     def refresh() -> None:
@@ -50,11 +47,7 @@ def together(*views: Refresh) -> Refresh:
 
 
 def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
-    """Return a function that updates a section of the web page only at every n-th call, e.g. at every tenth call.
-
-    The parameter `every` is n; the function `view` updates the section.  While virtual time is stopped, each call
-    updates the section.
-    """
+    """Return a view that is updated in every n-th frame (`every`) while virtual time passes, else in each frame."""
     frame = 0
 
     def refresh() -> None:
@@ -74,10 +67,7 @@ class Common:
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """Return the object that the function `make` creates.  All web pages of the simulation share this object.
-
-        The first call creates the object.  Later calls with the same `make` return the same object.
-        """
+        """Return the object that `make(session)` creates; all calls return the same object."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])
@@ -99,10 +89,7 @@ class Context:
 
     @property
     def drives(self) -> bool:
-        """True if the user of this page may control the session.
-
-        Only one user at a time may control the session.  The panel calls this user the driver.
-        """
+        """True if the user of this page is the driver."""
         return self.people.driver is self.person
 
     def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:
@@ -134,12 +121,7 @@ class Context:
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
-        """Move the simulation to another time, e.g. to the time of the next event.
-
-        Do nothing if the user of this page may not control the session.
-
-        `begin`: function that starts this action.  `done` is called with the result.  Errors are shown on the page.
-        """
+        """Begin a step or `go_to` if this user drives; `done` gets the result.  Errors appear on the page."""
         return self._move(self.actions.move(begin), done) if self._may() else None
 
     async def _move(self, move: Awaitable[object], done: Callable[[object], None]) -> None:

@@ -28,10 +28,7 @@ COOKIE_MAX_AGE_S = 30 * 24 * 3600
 
 
 class Gate:
-    """ASGI middleware that refuses requests from other web sites and requests without a valid token.
-
-    `token`: required from browsers; None: no token is required.
-    """
+    """ASGI middleware that refuses requests without access.  `token`: required from browsers; None: not required."""
 
     def __init__(self, app: ASGIApp, token: str | None) -> None:
         self.app = app
@@ -51,10 +48,6 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a browser's request to the panel's web application, together with an identifier of the user.
-
-        A cookie contains the identifier.  A new user receives a new cookie.
-        """
         scope["person"] = person or secrets.token_urlsafe(12)
 
         async def answer(message: Message) -> None:
@@ -68,7 +61,6 @@ class Gate:
         await self.app(scope, receive, answer)
 
     def _foreign(self, headers: Headers) -> str:
-        """Return the reason for refusing a request; "" if the request is accepted."""
         known = is_loopback if self._token is None else lambda name: True
         return refusal(headers.get, known, "a loopback name, e.g. localhost")
 
@@ -83,13 +75,11 @@ class Gate:
         return "the panel requires a token: open the address that axistwin serve has printed"
 
     def _shown(self, scope: Scope) -> str | None:
-        """Return the token in the URL of a request; None if the URL has no token."""
         if self._token is None or scope["type"] != "http":
             return None
         return dict(parse_qsl(scope["query_string"].decode("latin-1"))).get("token")
 
     async def _welcome(self, token: str, scope: Scope, receive: Receive, send: Send) -> None:
-        """Redirect the browser to the URL without the token, and store the token in a cookie."""
         others = [(key, value) for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key != "token"]
         address = scope["path"] + (f"?{urlencode(others)}" if others else "")
         response = RedirectResponse(address, 303, HEADERS | {"Set-Cookie": _set_cookie(_cookie(scope), token)})
@@ -97,10 +87,7 @@ class Gate:
 
 
 def _cookie(scope: Scope) -> str:
-    """Return the name of the browser cookie that stores the panel's access token.
-
-    The name contains the port, because all ports of a host share cookies.
-    """
+    """Return the name of the token's cookie: with the port, because all ports of a host share cookies."""
     server = scope.get("server") or ("", 0)
     return f"axistwin-token-{server[1]}"
 

@@ -18,11 +18,7 @@ KEEP = (
 
 
 def written(person: Person) -> str:
-    """Return the page layout that a user has chosen, as JSON text.
-
-    Only settings that are texts or on/off are included.  If the JSON text is too long, the oldest settings are left
-    out.
-    """
+    """Return the layout of a user as text: settings that are words, or on or off; the oldest are left out."""
     kept = [(key, value) for key, value in person.settings.items() if isinstance(value, bool | str)]
     while len(text := json.dumps(dict(kept), separators=(",", ":"))) > MOST:
         kept.pop(0)
@@ -30,10 +26,7 @@ def written(person: Person) -> str:
 
 
 def restore(person: Person, cookie: str | None) -> None:
-    """Restore the page layout that a cookie of the browser contains.
-
-    The cookie is ignored if it is invalid, or if the user already has settings.
-    """
+    """Restore the layout of a new user from the cookie; an invalid cookie is ignored."""
     if person.settings or cookie is None:
         return
     try:

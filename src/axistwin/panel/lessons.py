@@ -7,7 +7,7 @@ from axistwin.units import to_seconds
 
 
 class Lessons:
-    """Stores which lesson of the tutorial `axistwin learn` is in progress on each controller."""
+    """The present lesson of each controller."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -15,18 +15,12 @@ class Lessons:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Transfer all lessons in progress to the new simulation `bench`.
-
-        Each lesson continues at its present step.
-        """
         for name, (number, pupil) in self._pupils.items():
             pupil.close()
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
 
     def of(self, name: str) -> tuple[int, Pupil] | None:
-        """Return the number of the current lesson about a controller, and the user's progress in this lesson.
-
-        The first lesson has the number 1.  Returns None if no lesson about the controller has begun.
+        """Return the number of a controller's lesson, from 1, and the progress in it; None without a lesson.
 
         The present step is checked by its effect on the bench.
         """
@@ -36,10 +30,7 @@ class Lessons:
         return found
 
     async def begin(self, name: str, number: int) -> None:
-        """Switch a controller off and on, begin a lesson, and start virtual time.
-
-        Raises AxistwinError.
-        """
+        """Switch a controller off and on, begin a lesson, and start virtual time.  Raises AxistwinError."""
         self.end(name)
         session = self._session
         lesson = course(session.bench[name].product.model)[number - 1]

@@ -21,20 +21,14 @@ AT_A_TIME = 50
 
 
 class Memory:
-    """Excludes the objects of web pages from Python's garbage collection, so that each collection takes less time.
-
-    A page is excluded after it is built.
-    """
+    """Memory management of the pages of a session."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._kept: weakref.ref[Bench] | None = None
 
     def keep(self) -> None:
-        """Exclude all present objects from later garbage collections.
-
-        If the bench was replaced, all objects are collected first.
-        """
+        """Exempt all present objects from garbage collection; collect first if the bench was replaced."""
         bench = self._session.bench
         if self._kept is None or self._kept() is not bench:
             gc.unfreeze()
@@ -46,10 +40,7 @@ class Memory:
 
 
 async def release(elements: Iterable[ui.element]) -> None:
-    """Free the memory of elements that have been removed from a page.
-
-    A few elements are freed in each pass of the event loop.
-    """
+    """Free the memory of removed elements, a few in each pass of the event loop."""
     left = list(elements)
     while left:
         for element in left[-AT_A_TIME:]:
@@ -59,10 +50,7 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Clear the references of a removed page element to other objects, so that Python can free the memory.
-
-    The element is then in no reference cycle.
-    """
+    """Remove the references of an element that form cycles."""
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()
     if isinstance(element, ValueElement):

@@ -14,19 +14,13 @@ ELEMENTS_AT_A_TIME = 60
 
 
 def execute(client: Client, code: str) -> None:
-    """Execute JavaScript in the browser, without waiting for an answer.
-
-    `Client.run_javascript` would create a task of the event loop for each call, in case that the answer is awaited.
-    """
+    """Execute JavaScript without an answer; `run_javascript` would create a task, lest one be awaited."""
     if not client.is_deleted:
         client.outbox.enqueue_message("run_javascript", {"code": code}, client.id)
 
 
 class Outbound:
-    """Holds back messages to the browser while new elements of the page are built.
-
-    The elements are built in a `with` block.  `send` sends the messages afterwards.
-    """
+    """Holds back all messages to the browser in a `with` block, which builds views; `send` sends them afterwards."""
 
     def __init__(self, client: Client) -> None:
         self._client, self._outbox = client, client.outbox
@@ -42,11 +36,7 @@ class Outbound:
         del self._outbox.enqueue_update, self._outbox.enqueue_message
 
     async def send(self) -> None:
-        """Send the new elements of a web page to the browser.
-
-        The older elements, which contain the new elements, follow.  The messages that were held back while the
-        elements were built come last.
-        """
+        """Send new elements first, then the older ones that contain them, then the messages held back."""
         there = list(self._client.elements.values())
         inside = [each for each in there if each.id not in self._before]
         for at in range(0, len(inside), ELEMENTS_AT_A_TIME):

@@ -53,10 +53,9 @@ DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {
 async def build_page(enter: Callable[[], Context]) -> None:
     """Build the panel's page for one browser.
 
-    `enter` is called when the browser has connected, and returns the `Context`.
-
-    Until then the page is empty, because a program that only fetches the URL needs no views.  The views are built in
-    pieces, one page at a time; the bench runs between two pieces.
+    `enter` is called when the browser has connected, and returns the `Context`.  Until then the page is empty, because
+    a program that only fetches the URL needs no views.  The views are built in pieces, one page at a time; the bench
+    runs between two pieces.
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
@@ -83,10 +82,7 @@ async def build_page(enter: Callable[[], Context]) -> None:
 
 
 class Visits:
-    """List of the panel's open web pages.
-
-    The list also contains a few pages whose browsers have disconnected, because a browser can connect again.
-    """
+    """All open pages of a session; a disconnected page is kept for some time."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
@@ -104,10 +100,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """Store the background task that updates a web page, so that the task can be cancelled later.
-
-        Called when the page has been shown.  If the page has already been removed, the task is cancelled.
-        """
+        """Store the update task of a page; cancel the task if the page has been removed in the meantime."""
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -139,15 +132,11 @@ class Visits:
 
 
 def _released(elements: list[ui.element]) -> None:
-    """Free the memory of elements that have been removed from a page, in a background task."""
     background_tasks.create(release(elements), name="panel")
 
 
 def rehearse(context: Context, request: Request) -> None:
-    """Build the web page once without a browser, so that all files are loaded before a user opens the page.
-
-    Loading files later, while a host is connected, would delay the simulation.
-    """
+    """Build a page without a browser; files and modules are then loaded before a host could be delayed."""
     client = Client(ui.page(""), request=request)
     made = _built(client, context)
     with client:
@@ -210,7 +199,6 @@ def _body(context: Context) -> Iterator[Refresh]:
 
 
 def _machine(context: Context, name: str) -> Iterator[Refresh]:
-    """Build the views of a controller and its machine."""
     with ui.row().classes("machine-head"):
         ui.label(name).classes("machine-name")
         ui.label(context.bench[name].product.title).classes("quiet")
@@ -231,10 +219,7 @@ def _machine(context: Context, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """Sends updates of the simulation's state to the web page in one browser.
-
-    Each update waits until the browser has drawn the previous update.
-    """
+    """Sends updates to one browser; each waits until the browser has drawn the previous one."""
 
     def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
         self._client, self._context, self._made = client, context, made
@@ -247,7 +232,6 @@ class _Frames:
             ui.on("sent", self._on_sent)
 
     async def show(self) -> None:
-        """Update the page repeatedly until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
         ends = self._context.people.subscribe(partial(_notify, client)), self._context.actions.subscribe(self._news.set)
         try:
@@ -275,10 +259,6 @@ class _Frames:
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
-        """Update all views of the page.
-
-        Other tasks of the event loop run in pauses of the update.
-        """
         left = deque(self._made)
         while left:
             self._context.session.inspect(partial(_refresh_some, left))
@@ -286,17 +266,12 @@ class _Frames:
                 await asyncio.sleep(0)
 
     def _keep_layout(self) -> None:
-        """Store the layout of the page in the browser if the layout has changed."""
         text = layout.written(self._context.person)
         if text != self._layout:
             self._layout = text
             self._client.run_javascript(layout.KEEP.format(text=json.dumps(text)))
 
     async def _complete(self) -> None:
-        """Build the tabs that the user has opened.
-
-        Other tasks of the event loop run in pauses of the work.
-        """
         context = self._context
         while context.unbuilt:
             build = careful(context.unbuilt.pop())
@@ -305,10 +280,6 @@ class _Frames:
                 context.common(Memory).keep()
 
     async def _drawn(self, state: State) -> None:
-        """Wait until the browser has drawn the page.
-
-        The page then contains the session's state `state`.
-        """
         try:
             code = DRAWN.format(state=json.dumps(state), handled=self._handled)
             await self._client.run_javascript(code, timeout=PATIENCE_S)
@@ -316,10 +287,7 @@ class _Frames:
             return
 
     async def _rest(self, seconds: float) -> None:
-        """Wait until the next update of the page, but at most `seconds`.
-
-        While virtual time is stopped, a message from the browser ends the wait.
-        """
+        """Wait for the next update, at most `seconds`; while time is stopped, a browser's message ends it."""
         if self._context.session.running:
             await asyncio.sleep(max(0.0, seconds))
             return
@@ -335,11 +303,7 @@ class _Frames:
 
 
 def _refresh_some(left: deque[Refresh]) -> None:
-    """Update the next sections of the web page; stop after `TURN_S` seconds of real time.
-
-    `left`: a queue of functions, each of which updates one section of the page.  Called functions are removed from the
-    queue.  Virtual time does not advance meanwhile.
-    """
+    """Update views at the same virtual time for `TURN_S`, and remove them from `left`."""
     until_s = perf_counter() + TURN_S
     while left and perf_counter() < until_s:
         left.popleft()()

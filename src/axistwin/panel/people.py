@@ -30,14 +30,11 @@ class Person:
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Record that a browser of the user has connected to a web page of the panel."""
+        """Count a newly connected page of this user."""
         self.pages += 1
 
     def left(self) -> None:
-        """Record that a browser of the user has disconnected from a web page of the panel.
-
-        The time is stored in `left_s`.
-        """
+        """Count a disconnected page of this user."""
         self.pages -= 1
         self.left_s = monotonic()
 
@@ -48,11 +45,7 @@ class Person:
 
 
 class People:
-    """All users of a panel.
-
-    Only one user, the driver, may control the session.
-    The first user is the driver until another user becomes the driver.
-    """
+    """All users of a panel; the first user is the driver until another user becomes the driver."""
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
@@ -61,10 +54,7 @@ class People:
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Return the user whose browser has sent the identifier `key`.
-
-        An unknown identifier creates a new user.  The user becomes the driver if the present driver is absent.
-        """
+        """Return the user with this key, or a new user; the user becomes the driver if the driver is absent."""
         self._forget()
         if key not in self._all:
             self._came += 1
@@ -75,7 +65,6 @@ class People:
         return person
 
     def _forget(self) -> None:
-        """Delete users that have been absent for too long."""
         away = sorted((each for each in self._all.values() if each.gone), key=lambda each: each.left_s)
         surplus = len(away) - REMEMBERED
         for number, person in enumerate(away):

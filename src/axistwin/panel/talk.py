@@ -26,10 +26,7 @@ DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m"
 
 
 class Talk:
-    """Recorded messages of the hosts and controllers of a session.
-
-    `generation`: number of benches that the session has used.
-    """
+    """Recorded messages of a session; `generation`: number of benches that it has used."""
 
     def __init__(self, session: Session) -> None:
         self.generation = 0
@@ -39,7 +36,6 @@ class Talk:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Delete all stored messages, and record the messages of a new simulation."""
         self._listening.close()
         self.generation += 1
         self._said = {name: deque(maxlen=KEPT) for name in endpoints.names(bench)}
@@ -47,11 +43,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """Return the events at a serial port or bus, e.g. received characters, without the first `count` events.
-
-        The result is a pair: the number of all events, and the list of events.  The list contains at most the newest
-        `SHOWN` events.  `count`: the number of events that the caller already has.
-        """
+        """Return the total number of events at an endpoint, and the events after the first `count`."""
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)
         return total, list(islice(said, len(said) - new, None))
@@ -63,10 +55,7 @@ class Talk:
 
 
 class Printer:
-    """Formats messages for a terminal window, e.g. `0.012000 > RP` for a message of the host.
-
-    Each message begins a new line with its start time.  The sign is `>` for the host, and `<` for the controller.
-    """
+    """Converts the events of one terminal to text.  Each message is a line with its start time."""
 
     def __init__(self, codec: Codec, whole: bool) -> None:
         self._codec, self._whole = codec, whole
@@ -76,14 +65,11 @@ class Printer:
         self._ended = False
 
     def end_line(self) -> None:
-        """End the present line of text, so that the text of the next event begins on a new line."""
+        """End the present line; the next event begins a new line."""
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Convert messages to the text that a terminal window shows.
-
-        The messages are sent data, received data, and BREAK conditions of a serial line.
-        """
+        """Convert the next events to text."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

@@ -18,17 +18,11 @@ _here = threading.local()
 
 
 class _Abandoned(BaseException):
-    """Exception that ends a cancelled computation.
-
-    The function `breathe` raises the exception in the thread of the computation.
-    """
+    pass
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Return the result of `compute()`, and let other tasks of the event loop run during the computation.
-
-    The computation pauses regularly for these tasks.  Raises the exception of `compute()`.
-    """
+    """Return the result of `compute()`, executed in pieces, or raise its exception."""
     work = _Work(compute)
     try:
         while not work.go_on():
@@ -40,10 +34,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """Pause a long computation, so that other tasks of the event loop can run.
-
-    Nothing is done until the computation has run for `TURN_S` seconds.
-    """
+    """Let other tasks run if the present piece of a computation has lasted for `TURN_S` seconds."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -60,35 +51,24 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Continue a long computation for a short time.  Return True if the computation has ended, otherwise False.
-
-        The call returns when the function `compute` ends, or when `compute` pauses itself with `breathe`.
-        """
+        """Execute one piece of the computation; return True after the last piece."""
         self._go.release()
         self._stop.acquire()
         return self._over
 
     def abandon(self) -> None:
-        """Cancel the running function `compute`, and return when this function has ended.
-
-        The next call of `breathe` in `compute` raises an exception.  The `finally` clauses of `compute` are executed.
-        """
+        """Cancel the computation; its `finally` clauses are executed."""
         self._abandoned = True
         while not self._over:
             self.go_on()
 
     def result(self) -> T:
-        """Return the result of the finished computation, or raise the exception that ended the computation."""
         if self._error is not None:
             raise self._error
         return self._found[0]
 
     def breathe(self) -> None:
-        """Pause this computation, so that other tasks can run.
-
-        Nothing is done until the computation has run for `TURN_S` seconds without a pause.  Called in the thread of the
-        computation.
-        """
+        """End the present piece if it has lasted for `TURN_S` seconds; called in the thread of the computation."""
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
         self._stop.release()

@@ -41,10 +41,7 @@ NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "h
 
 @dataclass(frozen=True)
 class Address:
-    """Host and port of the panel, and the token that browsers must send.
-
-    The token is None if no token is required.
-    """
+    """Host and port of the panel.  `token`: required from browsers; None: not required."""
 
     host: str
     port: int
@@ -83,10 +80,7 @@ class Panel:
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Start the web server, and return the panel's URL.
-
-        The URL contains the token, if any.  Raises LinkError.
-        """
+        """Start the web server, and return the panel's URL.  The URL contains the token, if any.  Raises LinkError."""
         # If the port is in use, `listening_socket` raises LinkError.
         sock = listening_socket(self.address)
         server = self._server = _Server(
@@ -178,10 +172,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
 
 def listening_socket(address: Address) -> socket.socket:
-    """Return a socket that listens at the address.
-
-    Raises LinkError if another program uses the address.
-    """
+    """Return a socket that listens at the address.  Raises LinkError if another program uses the address."""
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     try:
         sock = socket.create_server((address.host, address.port), family=family)

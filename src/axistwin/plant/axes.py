@@ -54,7 +54,6 @@ T = TypeVar("T", EncoderData, StepperMotor, Load)
 
 
 def _data(kind: type[T], part: str, given: Any) -> T | None:
-    """Return the data sheet of a part of an axis.  Raises ValueError for an unknown key or a value of a wrong type."""
     if given is None or isinstance(given, kind):
         return given
     if not isinstance(given, Mapping):
@@ -75,7 +74,6 @@ def _check_number(text: str, value: Any, *, whole: bool) -> None:
 
 
 def _with_points(motor: Any) -> Any:
-    """Return the data of a motor with the points of its torque curve as pairs of numbers.  Raises ValueError."""
     if not isinstance(motor, Mapping):
         return motor
     points = motor["torque"]
@@ -89,10 +87,7 @@ def _with_points(motor: Any) -> Any:
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
-    """Return an axis with a servo motor and an encoder.
-
-    Options: `units`, `limits`, `motor` (name or values of a data sheet), `load`.
-    """
+    """Return an axis with servo motor and encoder.  Options: `units`, `limits`, `motor` (name or data), `load`."""
     _check(name, given, SERVO)
     units = _units(name, given)
     limits = _span(name, "limits", given.get("limits"), units)
@@ -121,10 +116,6 @@ def _units(name: str, given: Mapping[str, Any]) -> MachineUnits | None:
 
 
 def _span(name: str, option: str, given: Any, units: MachineUnits | None) -> tuple[int, int] | None:
-    """Return the two ends of a position range, e.g. -100 and 5000 for the axis option `limits=[-100, 5000]`.
-
-    Raises UsageError for an invalid option, e.g. if the first position is above the second.
-    """
     if given is None:
         return None
     try:

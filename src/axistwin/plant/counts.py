@@ -20,11 +20,9 @@ SAMPLES = 10
 class Samples(NamedTuple):
     """Positions of an axis, sampled at `start_ns` and then every `period_ns`.
 
-    These samples are final.
-
-    `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints for the same samples in the
-    same coordinates (`commanded - position` is the following error).  A `period_ns` of 0 means that a person has moved
-    the axis, in no time.
+    These samples are final.  `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints
+    for the same samples in the same coordinates (`commanded - position` is the following error).  A `period_ns` of 0
+    means that a person has moved the axis, in no time.
     """
 
     start_ns: int
@@ -45,11 +43,6 @@ Listener = Callable[[Samples], None]
 
 @dataclass(slots=True)
 class _Stretch:
-    """Position samples of a moving axis at regular intervals of time.
-
-    `before`: the position before the first sample.
-    """
-
     start_ns: int
     period_ns: int
     before: int
@@ -60,10 +53,7 @@ class _Stretch:
         return self.start_ns - self.period_ns
 
     def times(self) -> "NDArray[np.int64]":
-        """Return the time of each change of the encoder count.
-
-        Between two samples of the position, the changes are evenly spaced.
-        """
+        """Return the times of count changes; between two samples, they are evenly spaced."""
         import numpy as np
 
         positions = np.frombuffer(self.positions, np.int64)
@@ -76,10 +66,7 @@ class _Stretch:
 
 
 class CountHistory:
-    """Stores the times of the latest count changes of an encoder.
-
-    At least the latest `samples` samples in which the axis moved are covered.
-    """
+    """Times of an encoder's count changes, from the latest `samples` samples with motion."""
 
     def __init__(self, samples: int) -> None:
         self.samples = samples
@@ -89,11 +76,7 @@ class CountHistory:
         """Changes up to this time have been discarded; None if no change has been discarded."""
 
     def add(self, samples: Samples) -> None:
-        """Store sampled encoder positions, and delete old positions to save memory.
-
-        At least the newest `self.samples` positions stay stored.  New samples are not stored if the position has not
-        changed in any of these samples.
-        """
+        """Store samples, if a position has changed, and delete old ones beyond the newest `self.samples`."""
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)
         if positions[0] == positions[-1] == self._last and positions.count(self._last) == len(positions):
@@ -109,9 +92,8 @@ class CountHistory:
     def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":
         """Return the times of all changes of the encoder count in a time range.
 
-        The range includes `start_ns`, but not `stop_ns`.
-
-        Raises UsageError if old changes have been discarded; the message suggests the option `history=larger_history`.
+        The range includes `start_ns`, but not `stop_ns`.  Raises UsageError if old changes have been discarded; the
+        message suggests the option `history=larger_history`.
         """
         import numpy as np
 

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class EncoderData:
-    """Resolution, backlash and index mark of an encoder.
-
-    `counts_per_rev`: counts after quadrature per revolution of `pulses_per_rev` motor pulses.  `backlash`: in counts,
-    between motor and encoder.
+    """`counts_per_rev`: counts after quadrature per revolution of `pulses_per_rev` motor pulses.  `backlash`: in
+    counts, between motor and encoder.
 
     Channel Z is active once per revolution, for `index_counts` counts from count `index` on.
     """
@@ -30,10 +28,7 @@ class EncoderData:
 
 
 class Encoder:
-    """An incremental encoder that counts the motion of the load, with backlash between motor and load.
-
-    After a reversal, the load first rests within the backlash.
-    """
+    """An encoder that counts the load's motion: the shaft's position in counts, less the backlash after a reversal."""
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
@@ -46,27 +41,18 @@ class Encoder:
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
-        """Turn the shaft to a position, and return the encoder count.
-
-        `position`: in pulses.  The motion to this position has no reversal.
-        """
+        """Turn the shaft to a `position` in pulses, without a reversal, and return the encoder count."""
         before, self._load = self._load, self._dragged(self._load, position)
         if self._load != before:
             self.direction = 1 if self._load > before else -1
         return self._count(self._load)
 
     def begin(self) -> None:
-        """Store the load position at the start of a motion.
-
-        The motion has no reversal.
-        """
+        """Store the load position at the start of a motion.  The motion has no reversal."""
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """Return the count that the encoder had when the motor passed a given position.
-
-        `position`: in pulses, a position of the present motion, which has no reversal.
-        """
+        """Return the count for an earlier `position` of the shaft in the present monotonic motion."""
         return self._count(self._dragged(self._began, position))
 
     @property
@@ -85,10 +71,7 @@ class Encoder:
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Return two edges of the encoder's index mark: the nearest above the motor position, and the nearest below.
-
-        Edge n lies between the positions n-1 and n.
-        """
+        """Return two motor positions n, below and above: the index mark begins or ends between positions n-1 and n."""
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
         shift = self._displaced + self._turned - self.data.index
         into = (self._load + shift) % rev
@@ -97,11 +80,7 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Convert a shaft position from encoder counts to motor pulses.
-
-        The shaft moves between `counts` - 1 and `counts` while the motor moves between the positions n-1 and n.  The
-        result is n.
-        """
+        """Return the motor position n for which this count is reached between positions n-1 and n."""
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
             return -(-counts * pulses // per_rev)
@@ -120,10 +99,7 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Simulate an encoder that reports a wrong number of counts.
-
-        From now on, the encoder reports `of` counts for every `out_of` true counts: 9 of 10, -1 of 1 (reversed), 0 of 1
-        (dead).
+        """Count wrongly from now on: `of` counts for each `out_of` counts, e.g. 9 of 10, -1 of 1, 0 of 1.
 
         After 1 of 1 the encoder counts correctly again, from its present count.
         """
@@ -131,10 +107,7 @@ class Encoder:
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
-        """Move the load by `counts` encoder counts, without turning the motor.
-
-        The load stays displaced until the motor moves the load back.
-        """
+        """Push the load; the load stays there until the motor moves it back."""
         self._displaced += counts
         self.direction = 1 if counts > 0 else -1
 

@@ -31,10 +31,7 @@ class JoystickInputs(NamedTuple):
 
 
 class Joystick:
-    """One axis of a joystick at the inputs of a controller.
-
-    The joystick is connected to the inputs at its first use.
-    """
+    """One axis of the joystick; its first use connects it to the controller's inputs."""
 
     def __init__(self, clock: Clock, pins: Mapping[str, Pin], inputs: JoystickInputs) -> None:
         self.clock, self.inputs = clock, inputs
@@ -48,12 +45,7 @@ class Joystick:
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
-        """Deflect the joystick, so that the joystick outputs `rate` pulses per second.
-
-        A rate of 0 releases the joystick.
-
-        Raises UsageError for an invalid rate.
-        """
+        """Output `rate` pulses per second; 0 releases the joystick.  Raises UsageError for an invalid rate."""
         if abs(rate) > FASTEST:
             raise UsageError(f"invalid joystick rate {rate}: expected {-FASTEST} to {FASTEST} pulses per second")
         self.manual_actions.report(ManualAct.JOYSTICK, rate)
@@ -65,7 +57,6 @@ class Joystick:
             self.clock.process(self._deflected())
 
     def _plug_in(self) -> None:
-        """Connect the joystick to the inputs of the controller."""
         self._plugged_in = True
         for pin in (self._at_zero, self._step, self._direction):
             pin.wired = True
@@ -84,11 +75,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """Set the direction of the joystick's pulses, and wait for the settling time of the direction signal.
-
-        Before a change of the signal, the joystick also waits.  AT ZERO is active during both waiting times
-        (`settle_ns`).
-        """
+        """Set the direction, with `settle_ns` at zero before and after the change."""
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

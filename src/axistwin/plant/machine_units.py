@@ -28,17 +28,14 @@ MOST_POSITION = 1 << 53
 
 @dataclass(frozen=True)
 class MachineUnits:
-    """Unit for positions of an axis: `of` is its name, e.g. "mm"; `per` is the number of pulses or counts per unit."""
+    """The unit of an axis: `per` pulses or counts are one unit `of`."""
 
     per: Fraction
     of: str
 
     @classmethod
     def given(cls, table: Any) -> Self:
-        """Create units from a table, e.g. `{ per = 80, of = "mm" }` for 80 pulses per mm.
-
-        Raises UsageError for an invalid table.
-        """
+        """Read `{ per = 80, of = "mm" }`: 80 pulses per mm.  Raises UsageError for an invalid table."""
         if not isinstance(table, Mapping) or set(table) != {"per", "of"}:
             raise UsageError(
                 f"invalid units {table!r}: expected a table with the keys `per` and `of`, "
@@ -60,19 +57,12 @@ class MachineUnits:
         return float(Fraction(counts) / self.per)
 
     def shown(self, counts: float) -> str:
-        """Convert a number of counts to text in the unit of the axis.
-
-        The text has as many decimals as one count needs.
-        """
+        """Convert counts to text in the axis's unit, with as many decimals as one count needs."""
         return f"{self.value(counts):.{self.decimals}f}"
 
     @property
     def decimals(self) -> int:
-        """Number of decimals needed to distinguish adjacent counts, e.g. 2 for 80 counts per mm.
-
-        In the example, 1 count is 0.0125 mm, which is more than the last decimal (0.01 mm).  The number is at most
-        `MOST_DECIMALS`.
-        """
+        """Number of decimals that is needed to distinguish two neighbouring positions, at most `MOST_DECIMALS`."""
         return min(max(ceil(log10(self.per)), 0), MOST_DECIMALS)
 
 
@@ -97,10 +87,7 @@ def check_of(given: Any) -> str:
 
 
 def position(given: int | str, units: MachineUnits | None) -> int:
-    """Convert a position, e.g. 1000 or "12.5 mm", to counts.
-
-    Raises UsageError.
-    """
+    """Convert a position, e.g. 1000 or "12.5 mm", to counts.  Raises UsageError."""
     if type(given) is int:
         return given
     found = _QUANTITY.fullmatch(given) if isinstance(given, str) and len(given) < 100 else None

@@ -30,46 +30,28 @@ class Followed(Protocol):
 
     @property
     def resting(self) -> bool:
-        """True if the axis is at rest.
-
-        The axis then moves only after the next event `on_motion`.
-        """
+        """True if the axis is at rest.  The axis then moves only after the next event `on_motion`."""
 
     @property
     def predictable(self) -> bool:
-        """True if `positions_at` can predict the positions of the axis.
-
-        The prediction is valid until the next `on_motion`.
-        """
+        """True if `positions_at` can predict the axis's positions, up to the next `on_motion`."""
 
     @property
     def follows(self) -> "Followed | None":
         """The axis that turns the external encoder of this axis; None if no axis turns the encoder."""
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses a position in `edges`, in either direction.
-
-        Edge n lies between the positions n-1 and n.
-        """
+        """Call `callback()` at each crossing of `edges`; edge n lies between the positions n-1 and n."""
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
-        """Predict the positions of the axis at the times `times_ns`, which must be in ascending order.
-
-        The prediction is for a motion that does not change.
-        """
+        """Return the predicted positions at these times, in order, without further changes."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position of the axis, followed by its predicted positions at the times `times_ns`.
-
-        Only certain positions are predicted.  The predictions are valid until `on_replan`.
-        """
+        """Return the position now, and the certain ones at `times_ns`, which are valid until `on_replan`."""
 
 
 class Run(NamedTuple):
-    """A motion at constant speed, with evenly spaced encoder edges.
-
-    The `counts` edges begin at count `base`, and take `duration_ns` from `start_ns` on.
-    """
+    """A motion at constant speed: `counts` edges from count `base` on, in `duration_ns` from `start_ns` on."""
 
     start_ns: int
     base: int
@@ -78,15 +60,13 @@ class Run(NamedTuple):
 
     @property
     def end_ns(self) -> int:
-        """Time of the end of the motion, in ns.  The last encoder edge is at this time."""
+        """Time of the last edge of the motion."""
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:
-        """Calculate the encoder count at the time `time_ns`, for an encoder that turns at constant speed.
+        """Return the count at a time not before the start.
 
-        After the end of the motion, the count stays the same.
-
-        The n-th edge occurs `n * duration_ns / |counts|` after the start, rounded up to a whole nanosecond.  The
+        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that.  The
         count is therefore rounded towards `base`, in either direction.
         """
         if time_ns >= self.end_ns:
@@ -122,74 +102,46 @@ class Master:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature decoding, initially 0.
-
-        For a step source instead of an encoder: the number of steps; a negative step counts as -1.
-        """
+        """Net quadrature edges (or steps) in the positive direction, from 0 when the bench was made."""
         return self.at(self.clock.now)
 
     @property
     def ratio(self) -> Fraction:
-        """Gear ratio: encoder edges per pulse of a stepper axis, or per count of a servo axis.
-
-        The encoder is mounted on this axis.  Without such an axis, the ratio has no effect.
-        """
+        """Edges per unit of the axis that the encoder is mounted on."""
         return self._ratio
 
     @property
     def moving(self) -> bool:
-        """True while the encoder turns.
-
-        Also True while the encoder is mounted on an axis that stands still: the axis can turn the encoder at any time.
-        """
+        """True while the encoder turns, or is mounted on an axis, which may turn it at any time."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
     def predictable(self) -> bool:
-        """True if the positions of the axis that turns the encoder can be predicted.
-
-        False if no axis turns the encoder.
-        """
+        """True if an axis turns the encoder and the axis's positions can be predicted."""
         return self.followed is not None and self.followed.predictable
 
     def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
-        """Predict encoder counts at equal intervals of time.
-
-        Returns `number` counts: the first at `first_ns`, then one every `period_ns`.
-
-        The encoder must be mounted on an axis that is `predictable`.
-        """
+        """Predict `number` counts from `first_ns` on, one every `period_ns`; the axis must be `predictable`."""
         assert self.followed is not None, "the encoder is mounted on an axis"
         times_ns = range(first_ns, first_ns + number * period_ns, period_ns)
         ratio, base = self._ratio, self.run.base
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
-        """Return a list: the present encoder count, followed by the predicted encoder counts.
-
-        The predictions are for `times_ns`, as long as they are certain.  Each count is increased by `offset`.
-        """
+        """Return the counts plus `offset` now and at the first of these times, as far as they are certain."""
         if self.followed is None:
             return [self.count + offset]
         numerator, denominator, base = self._ratio.numerator, self._ratio.denominator, self.run.base + offset
         return [base + p * numerator // denominator for p in self.followed.positions_ahead(times_ns)]
 
     def at(self, time_ns: int) -> int:
-        """Return the encoder count at `time_ns`, calculated from the present motion.
-
-        If an axis turns the encoder, return the present count.
-        """
+        """Return the count at `time_ns` in the present motion; the present count if an axis turns the encoder."""
         if self.followed is not None:
             return self.run.base + floor(self.followed.position * self._ratio)
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
-        """Turn the encoder at constant speed, e.g. by 4000 counts in 2 seconds.
-
-        With 0 seconds, all counts occur at once.
-
-        Cancels an earlier motion.  Raises UsageError for a negative time.
-        """
+        """Turn by 4000 counts in 2 seconds, in 0 seconds at once, instead of an earlier motion.  Raises UsageError."""
         check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"invalid time in move({counts}, {seconds!r}): expected 0 seconds or more")
@@ -201,9 +153,7 @@ class Master:
         self._change(Run(self.clock.now, count, counts, duration_ns), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
-        """Mount the encoder on the shaft of an axis, so that the axis turns the encoder.
-
-        The encoder outputs `ratio` edges per count or pulse of the axis.
+        """Mount the encoder on the shaft of an axis, with `ratio` edges per count or pulse.
 
         Raises UsageError for a ratio beyond a million, and for an axis that is the motor's own or follows the motor,
         because the two would depend on each other.
@@ -234,17 +184,10 @@ class Master:
             below = below.follows
 
     def stop(self) -> None:
-        """Stop the rotation of the external encoder.
-
-        An encoder that is mounted on an axis is detached from the axis.
-        """
+        """Stop the encoder, and detach it from its axis."""
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """Emit the events `before_change` and `on_change` of the encoder.
-
-        Called when the axis that turns the encoder changes its motion.
-        """
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

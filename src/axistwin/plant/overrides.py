@@ -13,11 +13,9 @@ class _Value(Generic[T]):
 
 
 class Override(Generic[T]):
-    """Setting of a machine, e.g. the motor torque.  A simulated defect can change the setting temporarily.
+    """`values`: first the setting, then the values of the present defects, the latest at the end.
 
-    `values` holds the normal value, followed by the values of the active defects, the latest at the end.
-
-    `before_change` is called before each change of a value, `on_change` after each change.
+    `before_change` is called before each change, `on_change` after it.
     """
 
     def __init__(
@@ -28,26 +26,17 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The normal value of this setting, followed by one value for each active simulated defect.
-
-        E.g. [1.0, 0.5] for a motor torque of 1.0, which a defect reduces to 0.5.
-        """
+        """The setting, followed by the values of all active defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:
-        """Change a setting of the simulated machine, e.g. the ambient temperature from 25 °C to 30 °C.
-
-        Only the normal value changes; the values of active defects stay the same.
-        """
+        """Change the setting; an active defect still overrides it."""
         self._before_change()
         self._values[0].value = value
         self._on_change()
 
     def add(self, value: T) -> Callable[[], None]:
-        """Simulate a defect that changes the value of a machine setting, e.g. a defect that halves the motor torque.
-
-        `value`: the value of the setting with this defect, e.g. 0.5.  Return a function that ends the defect.
-        """
+        """Add the value of a defect.  Return a function that ends the defect."""
         added = _Value(value)
         self._before_change()
         self._values.append(added)

@@ -21,11 +21,9 @@ MOST_TUNING = 65535
 class ServoMotor:
     """Data sheet of a brushless servo motor with its amplifier, encoder and tuning.
 
-    All figures are at the shaft.
-
-    Figures are above 0, except frictions, brake, inductance and tuning, which may be 0; `counts_per_rev` is 2000 or
-    4000.  The back-EMF in V per rad/s equals the torque constant in N·m per A.  Inductance divided by resistance is the
-    windings' time constant, 0.5 to 2 ms in motors of these sizes.
+    All figures are at the shaft.  Figures are above 0, except frictions, brake, inductance and tuning, which may be 0;
+    `counts_per_rev` is 2000 or 4000.  The back-EMF in V per rad/s equals the torque constant in N·m per A.  Inductance
+    divided by resistance is the windings' time constant, 0.5 to 2 ms in motors of these sizes.
     """
 
     torque_constant_nm_per_a: float
@@ -77,10 +75,7 @@ MAY_BE_0 = "friction", "brake", "inductance"
 
 @dataclass(frozen=True)
 class ServoLoad:
-    """Data of the load on a servo motor's shaft: inertia, friction and gravity torque.
-
-    `gravity_torque_nm` is constant; a positive torque acts in the positive direction.
-    """
+    """The load on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
 
     inertia_kg_m2: float = 0.0
     coulomb_friction_nm: float = 0.0
@@ -93,10 +88,7 @@ class ServoLoad:
 
 
 def _check(parameter: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """Raise UsageError if a motor parameter or a load parameter has an invalid value.
-
-    A valid value is a number from `low` (None: above 0) to `high`.  `whole`: only whole numbers are valid.
-    """
+    """Raise UsageError unless a value is from `low` (None: above 0) to `high`; `whole`: a whole number."""
     check_values(value)
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
@@ -160,10 +152,7 @@ SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 
 def servo_motor(given: object) -> ServoMotor:
-    """Return the data sheet of a servo motor, from a model name or a table of parameters.
-
-    Parameters that are not given are those of `model` (default frame23).
-    """
+    """Return a servo motor's data by name or table; parameters left out are those of `model` (frame23)."""
     if isinstance(given, ServoMotor):
         return given
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
@@ -177,10 +166,7 @@ def servo_motor(given: object) -> ServoMotor:
 
 
 def servo_load(given: object = None) -> ServoLoad:
-    """Return the data of the load on a servo motor's shaft, e.g. the inertia of the load.
-
-    `given`: a table of parameters, e.g. `{"inertia_kg_m2": 1e-5}`.  If `given` is None, the shaft has no load.
-    """
+    """Return the load from a table, e.g. `{"inertia_kg_m2": 1e-5}`; None: no load."""
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):

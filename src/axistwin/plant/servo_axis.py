@@ -35,53 +35,31 @@ IDEAL_COUNTS_PER_REV = 2000
 
 
 class Source(Protocol):
-    """Interface of an object that simulates the motion of a motor shaft, and supplies the positions of the shaft.
-
-    The object is the emulated processor of the motor or, without power, `AtRest`.  All values are those of the
-    latest sample.
-    """
+    """Interface of the processor that calculates the motion of a shaft; all values are those of the latest sample."""
 
     def refresh(self) -> None:
-        """Pass new samples of the shaft position to the subscribers of the axis, up to the present time.
-
-        The state and the predictions do not change.
-        """
+        """Publish all samples up to now; state and predictions stay the same."""
 
     def catch_up(self) -> None:
-        """Pass new samples of the shaft position to the subscribers of the axis, up to the present time.
-
-        Called when the state of the shaft is about to change.
-        """
+        """Publish all samples up to now, before a change of state."""
 
     def replan(self) -> None:
         """Discard all predicted positions of the shaft, e.g. after a change of the load."""
 
     def position(self) -> int:
-        """Position of the shaft in encoder counts, initially 0.
-
-        The positive direction is that of the machine.
-        """
+        """Position of the shaft in encoder counts, initially 0.  The positive direction is that of the machine."""
 
     def commanded(self) -> int:
         """Commanded position at the present time, in counts, in the coordinates of the controller."""
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position of the shaft, followed by its predicted positions at the times `times_ns`.
-
-        The predictions end at the first time at which an input could change the motion.
-        """
+        """Return the positions now and at these times, up to the first time at which an input could matter."""
 
     def setpoint(self) -> int:
-        """Commanded position of the shaft in encoder counts.
-
-        The positive direction is that of the machine.
-        """
+        """Commanded position of the shaft in encoder counts.  The positive direction is that of the machine."""
 
     def velocity(self) -> float:
-        """Velocity of the shaft in encoder counts per second.
-
-        The positive direction is that of the machine.
-        """
+        """Velocity of the shaft in encoder counts per second.  The positive direction is that of the machine."""
 
     def moving(self) -> bool:
         """True if the shaft turns or a trajectory is in progress."""
@@ -103,7 +81,7 @@ class Source(Protocol):
 
 
 class AtRest:
-    """State of a motor without power: the shaft is at rest, and only a person can turn the shaft."""
+    """Source of a shaft without power, which is at rest."""
 
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
@@ -120,10 +98,7 @@ class AtRest:
     setpoint = position
 
     def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return the present position of the shaft, as a list of one element.
-
-        Later positions cannot be predicted, because a person can turn the shaft at any time.
-        """
+        """Return the position now: a change of a shaft at rest is not announced."""
         return [self._axis.shaft]
 
     def commanded(self) -> int:
@@ -143,7 +118,7 @@ class AtRest:
         return None
 
     def temperature(self) -> float:
-        """Temperature of the motor in °C.  A motor without power has the ambient temperature."""
+        """The ambient temperature."""
         return self._axis.ambient
 
     def energy_nj(self) -> int:
@@ -172,18 +147,12 @@ class EncoderView:
         return self._axis.position
 
     def displace(self, counts: int) -> None:
-        """Turn the shaft by `counts`, as a person does by hand.
-
-        The shaft stays there until the motor moves it back.
-        """
+        """Turn the shaft by `counts`, as by hand; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Simulate an encoder that reports a wrong number of counts.
-
-        The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
-        """
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
         self._axis.miscount(of, out_of)
 
     def slip(self, counts: int) -> None:
@@ -192,10 +161,7 @@ class EncoderView:
 
 
 class ServoAxis:
-    """Motor, load and encoder of a SmartMotor.
-
-    Without a `motor` the axis is ideal: the shaft follows the trajectory exactly.
-    """
+    """Motor, load and encoder of a SmartMotor; ideal without a `motor`: the shaft follows exactly."""
 
     unit: ClassVar[str] = "counts"
     """Unit of positions."""
@@ -245,7 +211,6 @@ class ServoAxis:
         self._source: Source = AtRest(self)
 
     def _make_overrides(self) -> None:
-        """Create the settings that a simulated fault can override, e.g. the motor torque and the supply voltage."""
         self._outside = Override(0.0, self._replan, self._catch_up)
         self._jams = Override(False, self._replan, self._catch_up)
         self._torque = Override(1.0, self._replan, self._catch_up)
@@ -255,10 +220,7 @@ class ServoAxis:
     # Interface to the motor's processor
 
     def connect(self, source: Source) -> None:
-        """Connect the motor's emulated processor to this axis, so that the processor can move the shaft.
-
-        Without a processor, the shaft is at rest.
-        """
+        """Connect a source, which continues from the present state in `shaft` and `f`."""
         self._source = source
 
     def disconnect(self) -> None:
@@ -267,9 +229,7 @@ class ServoAxis:
         self._source = AtRest(self)
 
     def publish(self, samples: Samples) -> None:
-        """Pass new samples of the shaft position to the functions that have subscribed to the axis.
-
-        The samples are final, and in order of time.
+        """Send final samples to subscribers, in order of time, up to the present time.
 
         Between published samples the position is constant, so long rests need no samples.
         """
@@ -277,11 +237,7 @@ class ServoAxis:
         self._published.emit(samples)
 
     def left_window(self) -> None:
-        """Update the limit switches of the axis for the new position of the shaft.
-
-        Called after the shaft has left the window (a position range in which no switch changes).  First determine the
-        next window, then call the functions registered with `subscribe_edges`.
-        """
+        """Update the switches and set a new window, after the shaft has left the window in the present sample."""
         self._find_window()
         self._left_window.emit()
 
@@ -289,26 +245,17 @@ class ServoAxis:
 
     @property
     def position(self) -> int:
-        """Position of the shaft in encoder counts, initially 0.
-
-        The positive direction is that of the machine.
-        """
+        """Position of the shaft in encoder counts, initially 0.  The positive direction is that of the machine."""
         return self._source.position()
 
     @property
     def commanded(self) -> int:
-        """Commanded position at the present time, in counts, in the coordinates that the motor's program uses.
-
-        The command `O=` shifts these coordinates, and F=2 inverts them.
-        """
+        """Commanded position in counts, in the program's coordinates (`O=` shifts them, F=2 turns them)."""
         return self._source.commanded()
 
     @property
     def setpoint(self) -> int:
-        """Commanded position of the shaft in encoder counts; with the servo off, the actual position.
-
-        `setpoint - position` is the following error.
-        """
+        """Commanded position in counts, actual with the servo off; `setpoint - position`: following error."""
         return self._source.setpoint()
 
     @property
@@ -328,10 +275,7 @@ class ServoAxis:
 
     @property
     def resting(self) -> bool:
-        """Always False, because the shaft of a servo axis can move at any time.
-
-        True would mean that the axis stays at rest until the event `on_motion`.  A person can turn the shaft by hand.
-        """
+        """Always False, because a shaft can be turned by hand at any time, without `on_motion`."""
         return False
 
     @property
@@ -341,7 +285,7 @@ class ServoAxis:
 
     @property
     def follows(self) -> Followed | None:
-        """Axis to which the motor's external encoder is coupled; None if the encoder is coupled to no axis."""
+        """The axis on which this motor's master encoder is mounted."""
         return self.master.followed
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:  # noqa: ARG002
@@ -352,10 +296,7 @@ class ServoAxis:
         )
 
     def positions_ahead(self, times_ns: range) -> Sequence[int]:
-        """Return the present position of the axis, followed by its predicted positions at the times `times_ns`.
-
-        Only certain positions are predicted.  The predictions are valid until `on_replan`.
-        """
+        """Return the position now, and the certain ones at `times_ns`, which are valid until `on_replan`."""
         return self._source.positions_ahead(times_ns)
 
     def next_sample_ns(self) -> int | None:
@@ -369,20 +310,12 @@ class ServoAxis:
 
     @property
     def energy(self) -> float:
-        """Energy in J that the motor windings have received since the bench was created.
-
-        The energy includes heat of the windings, and mechanical work.
-
-        The energy decreases while the motor brakes into the supply.  Without a data sheet the energy is 0.
-        """
+        """Energy in J that the windings have received; it falls while braking into the supply; 0 if ideal."""
         return self._source.energy_nj() / 1e9
 
     @property
     def ambient(self) -> float:
-        """Temperature around the motor, in degrees Celsius.
-
-        Defects override the setting; the latest defect wins.
-        """
+        """Temperature around the motor, in degrees Celsius.  Defects override the setting; the latest defect wins."""
         return self._ambient.values[-1]
 
     @ambient.setter
@@ -417,10 +350,7 @@ class ServoAxis:
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """Block the shaft if `on` is True; release the shaft if `on` is False.
-
-        The trajectory continues.
-        """
+        """Block the shaft, or release it; the trajectory continues."""
         self.manual_actions.report(ManualAct.JAM, bool(on))
         self._jams.set(bool(on))
 
@@ -434,10 +364,7 @@ class ServoAxis:
         return min(self._torque.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """Simulate a defect that leaves only a fraction of the motor torque.
-
-        `left`: the remaining fraction, 0 to 1.  Return a function that ends the defect.
-        """
+        """Reduce the motor's torque to the fraction `left`, 0 to 1.  Return a function that ends the defect."""
         return self._torque.add(left)
 
     @property
@@ -446,10 +373,7 @@ class ServoAxis:
         return min(self._supply.values)
 
     def sag(self, left: float) -> Callable[[], None]:
-        """Simulate a defect that reduces the supply voltage.
-
-        `left`: the remaining fraction, 0 to 1.  Return a function that ends the defect.
-        """
+        """Reduce the supply voltage to the fraction `left`, 0 to 1; return a function that ends the defect."""
         return self._supply.add(left)
 
     def _catch_up(self) -> None:
@@ -460,10 +384,7 @@ class ServoAxis:
 
     @property
     def supply_v(self) -> float:
-        """The supply voltage in V.
-
-        The supply voltage of an ideal motor (a motor without a data sheet) is infinite, and therefore never too low.
-        """
+        """The supply voltage in V; infinite for an ideal motor, which has no data sheet."""
         return inf if self.motor is None else self.supply * self.motor.supply_voltage_v
 
     def _supply_changed(self) -> None:
@@ -471,19 +392,13 @@ class ServoAxis:
         self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Simulate an encoder that counts wrongly, e.g. 99 counts instead of 100.
-
-        The encoder reports `of` counts for every `out_of` true counts.  The motor uses the reported count.
-        """
+        """From now on count `of` for each `out_of` counts.  The motor uses the wrong count."""
         self._source.catch_up()
         self.counts_of, self.counts_out_of = of, out_of
         self._source.replan()
 
     def slip(self, counts: int) -> None:
-        """Simulate an encoder that slips on its shaft by `counts`.
-
-        The motor then uses the wrong count.
-        """
+        """Simulate an encoder that slips on its shaft by `counts`.  The motor then uses the wrong count."""
         self._source.catch_up()
         self._source.slip(counts)
         self._source.replan()
@@ -496,9 +411,7 @@ class ServoAxis:
         self.left_window()
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns at which the encoder count of the axis has changed.
-
-        The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
+        """Return the ns times of encoder count changes, from `start_ns` to before `stop_ns` (None: up to now).
 
         The count is known at samples; changes between two samples are spread evenly.
         """
@@ -515,23 +428,18 @@ class ServoAxis:
         return self._published.subscribe(callback)
 
     def catch_up(self) -> None:
-        """Pass new samples of the shaft position to the subscribers of the axis, up to the present time."""
+        """Publish all samples up to now, without any change."""
         self._source.refresh()
 
     @property
     def forgotten(self) -> bool:
-        """True if the encoder counts of the oldest servo samples have been deleted, to save memory."""
+        """True if old samples have been discarded."""
         return self._counts.forgotten_ns is not None
 
     # Switches
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the shaft has crossed a position in `edges`.
-
-        Edge n lies between the positions n-1 and n.
-
-        Return an unsubscribe function.
-        """
+        """Call `callback()` after each crossing of `edges`, n between n-1 and n; return an unsubscribe function."""
         self._source.catch_up()
         self._edges += edges
         unsubscribe = self._left_window.subscribe(callback)
@@ -552,9 +460,7 @@ class ServoAxis:
 
 
 def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad | None]":
-    """Read the options `motor` and `load` of a servo axis; return the data sheets of the motor and of the load.
-
-    Without the option `motor`, the first result is None: the axis is ideal.
+    """Return the options `motor` (name or values of a data sheet) and `load` as data; None without a motor: ideal.
 
     Raises UsageError.
     """

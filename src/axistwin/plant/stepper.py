@@ -42,10 +42,7 @@ class EncoderView:
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
-        """Move the load by `counts` encoder counts, without turning the motor.
-
-        The load stays displaced until the motor moves the load back.
-        """
+        """Move the load by `counts` without the motor; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
         self._axis.manual_actions.report(ManualAct.PUSH, counts)
         self._encoder.displace(counts)
@@ -63,10 +60,7 @@ class EncoderView:
         return self._encoder.at_index
 
     def subscribe_index(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` at each change of the encoder's channel Z.  Return an unsubscribe function.
-
-        Some calls come without a change, e.g. at the start of a move.
-        """
+        """Call `callback()` whenever the level of channel Z may have changed.  Return an unsubscribe function."""
 
         def edges() -> Sequence[int]:
             _ = self.count
@@ -84,10 +78,7 @@ class EncoderView:
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if the encoder count has changed during the motion from the position `since` to the present position.
-
-        `since`: a motor position in pulses, which the motor has passed in the present move.
-        """
+        """True if the count has changed since the motor was at position `since` in the present move."""
         return self.count != self._encoder.count_at(since)
 
     @property
@@ -97,10 +88,7 @@ class EncoderView:
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """Simulate an encoder that reports a wrong number of counts.
-
-        The encoder reports `of` counts for every `out_of` true counts; 1 of 1 is correct.
-        """
+        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
         _ = self.count  # Update the encoder count before the fault begins.
         self._encoder.miscount(of, out_of)
         self._axis.on_push.emit()
@@ -113,10 +101,7 @@ class EncoderView:
 
 
 class StepperAxis:
-    """A stepper motor with its load and encoder, driven by one step output.
-
-    Without a `motor` the axis is ideal and never stalls.
-    """
+    """A stepper motor with load and encoder; without a `motor` it is ideal and never stalls."""
 
     unit: ClassVar[str] = "pulses"
     """Unit of positions."""
@@ -173,10 +158,7 @@ class StepperAxis:
         self.on_motion.emit()
 
     def replace(self, profile: Profile) -> None:
-        """Replace the velocity profile of the present move.
-
-        `profile` begins at the start of the move.
-        """
+        """Replace the velocity profile of the present move.  `profile` begins at the start of the move."""
         self.train.replace(profile)
         if self._loses_no_steps:
             self.on_motion.emit()
@@ -208,10 +190,7 @@ class StepperAxis:
             pin.sense(lambda: encoder.at_index, encoder.subscribe_index)
 
     def encoder_counted(self, within_ns: int) -> bool:
-        """True if the encoder count has changed during the last `within_ns` nanoseconds.
-
-        Only changes in the present move are included.
-        """
+        """True if the count has changed in the last `within_ns` ns, and in the present move."""
         if self._encoder is None:
             return False
         move = self.train.move
@@ -236,19 +215,12 @@ class StepperAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if the motor follows the velocity profile of the move exactly.
-
-        No steps are lost, and the output is not held.  All positions up to the next move can then be calculated in
-        advance.
-        """
+        """True if positions are predictable up to the next move; lost steps make positions unpredictable."""
         return not self._slips and self._made is None
 
     @property
     def free(self) -> bool:
-        """True if the motor cannot lose steps, and the event `on_motion` has no subscribers.
-
-        The controller can then plan several velocities at once, because nothing else depends on the velocity profile.
-        """
+        """True if the motor cannot lose steps and `on_motion` has no subscribers: then velocities can be planned."""
         return self._loses_no_steps and not self.on_motion
 
     @property
@@ -257,18 +229,11 @@ class StepperAxis:
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return the present position of the axis, as a list of one element.
-
-        Other kinds of axes also return predicted positions.  For a stepper axis, the method `positions_at` predicts
-        later positions.
-        """
+        """Return a list with the present position only."""
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
-        """Return the motor positions at the given times, which must be in ascending order.
-
-        The positions are valid for the latest move, while no steps are lost.
-        """
+        """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
         move = self.train.move
         profile, at_start = move.profile, move.origin - self._lost - self._unmade
         if not installed("numpy"):
@@ -298,10 +263,7 @@ class StepperAxis:
         return self.pulses - self.position
 
     def losing(self) -> Callable[[int], int] | None:
-        """Return a function f(n): the total number of lost steps after n pulses of the present move.
-
-        Return None if the present move loses no steps.
-        """
+        """Return f(n), the lost steps after n pulses of the move; None if the move loses none."""
         if not self._slips:
             return None
         before, direction, found, per_tooth = self._lost, self.train.move.direction, self._slips, self._per_tooth
@@ -324,10 +286,7 @@ class StepperAxis:
 
     @property
     def per_rev(self) -> int | None:
-        """Motor pulses per revolution; None if unknown.
-
-        The value is from the data sheet of the motor or, without this data sheet, from that of the encoder.
-        """
+        """Pulses per revolution from the data sheet of motor or encoder; None: unknown."""
         if self._motor is not None:
             return self._motor.pulses_per_rev
         return self._encoder.data.pulses_per_rev if self._encoder else None
@@ -339,24 +298,15 @@ class StepperAxis:
 
     @property
     def _issued(self) -> int:
-        """Number of pulses that the controller has issued.  A pulse in the negative direction counts as -1."""
         return self.train.move.position_at(self.clock.now)
 
     @property
     def unmade(self) -> int:
-        """Net count of the suppressed step pulses: positive pulses minus negative pulses.
-
-        After `hold`, the step output suppresses all pulses until `let_go`.
-        """
+        """Net count of the pulses that `hold` has suppressed, until `let_go`."""
         return self._unmade if self._made is None else self._issued - self._made
 
     def hold(self, made: int) -> None:
-        """Hold the step output: suppress all further pulses.
-
-        `made`: pulse count at which the output stops.  `let_go` ends the hold.
-
-        The stand-in, which replaces a real controller, calls this when a motion board has stopped the real motor.
-        """
+        """Suppress all pulses after the count `made`, until `let_go`: a board has stopped the real motor."""
         self._lost += self.train.move.direction * self._lost_in_move()
         self._slips, self._made = [], made
         self.on_motion.emit()
@@ -374,10 +324,7 @@ class StepperAxis:
         return move.direction * float(move.profile.rate_at(self.clock.now - move.start_ns))
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times in ns of the issued pulses.
-
-        The first time is at `start_ns` or later, the last time is before `stop_ns` (default: up to now).
-        """
+        """Return the times of issued pulses in ns, from `start_ns` to before `stop_ns` (None: up to now)."""
         return self.train.pulse_times(start_ns, self.clock.now + 1 if stop_ns is None else stop_ns)
 
     @property
@@ -403,16 +350,11 @@ class StepperAxis:
 
     @property
     def strength(self) -> float:
-        """Available motor torque as a fraction of the full torque, 0 to 1.
-
-        Simulated defects reduce the fraction.  If there are several defects, the smallest of their fractions counts.
-        """
+        """Remaining fraction of the motor's torque, 0 to 1; with several defects, the smallest fraction."""
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """Simulate a defect that leaves only a fraction of the motor torque.
-
-        `left`: the remaining fraction, 0 to 1.  With 0 the rotor stops.
+        """Reduce the motor's torque to the fraction `left`, 0 to 1.  With 0 the rotor stops.
 
         An ideal motor distinguishes only 0 from other values.  Return a function that ends the defect.
         """
@@ -425,17 +367,11 @@ class StepperAxis:
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Simulate a defect that applies an additional external torque to the shaft.
-
-        Return a function that ends the defect.
-        """
+        """Apply an external torque to the shaft; return a function that ends the defect."""
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """Block the shaft if `on` is True; release the shaft if `on` is False.
-
-        The pulse output continues.
-        """
+        """Block the shaft, or release it; pulses continue."""
         self.manual_actions.report(ManualAct.JAM, on)
         self._jams.set(on)
 
@@ -461,24 +397,14 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` each time the axis crosses a position in `edges`, in either direction.
-
-        Edge n lies between the positions n-1 and n.
-
-        The call is at the exact pulse.
-
-        Return an unsubscribe function.
-        """
+        """Call `callback()` on the pulse that crosses an edge, n between n-1 and n; return an unsubscribe function."""
         return _EdgeSubscription(self, lambda: edges, callback).end
 
     def _lost_in_move(self, over: bool = False) -> int:
         return self._behind((over or not self.moving) and not self._held) if self._slips else 0
 
     def _behind(self, settled: bool) -> int:
-        """Return the number of steps that the present move has lost.
-
-        `settled`: True if the rotor rests at a tooth, False if it is between two teeth.
-        """
+        """Return the move's lost steps; `settled`: the rotor rests at a tooth, not between two."""
         if not self._slips or self._made is not None:
             return 0
         move = self.train.move
@@ -491,27 +417,19 @@ class StepperAxis:
 
     @property
     def _held(self) -> bool:
-        """True if the motor cannot turn its rotor, because the rotor is blocked or the motor torque is 0."""
         return self.jammed or not self.strength
 
     @property
     def _loses_no_steps(self) -> bool:
-        """True if the motor cannot lose steps.
-
-        An ideal motor loses steps only if its rotor is blocked.
-        """
+        """True if the motor cannot lose steps.  An ideal motor loses steps only if its rotor is blocked."""
         return self._motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
-        """Turn the rotor to its nearest stable position, and recalculate the lost steps for this position.
-
-        The stable positions are one rotor tooth apart.  A rotor that is blocked or has no torque does not turn.
-        """
+        """Move a free rotor to the next tooth, so that the lost pulses are whole teeth."""
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
 
     def _update_held(self) -> None:
-        """Update the number of lost steps after the rotor is blocked or released."""
         if self._held and not self._was_held and not self.moving:
             self._lost, self._slips = self._lost + self.train.move.direction * self._behind(settled=True), []
         self._was_held = self._held
@@ -538,10 +456,6 @@ class StepperAxis:
         return needed / self.strength
 
     def _replan(self) -> None:
-        """Predict in which parts of the present move the motor will lose steps.
-
-        Called after a change of the velocity profile, the motor torque or the load torque.
-        """
         if self._loses_no_steps and not self._held:
             self.on_motion.emit()
             return
@@ -560,11 +474,6 @@ class StepperAxis:
 
 
 class _EdgeSubscription:
-    """Calls a function each time the axis crosses one of several positions.
-
-    The calls are predicted from the present profile of the axis.
-    """
-
     def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], callback: Callable[[], None]) -> None:
         self._axis, self._edges, self._callback = axis, edges, callback
         self._plan, self._waiting = 0, False
@@ -583,7 +492,6 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        """Schedule `callback` for the next time at which the axis crosses one of the given positions."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]
@@ -592,10 +500,7 @@ class _EdgeSubscription:
             axis.clock.call_later(min(due) - axis.clock.now, lambda: self._call(plan))
 
     def _forget(self) -> None:
-        """Cancel the scheduled call of `callback`.
-
-        The event stays scheduled as a background event.
-        """
+        """Cancel the scheduled call of `callback`.  The event stays scheduled as a background event."""
         self._plan += 1
         self._axis.clock.background += self._waiting
         self._waiting = False

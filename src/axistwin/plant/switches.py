@@ -24,7 +24,6 @@ class PositionSwitch:
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
     def _update(self) -> None:
-        """Turn the switch on or off if the axis has entered or left the range of the switch."""
         inside = self._inside()
         if inside is not self.on:
             self.on = inside
@@ -32,10 +31,7 @@ class PositionSwitch:
 
 
 def in_series(switches: Sequence[PositionSwitch], pin: Pin, *, closed: bool = True) -> None:
-    """Connect several switches in series to a pin.
-
-    The pin has the level `closed` while all switches are on, otherwise the opposite level.
-    """
+    """Connect switches in series to a pin, which has the level `closed` while all of them are on."""
 
     def update() -> None:
         pin.set(all(switch.on for switch in switches) is closed)

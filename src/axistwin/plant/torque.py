@@ -16,10 +16,7 @@ from axistwin.units import S
 
 @dataclass(frozen=True)
 class Load:
-    """The load on the shaft of a stepper motor: friction torque in N·m and inertia in kg·m².
-
-    The friction torque acts against the motion.
-    """
+    """The load on the shaft: friction `torque` in N·m against the motion, `inertia` in kg·m²."""
 
     torque: float = 0.0
     inertia: float = 0.0
@@ -31,7 +28,7 @@ class Load:
 
 @dataclass(frozen=True)
 class StepperMotor:
-    """Parameters of a stepper motor from its data sheet, e.g. the torque curve.
+    """A stepper motor's data sheet.
 
     `torque`: (pulses/s, N·m) points of the pull-out curve, linear between them, zero beyond the last. `pull_in`: the
     highest rate in pulses/s at which a rotor at rest falls into step.  `inertia` of the rotor in kg·m².
@@ -79,19 +76,13 @@ class StepperMotor:
         return at_low + (at_high - at_low) * (rate - low) / (high - low)
 
     def to_radians(self, pulses: float) -> float:
-        """Convert a number of pulses to the angle of the shaft in radians.
-
-        The same factor converts pulses/s and pulses/s².
-        """
+        """Convert pulses (or pulses/s, pulses/s²) to radians of the shaft."""
         return pulses * 2 * pi / self.pulses_per_rev
 
 
 @dataclass
 class Slip:
-    """The part of a move in which the rotor loses steps.
-
-    The rotor falls out of step at pulse `first`, and is in step again at pulse `last` (None: never).
-    """
+    """A loss of steps: the rotor stops at pulse `first` and falls into step at pulse `last`; None: not in this move."""
 
     first: int
     last: int | None = None
@@ -100,12 +91,7 @@ class Slip:
 def slips(
     motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
 ) -> list[Slip]:
-    """Predict in which parts of a move the rotor loses steps, e.g. from pulse 200 to pulse 260.
-
-    Steps lost before `elapsed_ns` are not included.
-
-    `needed(acceleration)`: torque in N·m at an acceleration in pulses/s².
-    """
+    """Return slips from `elapsed_ns` on; `needed(acceleration)`: torque in N·m at pulses/s²."""
     found: list[Slip] = [Slip(profile.pulses_by(elapsed_ns))] if out_of_step else []
     before = profile.before
     for j, segment in enumerate(profile.segments):
@@ -130,10 +116,7 @@ def slips(
 
 
 def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> int:
-    """Return the number of steps that the rotor has lost since the start of the move.
-
-    `pulses`: number of pulses since the start of the move.
-    """
+    """Return the number of pulses that the rotor lags after `pulses` pulses of the move."""
     lost = 0
     for slip in found:
         if pulses <= slip.first:
@@ -146,8 +129,5 @@ def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> i
 
 
 def whole_teeth(pulses: int, per_tooth: int) -> int:
-    """Round a number of pulses to the nearest multiple of the pulses per rotor tooth.
-
-    The number of pulses must not be negative.
-    """
+    """Return a number of pulses, 0 or more, rounded to whole teeth."""
     return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth

@@ -27,10 +27,9 @@ _DATED = (2020, 1, 1, 0, 0, 0)
 def build(target: Path, engine: Path) -> Path:
     """Write the playground (a web page that runs axistwin) into the folder `target`.
 
-    Return the path of the web page.
-
-    `engine`: a folder with the files of the npm package `pyodide` and the wheel of pydantic-core for Pyodide.  If the
-    folder has a wheel of axistwin, this wheel is used.  Raises UsageError if a file is missing.
+    Return the path of the web page.  `engine`: a folder with the files of the npm package `pyodide` and the wheel of
+    pydantic-core for Pyodide.  If the folder has a wheel of axistwin, this wheel is used.  Raises UsageError if a file
+    is missing.
     """
     cores = sorted(engine.glob(CORE))
     if not cores:
@@ -60,10 +59,6 @@ def build(target: Path, engine: Path) -> Path:
 
 
 def _wheel(engine: Path) -> tuple[str, bytes]:
-    """Return the name and the contents of axistwin's Python package (a wheel file).
-
-    The wheel is read from the folder `engine`, or made from the installed files.
-    """
     wheel = f"axistwin-{VERSION}-py3-none-any.whl"
     if (engine / wheel).is_file():
         return wheel, (engine / wheel).read_bytes()
@@ -85,7 +80,6 @@ def _libraries() -> Iterator[tuple[str, bytes]]:
 
 
 def _installed(found: Distribution) -> Iterator[tuple[str, bytes]]:
-    """Yield the path and the contents of each installed file of a Python distribution."""
     for path in found.files or ():
         place = Path(str(path.locate()))
         if ".." not in path.parts and place.suffix not in (".pyc", ".so") and place.is_file():

@@ -23,10 +23,7 @@ class Curve:
 
 
 class Curves:
-    """Samples of the position and the velocity of all axes of a session.
-
-    The times depend on virtual time alone, so equal runs give equal samples.
-    """
+    """Samples of all axes' position and velocity, whose times depend on virtual time alone."""
 
     def __init__(self, session: Session) -> None:
         self._session, self._bench = session, session.bench
@@ -40,10 +37,7 @@ class Curves:
 
     @property
     def samples(self) -> int:
-        """Number of recorded positions of each axis; each position is recorded together with the velocity.
-
-        The first position is recorded at the virtual time 0.
-        """
+        """Number of samples up to now; the first sample is at the virtual time 0."""
         return max((len(curve.positions) for curve in self.axes.values()), default=0)
 
     @property
@@ -59,9 +53,7 @@ class Curves:
             curve.velocities.append(float(found.velocity))
 
     def advance(self, until_ns: int) -> Iterator[int]:
-        """Advance virtual time to `until_ns`, and record the position and velocity of all axes meanwhile.
-
-        Yields the time of each new sample of position and velocity.
+        """Advance the bench to a time, and yield the time of each sample.
 
         Samples that are due before the present time, for example during a load, have the present values.
         """
@@ -83,10 +75,7 @@ class Curves:
         self.interval_ns *= 2
 
     def window(self, from_ns: int, points: int) -> dict[str, dict[str, list[list[float]]]]:
-        """Return the position and velocity curves of all axes, from the time `from_ns` to the present.
-
-        A curve is a list of samples; a sample is a pair `[seconds, value]`.
-        Each curve has at most `2 * points` samples.
+        """Return `[seconds, value]` pairs since a time, by axis and quantity; at most `2 * points` pairs of each curve.
 
         A group of neighbouring samples is represented by its least and its greatest value, in the order of their times.
         """
@@ -109,7 +98,7 @@ class Curves:
         return found
 
     def table(self) -> str:
-        """Return the recorded positions and velocities of all axes as a CSV table."""
+        """Return all samples as CSV."""
         head = [f"{name}.{quantity}" for name in self.axes for quantity in ("position", "velocity")]
         rows = [",".join(("seconds", *head))]
         for n in range(self.samples):

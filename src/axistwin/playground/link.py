@@ -17,10 +17,7 @@ LONGEST_CONTENTS = 4_000_000
 
 @dataclass(frozen=True)
 class Shared:
-    """Contents of a share link: a scene's files, a virtual time and a version.
-
-    The keys of the files are file names.
-    """
+    """Contents of a share link: a scene's files by name, a virtual time and a version."""
 
     files: dict[str, str]
     at_ns: int
@@ -30,9 +27,8 @@ class Shared:
 def encode(shared: Shared) -> str:
     """Compress the files of a scene to the text of a share link (a web address that opens the scene).
 
-    The link also contains a virtual time.  The text follows the `#`.
-
-    Raises UsageError for contents that are too large.
+    The link also contains a virtual time.  The text follows the `#`.  Raises UsageError for contents that are too
+    large.
     """
     data = json.dumps(asdict(shared), ensure_ascii=False, separators=(",", ":"), sort_keys=True).encode()
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
@@ -46,9 +42,8 @@ def encode(shared: Shared) -> str:
 def decode(fragment: str) -> Shared:
     """Return the files of a scene from a share link (a web address that opens the scene).
 
-    The link also contains a virtual time.  `fragment`: the part of the link that follows the `#`.
-
-    Raises UsageError for a damaged link.
+    The link also contains a virtual time.  `fragment`: the part of the link that follows the `#`.  Raises UsageError
+    for a damaged link.
     """
     if len(fragment) > LONGEST_LINK:
         raise UsageError(f"the URL of the shared scene has {len(fragment)} characters: expected at most {LONGEST_LINK}")
@@ -69,7 +64,6 @@ def decode(fragment: str) -> Shared:
 
 
 def _shared(found: object) -> Shared:
-    """Return the contents of a share link; raise ValueError if a part is missing or has a wrong type."""
     match found:
         case {"files": dict(files), "at_ns": int(at_ns), "version": str(version)} if at_ns >= 0 and files:
             if all(isinstance(part, str) for item in files.items() for part in item):

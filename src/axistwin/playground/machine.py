@@ -39,9 +39,7 @@ _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
 
 
 class Playground:
-    """Opens and simulates a scene (virtual controllers and machines) for the playground's web page.
-
-    `folder`: directory for the files of the scene; its contents are replaced.
+    """The open session of a page.  `folder`: directory for the files of the scene; its contents are replaced.
 
     All methods return data that JSON can contain.  They raise AxistwinError for an error of the user.
     """
@@ -54,10 +52,7 @@ class Playground:
     # Open
 
     def choices(self) -> dict[str, Any]:
-        """Return the models and the examples that the user can open.
-
-        The version of axistwin and the largest size of a scene's files are also returned.
-        """
+        """Return the models and examples to open, the version, and the largest size of a scene's files."""
         found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
         return {
             "version": VERSION,
@@ -67,10 +62,7 @@ class Playground:
         }
 
     def open_model(self, model: str) -> dict[str, Any]:
-        """Open a scene that contains one controller of the type `model`, e.g. `if1`.
-
-        The controller has default options.
-        """
+        """Open one controller of a model with its default options."""
         return self.open_files({SCENE: f'[[controller]]\nmodel = "{model}"\nname = "{model}"\n'})
 
     def open_example(self, name: str) -> dict[str, Any]:
@@ -81,10 +73,7 @@ class Playground:
         return self.open_files(texts, example.scene)
 
     def open_link(self, fragment: str) -> dict[str, Any]:
-        """Open the scene of a share link.
-
-        `target_ns` of the answer is the time of the link.
-        """
+        """Open the scene of a share link.  `target_ns` of the answer is the time of the link."""
         shared = decode(fragment)
         opened = self.open_files(shared.files)
         other = shared.version != VERSION
@@ -256,10 +245,7 @@ class Playground:
     # Act
 
     def send(self, name: str, text: str) -> list[str]:
-        """Send a line of text to a controller, and return explanations of the line.
-
-        A board receives the line as a command.
-        """
+        """Send a line to a controller, to a board as a command; return explanations of the line."""
         session, controller = self._now, self._now.bench[name]
         tutor = self._tutors[name]
         if on_a_bus(controller):
@@ -299,17 +285,11 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        """Return the last part of a share link: the text after the character `#`.
-
-        The text contains the present state.
-        """
+        """Return the fragment of a link to the present state."""
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
-        """Save the session as a scene, and return the files of the scene in a ZIP archive.
-
-        The command `axistwin run` repeats the session from the scene.
-        """
+        """Return a ZIP archive of a scene that repeats this session with `axistwin run`."""
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, text in self._now.save().items():
@@ -322,7 +302,6 @@ class Playground:
 
 
 def _value(controller: Controller, item: Item) -> int | None:
-    """Return the value that a lamp shows; None while the controller's power is off."""
     value = controller.read(item.source)
     return None if value is None else int(value)
 

@@ -16,10 +16,7 @@ class Pictures:
         self._of = {name: _Machine(session, controller) for name, controller in session.bench.controllers.items()}
 
     def overview(self, name: str) -> list[dict[str, Any]]:
-        """Return a list that describes all drawings for the controller `name`, e.g. the drawing of an axis.
-
-        A description has the name, the CSS classes, the contents and the axis.
-        """
+        """Return name, CSS classes and contents of each drawing of a controller, and its axis if it has one."""
         return [
             {"name": drawing.name, "kind": drawing.kind, "art": drawing.art, "axis": axis}
             for axis, drawing in self._of[name].drawings()
@@ -31,10 +28,7 @@ class Pictures:
         return acts | {*self._of[name].switches.outputs}
 
     def changes(self) -> dict[str, list[Change]]:
-        """Return all changes of the machine drawings on the page since the previous call of `changes`.
-
-        The keys are the names of the drawings.
-        """
+        """Return the changes since the last call, by the name of the drawing."""
         smooth = self._flow.is_smooth(self._session.bench)
         for name, machine in self._of.items():
             machine.show(self._session.bench.controllers[name], self._trails, smooth=smooth)
@@ -42,10 +36,7 @@ class Pictures:
         return {name: changes for name, changes in taken.items() if changes}
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action for a mouse click on a drawing of a controller, e.g. open a limit switch.
-
-        `part`: the part of the drawing that was clicked.
-        """
+        """Perform the action of a part of a drawing that the user has clicked."""
         for machine in self._of.values():
             for _, each in machine.drawings():
                 if each.name == drawing:
@@ -53,8 +44,6 @@ class Pictures:
 
 
 class _Machine:
-    """Drawings of the machine that a controller drives: axes, X-Y table, switches and lamps."""
-
     def __init__(self, session: Session, controller: Controller) -> None:
         press = partial(session.do, controller.name)
         self._figures: dict[str, Figure] = {axis: figure(controller, axis, press) for axis in controller.axes}
@@ -65,16 +54,12 @@ class _Machine:
         self._tool = outputs[0] if outputs else ""
 
     def drawings(self) -> list[tuple[str, Drawing]]:
-        """Return all drawings of the controller, as pairs of axis name and drawing.
-
-        The name is "" for a drawing that shows several axes or no axis.
-        """
+        """Return the drawings, each with its axis; "" for a drawing of several axes or none."""
         table = [] if self._table is None else [("", self._table.drawing)]
         figures = [(axis, shown.drawing) for axis, shown in self._figures.items()]
         return [*table, *figures, ("", self.switches.drawing)]
 
     def show(self, controller: Controller, trails: Trails, *, smooth: bool) -> None:
-        """Update all drawings of the controller."""
         for shown in self._figures.values():
             shown.show(controller, smooth=smooth)
         if self._table is not None:

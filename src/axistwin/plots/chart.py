@@ -22,10 +22,7 @@ MOST = 10_000
 
 @dataclass
 class Curve:
-    """A curve of a chart, with its values and times.
-
-    `times`: time in seconds at which each value starts.
-    """
+    """A curve of a chart, with its values and times.  `times`: time in seconds at which each value starts."""
 
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
@@ -35,10 +32,7 @@ class Curve:
         return Curve(self.times, [value / by for value in self.values])
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """Reduce the number of the curve's points, without a visible change in a picture.
-
-        `most`: largest number of points.
-        """
+        """Reduce the points to at most `most`, without a visible change in a picture."""
         if len(self.times) <= most:
             return self
         thin = Curve([self.times[0]], [self.values[0]])
@@ -54,10 +48,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Fault:
-    """An injected fault to draw in a chart, with the fault's name, start time and end time.
-
-    `end_ns` is None while the fault is active.
-    """
+    """A fault to draw, with name, start and end; `end_ns` is None while it is active."""
 
     name: str
     begin_ns: int
@@ -92,7 +83,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Word:
-    """A text to draw in a chart, e.g. a message, and the time at which the text begins."""
+    """A text with its start time."""
 
     time_ns: int
     text: str
@@ -100,10 +91,7 @@ class Word:
 
 @dataclass
 class Chart:
-    """Contents of a picture with a time axis.
-
-    The time axis is from `from_ns` to `edge_ns`; the data end at `to_ns`.
-    """
+    """A picture with a time axis from `from_ns` to `edge_ns`; the data end at `to_ns`."""
 
     title: str
     from_ns: int

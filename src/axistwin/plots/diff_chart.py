@@ -15,10 +15,7 @@ BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
 
 
 def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:
-    """Return a chart of the signals that differ between two traces.
-
-    The chart begins shortly before the first difference, and shows at most `MOST` signals.
-    """
+    """Return a chart of the signals that differ first, beginning shortly before the first difference."""
     drawn = found.differences[:MOST]
     begin_ns, last_ns = drawn[0].time_ns, drawn[-1].time_ns
     around_ns = max(BEFORE_NS, (last_ns - begin_ns) // 4)

@@ -154,10 +154,6 @@ class _Picture:
             )  # fmt: skip
 
     def _draw_faults(self, rows: Sequence["Axes"]) -> None:
-        """Draw each fault as a bar above the plot, with the name of the fault.
-
-        Thin lines mark the start and the end of the fault.
-        """
         for begin_ns, end_ns, level, name in self._packed():
             for row in rows:
                 for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
@@ -179,12 +175,6 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield each fault that the chart shows, and the row in which the name of the fault is drawn.
-
-        The rows are above the plot.  The row is None if there is no space for the name.
-
-        The elements are the start, the end, the row and the name.
-        """
         chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
         for fault in chart.faults:
             begin_ns = max(fault.begin_ns, chart.from_ns)
@@ -221,7 +211,6 @@ class _Picture:
             row.set_ylim(value - count, value + count)
 
     def _add_counts(self, row: "Axes", per: float, counts: str) -> None:
-        """Add a scale in pulses or counts on the right side of a panel."""
         import numpy as np
 
         scales = (lambda values: np.asarray(values) * per, lambda numbers: np.asarray(numbers) / per)
@@ -231,7 +220,6 @@ class _Picture:
         right.spines["right"].set_visible(True)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """Draw each signal in its own row: levels as a line, texts as boxes."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():
@@ -266,7 +254,6 @@ class _Picture:
         return (chart.edge_ns - chart.from_ns) / inches * 0.66 * WORDS_SIZE / 72
 
     def _draw_words(self, row: "Axes") -> None:
-        """Draw a tick mark for each message, and the text of the message if there is space."""
         speakers = list(self.chart.words)
         for n, (speaker, words) in enumerate(self.chart.words.items()):
             place = float(len(speakers) - 1 - n)
@@ -289,10 +276,6 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Select message texts that fit into the diagram without overlapping each other.
-
-        Yields the time, the row in the chart, and the text of each selected message.
-        """
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

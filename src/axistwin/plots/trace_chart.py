@@ -26,10 +26,9 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """Return a chart of the signals in a trace (a recording of a simulation).
+    """Return a chart of the signals matched by patterns, from `from_ns` to `to_ns`.
 
-    The chart shows all signals that match one of `patterns`.  If a time limit is None, the chart begins or ends with
-    the events.  Raises UsageError if a pattern has no match.
+    If a limit is None, the chart begins or ends with the events.  Raises UsageError for a pattern without a match.
     """
     return _Drawn(trace, trace.choose(tuple(patterns)), from_ns, to_ns, title, tuple(patterns) == (EVERYTHING,)).chart
 
@@ -50,10 +49,6 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """Return the times of the first change and of the last change of each signal.
-
-        Signals that contain messages or other texts are left out.
-        """
         found = []
         for name, track in self.tracks.items():
             last = name.rpartition(".")[2]
@@ -65,11 +60,9 @@ class _Drawn:
         return name.partition(".")[2] if self._alone else name
 
     def _changes(self, track: Track) -> bool:
-        """True if the signal changes within the time range of the chart."""
         return any(self.chart.from_ns < track.times[n] <= self.chart.to_ns for n in range(1, len(track)))
 
     def _add_axes(self) -> None:
-        """Add plots, e.g. of the position, for each axis that moves within the time range of the chart."""
         scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
         for scope in scopes:
             tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
@@ -82,7 +75,6 @@ class _Drawn:
                     self.chart.panels[first:] = [in_units(panel, units) for panel in panels]
 
     def _units(self, scope: str) -> MachineUnits | None:
-        """Return the machine unit of an axis, e.g. mm, or None if the trace contains no valid unit."""
         written = self._about.get(f"units {scope}")
         try:
             return None if written is None else MachineUnits.written(written)
@@ -113,10 +105,6 @@ class _Drawn:
             self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
-        """Add a signal to the chart unless the signal is constant.
-
-        Messages and faults are always added.
-        """
         last = name.rpartition(".")[2]
         if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
@@ -134,7 +122,6 @@ class _Drawn:
             self.chart.panels.append(Panel(label, [Line(curve)], FLAT, colour=next(self._colours)))
 
     def _add_words(self, name: str, track: Track) -> None:
-        """Add the messages of the host or of the controller as texts along the time axis of the chart."""
         scope, _, which = name.rpartition(".")
         if self._alone:
             who = "host" if which == "host_says" else "controller"
@@ -146,10 +133,7 @@ class _Drawn:
 
 
 def in_units(panel: Panel, units: MachineUnits) -> Panel:
-    """Convert the curves of a diagram to a machine unit, e.g. mm.
-
-    A second scale of the diagram shows pulses or counts.
-    """
+    """Convert curves to a machine unit, e.g. mm; a second scale shows pulses or counts."""
     label, _, counts = panel.label.replace("error, counts", "error\ncounts").rpartition("\n")
     per_second = "/s" if counts.endswith("/s") else ""
     joint = ", " if label.endswith("error") else "\n"
@@ -159,20 +143,14 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the text values of a recorded signal between two times.
-
-    The value that is already valid at `from_ns` is included.
-    """
+    """Return the texts that are valid at any time from `from_ns` to `to_ns`."""
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield each recorded fault with its start time and its end time.
-
-    The values of `track` are lists of the active faults, e.g. `jam, lose`.
-    """
+    """Yield the faults in a signal whose values are lists of active faults, e.g. `jam, lose`."""
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):
         names = [name for name in str(text).split(", ") if name]
@@ -183,10 +161,7 @@ def faults(track: Track) -> Iterator[Fault]:
 
 
 def messages(track: Track) -> list[Word]:
-    """Join the recorded characters of a serial line into messages.
-
-    Each value of the signal has one character more than the value before, e.g. `X`, `X3`, `X3@`.
-    """
+    """Join characters into messages; each value has one more than that before: `X`, `X3`, `X3@`."""
     found: list[Word] = []
     before = ""
     for time_ns, text in zip(track.times, track.values, strict=True):

@@ -11,10 +11,7 @@ from axistwin.probing.ends import End
 
 @dataclass(frozen=True)
 class Case:
-    """Requests that test whether a real controller and a simulated controller answer alike.
-
-    The requests are one test case of `axistwin probe`.  The simulated controller is called the twin.
-    """
+    """One comparison of a probe: requests that are sent in order, whose answers are compared with those of a twin."""
 
     name: str
     section: str
@@ -44,19 +41,13 @@ class Case:
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
     def wait(self, number: int, otherwise: float) -> float:
-        """Return the time in seconds to wait for the answer to a request.
-
-        `number`: number of the request in the test case.
-        """
+        """Return the seconds to wait for the answer to request `number` of the case."""
         return dict(self.waits).get(number, otherwise)
 
 
 @dataclass
 class Condition:
-    """State of a real controller at the start of `axistwin probe`.
-
-    The texts `no_writes`, `no_motion`, `no_memory` and `machine` give the reason why some test cases are impossible.
-    """
+    """State at the start.  `no_writes`, `no_motion`, `no_memory`, `machine`: why some cases are impossible."""
 
     facts: dict[str, str] = field(default_factory=dict)
     """Facts for the report: firmware, part number."""
@@ -74,10 +65,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Dialect:
-    """Functions and data for testing real controllers of one family, e.g. SmartMotors.
-
-    The command `axistwin probe` uses these functions.
-    """
+    """Functions and data with which `axistwin probe` tests one family."""
 
     cases: Callable[[Product, Mapping[str, str]], list[Case]]
     """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""
@@ -123,10 +111,7 @@ def dialect(product: Product) -> Dialect:
 
 
 def around(low: int | None, high: int | None) -> dict[str, int]:
-    """Return the limits of a parameter's range and the next values outside the range, e.g. as test values.
-
-    The key of each value describes the value, e.g. "below the lowest".
-    """
+    """Return test values by description: both ends of a range, and the values just inside and outside."""
     found: dict[str, int] = {}
     if low is not None:
         found |= {"lowest": low, "below the lowest": low - 1}

@@ -36,7 +36,7 @@ class Motion(StrEnum):
 
 
 class Verdict(StrEnum):
-    """Verdict on a test case, e.g. "same" if the answers of twin and controller are equal."""
+    """Result of the comparison of two answers."""
 
     SAME = "same"
     DIFFERS = "differs"
@@ -45,7 +45,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Result:
-    """Result of one test case: the verdict, and the answers of the twin and of the controller."""
+    """Result of one case."""
 
     case: Case
     verdict: Verdict
@@ -54,7 +54,7 @@ class Result:
     received: tuple[Answer, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result of the test case as data for a JSON file."""
+        """Return the result as JSON."""
         return {
             "name": self.case.name, "section": self.case.section, "moves": self.case.moves, "writes": self.case.writes,
             "verdict": str(self.verdict), "reason": self.reason, "sent": [said.hex(" ") for said in self.case.says],
@@ -98,7 +98,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Settings:
-    """The user's settings for `axistwin probe`, which compares a real controller with a virtual twin."""
+    """Settings of a probe."""
 
     motion: Motion = Motion.NONE
     as_new: bool = False
@@ -154,17 +154,12 @@ def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | 
 
 
 def _permitted(case: Case, settings: Settings) -> bool:
-    """True if the user's settings permit a test case on a real controller, e.g. a test case with motion."""
     moves = settings.motion is not Motion.NONE
     permitted = (moves or not case.moves) and (settings.memory or not case.stores)
     return permitted and (settings.as_new or not case.bare) and (settings.plug or not case.plug)
 
 
 def _reason(case: Case, condition: Condition, settings: Settings) -> str | None:
-    """Return the reason why a test case cannot be run on the controller at present.
-
-    Return None if the test case can be run.
-    """
     reasons = [condition.no_writes if case.writes else "", condition.no_motion if case.moves else "",
                condition.no_memory if case.stores else ""]  # fmt: skip
     if not settings.as_new and (case.moves or case.stores):
@@ -376,10 +371,7 @@ def _steady(case: Case, said: Sequence[bytes], got: Sequence[bytes]) -> bool:
 
 
 def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> bool:
-    """True if only one controller, the real or the virtual one, has answered a request.
-
-    False if any answer reports something else than moves or sequences.
-    """
+    """True if only one of controller and twin has answered; False unless it reports moves or sequences."""
     if not family.definitions:
         return False
     one_sided = any(bool(one) is not bool(other) for one, other in zip(said, got, strict=True))
@@ -395,7 +387,7 @@ def _fits(
     tolerance: float | None,
     facts: Mapping[str, str],
 ) -> list[str]:
-    """Return the option values for which the virtual controller answers most like the real controller.
+    """Return the option values with which the twin answers most alike.
 
     A twin with more differences than the best one so far is not asked further.
     """
@@ -429,12 +421,7 @@ def _fits(
 
 
 def other_values(made: Product, suggested: Mapping[str, list[object]]) -> list[tuple[str, Any]]:
-    """Return the option values to try in the virtual controller, e.g. `busy="ignore"`.
-
-    With one of these values, the virtual controller may answer like the real controller.
-
-    Returns pairs of option name and value.  The suggested values come first, and values other than the defaults follow.
-    """
+    """Return values to try for each option of the model: all choices, half and double times, suggested values."""
     hints = get_type_hints(made.options)
     default = made.options()
     found: list[tuple[str, Any]] = [(name, value) for name, values in suggested.items() for value in values]

@@ -190,11 +190,6 @@ def _shown_elsewhere(case: Callable[..., Case], commands: dict[int, Opcode]) -> 
 
 
 def _sequences(case: Callable[..., Case]) -> list[Case]:
-    """Return test cases for stored sequences, e.g. a sequence that waits for a trigger.
-
-    The sequences contain no motion commands.
-    """
-
     def sequence(code: int, *texts: str, then: tuple[str, ...] = (), name: str = "", wait_s: float = 0.4) -> Case:
         return case(code, "D9 0F", *texts, "01 07", "D8", "41 0F", *then, "79", "DA 0F", name=name, wait_s=wait_s)
 
@@ -346,10 +341,7 @@ def equip(controller: Controller, facts: Mapping[str, str]) -> None:
 
 
 def examine(end: End, _: Product) -> Condition:
-    """Read the mode, part number and state of the board.
-
-    Raises LinkError if the board does not answer or the motor is moving.
-    """
+    """Read mode, part number and state.  Raises LinkError if the board is silent or the motor moves."""
     answers = {}
     for code in (MODE, MOVING, PART):
         answers[code] = end.ask_again(bytes((code,)), re.escape(bytes((code,))) + b".{15}")

@@ -180,10 +180,7 @@ def _moves(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
-    """Return test cases for the durations of the steps of a sequence.
-
-    Each sequence sends `%` when its steps have ended.
-    """
+    """Return cases for the durations of steps; each sequence sends `%` at the end of its steps."""
     setting = {
         "<": (b"<8", b"<4"), ">": (b">4", b">1"), "^": (b"^20", b"^4"), "D": (b"D5", b"D0"), "Y": (b"^10", b"^4"),
         "Z": (b"^10", b"^4"),
@@ -207,10 +204,7 @@ def _durations(commands: dict[str | int, Instruction], end: bytes) -> list[Case]
 
 
 def _ramp(commands: dict[str | int, Instruction], end: bytes) -> Case:
-    """Return a test case that measures how much time the interface needs to calculate a ramp.
-
-    The interface answers the request `F` only after the calculation.
-    """
+    """Return a case that measures the ramp's calculation, after which the interface answers `F`."""
     says = (b"^7" + end, b"F" + end, b"^4" + end, b"F" + end)
     waits = ((0, RAMP_S), (2, RAMP_S))
     return Case("the time of a calculation", commands["^"].chapter, says, writes=True, waits=waits, bare=True)

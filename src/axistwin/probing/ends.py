@@ -137,7 +137,7 @@ class End(ABC):
     @property
     @abstractmethod
     def now(self) -> float:
-        """Time in seconds: virtual time for a virtual controller, real time for a controller at a port."""
+        """Time of this end in seconds."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
@@ -155,14 +155,11 @@ class End(ABC):
         """Return received data that belong to an earlier request."""
 
     def set_line(self, line: UartFormat) -> None:  # noqa: B027  # a bus has no line format
-        """Change the baud rate and frame of a serial port.
-
-        For a board on a bus, the function does nothing.
-        """
+        """Change baud rate and frame, if the port has any."""
 
     @property
     def user_bits(self) -> int:
-        """User bits (bits 0 to 2) of a board's status byte; 0 for a serial controller."""
+        """The user bits of a board's status byte."""
         return 0
 
     @abstractmethod
@@ -171,10 +168,7 @@ class End(ABC):
 
 
 class VirtualEnd(End):
-    """Sends data to a virtual controller, and receives the controller's answers.
-
-    All times are in virtual time.
-    """
+    """Sends data to a virtual controller, and receives the controller's answers.  All times are in virtual time."""
 
     grain_s = 0.0005
     exact = True
@@ -311,10 +305,7 @@ class SerialEnd(End):
 
 
 class BusEnd(End):
-    """Host side of a TCP connection to the bus of an indexer board.
-
-    Commands and messages use the handshake of the manual's chapter Reading and writing.
-    """
+    """The host's end of a bus socket; commands and messages use the handshake of chapter Reading and writing."""
 
     messages = True
     has_line = False

@@ -14,7 +14,7 @@ tr { border-bottom: 1px solid #d8dde3 } code { font-size: 13px; overflow-wrap: a
 
 
 def html(probe: Probe) -> str:
-    """Return the results of `axistwin probe` (tests of a real controller) as an HTML page."""
+    """Return the report as HTML."""
     counts = ", ".join(f"{len(probe.of(verdict))} {verdict}" for verdict in Verdict)
     facts = "".join(
         f"<li>{escape(name)}: {escape(repr(text)[1:-1])}</li>" for name, text in probe.condition.facts.items()

@@ -36,10 +36,8 @@ _PARITIES = {"N": 1, "O": 3, "E": 4}
 def read_command_lines(text: str, file: str = "") -> Iterator[Act]:
     """Parse an `.if1` file (a list of commands), and yield the command or action of each line.
 
-    A line is a command, a pause (`+` line) or an operator's action (`!` line).
-
-    A command line becomes a `Say` without the CR.  Comments and blank lines are left out.  The characters of a line
-    keep their columns.
+    A line is a command, a pause (`+` line) or an operator's action (`!` line).  A command line becomes a `Say` without
+    the CR.  Comments and blank lines are left out.  The characters of a line keep their columns.
     """
     lines = text.splitlines()
     keyboard = named_keyboard(lines)
@@ -52,9 +50,8 @@ def read_command_lines(text: str, file: str = "") -> Iterator[Act]:
 def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -> Act | None:
     """Parse one line of an `.if1` file.
 
-    Returns None for a blank line or a comment.  Raises ProgramError.
-
-    `keyboard`: the national keyboard on which the line was typed.
+    Returns None for a blank line or a comment.  Raises ProgramError.  `keyboard`: the national keyboard on which the
+    line was typed.
     """
     words = line.partition(";")[0].rstrip()
     if words.lstrip().startswith(("+", "!")):
@@ -63,10 +60,7 @@ def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -
 
 
 def named_keyboard(lines: Iterable[str]) -> str:
-    """Return the keyboard layout from a comment of a program, e.g. `germany` from `; keyboard: germany`.
-
-    The comment is at the beginning of the program.  The default is `us`.
-    """
+    """Return the national keyboard named in the first comments, `; keyboard: germany`, or "us"."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -77,10 +71,7 @@ def named_keyboard(lines: Iterable[str]) -> str:
 
 
 def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], object]:
-    """Return a function that performs an operator's action, e.g. `!input1 high`.
-
-    Raises ProgramError if the action is invalid.
-    """
+    """Return a function that performs an action, e.g. `!input1 high`.  Raises ProgramError if it is invalid."""
     try:
         return action(controller, act.target, act.value)
     except ProgramError as error:
@@ -88,10 +79,7 @@ def prepared_action(controller: Controller, act: Do, file: str) -> Callable[[], 
 
 
 def run_until_quiet(bench: Bench, deadline_ns: int) -> bool:
-    """Run the simulation until no planned events are left.
-
-    Returns False if `deadline_ns` is reached first.
-    """
+    """Run the simulation until no planned events are left.  Returns False if `deadline_ns` is reached first."""
     while not bench.clock.quiet:
         due_ns = bench.clock.next_event_ns()
         if due_ns is None or due_ns > deadline_ns:
@@ -131,10 +119,7 @@ def _never_waits(act: Act) -> bool:
 
 
 def not_sent(line: int, bench: Bench) -> str:
-    """Return a note that the simulation ended before the whole program was sent.
-
-    `line`: number of the first line that was not sent.
-    """
+    """Return a note that the simulation ended before the program's line `line` was sent."""
     return (
         f"line {line} and later lines were not sent, because an earlier line is not finished at {bench.seconds:g} s: "
         f"write +SECONDS above line {line} to send line {line} at a given time"
@@ -159,10 +144,7 @@ class _LineSender:
         return interfaces[0]
 
     def prepare(self, act: Act) -> Callable[[], bool]:
-        """Return a function that performs one line of the program.
-
-        The function returns False if the deadline comes first.
-        """
+        """Return a function that performs one line; it returns False if the deadline comes first."""
         match act:
             case Wait():
                 return partial(self._wait, act.ns)
@@ -173,10 +155,7 @@ class _LineSender:
         raise AssertionError(f"invalid action {act!r}: expected an object of the class Wait, Say or Do")
 
     def initialise(self) -> None:
-        """Establish contact with the interface, and set its data format.
-
-        Sends `(` until the interface answers with `U`.  The next message sets the data format.
-        """
+        """Send `(` until the interface answers `U`, and then the data format message."""
         wanted = self.port.host.format
         self.port.host.format, message = greeting(wanted)
         self.bench.run(SELF_TEST_S)
@@ -215,10 +194,7 @@ class _LineSender:
         return True
 
     def _free(self) -> bool:
-        """Run the simulation until the interface can receive a character.
-
-        Returns False if the deadline comes first.
-        """
+        """Run until the interface can receive a character; return False if the deadline comes first."""
         left_s = to_seconds(max(0, self.deadline_ns - self.bench.now))
         return self.bench.run_until(lambda: self.port.dtr and not self.port.pending, left_s)
 
@@ -237,16 +213,11 @@ def _characters(words: str, number: int, file: str) -> bytes:
 
 
 def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
-    """Return the message with which a host sets the data format of an interface, e.g. `U61`.
-
-    The first value of the result is a serial format.  After power-on, the host sends `(` and then the message in this
-    serial format.  The message selects the character format `wanted`, e.g. `U61` for 8N2.
-    """
+    """Return the line format for the open bracket, and the message that selects the format `wanted`."""
     return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 
 def _format_message(line_format: UartFormat) -> bytes:
-    """Return the message that selects a line format in the interface, e.g. `U61` for 8N2."""
     try:
         return b"U%d%d\r" % (_FRAMES[line_format.bytesize, int(line_format.stopbits)], _PARITIES[line_format.parity])
     except KeyError:

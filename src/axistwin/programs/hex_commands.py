@@ -23,10 +23,7 @@ DEFAULT_MODEL = "1811"
 
 
 def language_of(target: str) -> Language:
-    """Return the command language of a model.
-
-    If `target` is not a model, the language of an 1811 is returned.
-    """
+    """Return the command language of a model.  If `target` is not a model, the language of an 1811 is returned."""
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
         model = made.model
@@ -35,10 +32,7 @@ def language_of(target: str) -> Language:
 
 
 def command_strings(text: str, language: Language, file: str = "") -> Iterator[Act]:
-    """Parse the text of a `.181x` file, which contains commands for an 1810 or 1811.
-
-    A line is a command, a pause (`+` line) or an operator's action (`!` line).  Blank lines and comments are left out.
-    """
+    """Return the lines of a `.181x` file: commands as Say, and `+` and `!` lines as acts."""
     acts = (command_string(line, number, file, language.read) for number, line in enumerate(text.splitlines(), start=1))
     return (act for act in acts if act is not None)
 
@@ -46,9 +40,8 @@ def command_strings(text: str, language: Language, file: str = "") -> Iterator[A
 def command_string(line: str, number: int, file: str, read: Callable[[str], bytes]) -> Act | None:
     """Parse one line of a `.181x` file.
 
-    Returns None for a blank line or a comment.  Raises ProgramError.
-
-    `read` converts a command, in hex or by name, to bytes.
+    Returns None for a blank line or a comment.  Raises ProgramError.  `read` converts a command, in hex or by name, to
+    bytes.
     """
     text = line.partition(";")[0].rstrip()
     if text.lstrip().startswith(("+", "!")):

@@ -18,18 +18,11 @@ NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Replace letters of a national keyboard by ASCII characters, e.g. `Ä` of a German keyboard by `[`.
-
-    National keyboards with 7-bit codes use some codes of ASCII characters for letters.  The German keyboard also sends
-    `[` for `ä`.
-    """
+    """Return the characters that are sent when a text is typed on this keyboard; letters match in either case."""
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Replace ASCII characters by national letters, e.g. `[` by the German letter `Ä`.
-
-    A terminal with a national 7-bit character set shows these letters for the codes of the ASCII characters.
-    """
+    """Return the characters that a terminal with this keyboard shows for these codes."""
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

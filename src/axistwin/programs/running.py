@@ -46,10 +46,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Program:
-    """A program that has been loaded from a file.
-
-    The function `perform(bench, until_ns)` runs the program up to a time, or to its end with `until_ns=None`.
-    """
+    """A loaded program.  `perform(bench, until_ns)` runs the program; None: to its end."""
 
     perform: Callable[[Bench, int | None], Outcome]
     options: tuple[str, ...] = ()
@@ -59,10 +56,7 @@ class Program:
 
 
 def load(path: Path, target: str = "") -> Program:
-    """Load a program from a file.
-
-    `target`: the model or scene that runs the program.  Raises ProgramError if the file cannot be read.
-    """
+    """Load a program for the model or scene `target`.  Raises ProgramError if it cannot be read."""
     match form_of(path, target):
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
@@ -102,10 +96,7 @@ def _text(path: Path) -> str:
 
 
 def scene_program() -> Program:
-    """Return a `Program` that runs a scene: its hosts, its stored programs and its script.
-
-    Used if the user gives no program file.
-    """
+    """Return a `Program` of a scene's hosts, stored programs and script, for a run without a program."""
     return Program(_run_scene)
 
 
@@ -120,9 +111,8 @@ def unknown_kind(path: Path) -> UsageError:
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     """Return the controller options that a conversation file sets, each as `NAME=VALUE`.
 
-    The header lines `; options:` and `; line:` of the file set the options.
-
-    Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
+    The header lines `; options:` and `; line:` of the file set the options.  Raises UsageError if the conversation is
+    for a serial line and `target` is on a bus, or the other way round.
     """
     headers = conversation.headers
     model = headers.get("model", "")
@@ -135,10 +125,7 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
 
 
 def check_headers(conversation: Conversation, model: str) -> None:
-    """Raise ProgramError if a conversation file (a recorded exchange with a controller) has an invalid header line.
-
-    A header line with options, e.g. `; options: busy=ignore`, is also invalid if the model does not accept the options.
-    """
+    """Raise ProgramError with the line of a header that cannot be read, or that this model does not accept."""
     for key in ("patience", "on-for"):
         conversation.seconds_in(key, 0.0)
     for key, words in (("options", tuple(conversation.option_words)), ("line", _line_of(conversation))):
@@ -169,12 +156,7 @@ def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: 
 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
-    """Start the motor's stored program with the command RUN.
-
-    The simulation then runs.
-
-    The program does not start by itself, because characters in the first 200 ms after power-up prevent this.
-    """
+    """Run the stored program by RUN; characters in the first 200 ms after power-up prevent the automatic start."""
     motor = only_motor(bench, file)
     motor.serial.write(b"RUN\r")
     deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns

@@ -26,10 +26,7 @@ _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
-    """Read the source file of a stored program, and return the bytes to send to the motor.
-
-    Raises UsageError if the file cannot be read.
-    """
+    """Read a source file as the bytes for the motor.  Raises UsageError if it cannot be read."""
     return as_sent(read_source(path))
 
 
@@ -44,10 +41,7 @@ def read_source(path: Path) -> str:
 
 
 def as_sent(text: str) -> bytes:
-    """Convert the source of a program to bytes for the motor.
-
-    Each line ends in LF, and each non-ASCII character becomes `?`.
-    """
+    """Convert source text to bytes: each line ends in LF, each non-ASCII character becomes `?`."""
     return _foreign.sub("?", _lines(text)).encode()
 
 
@@ -59,10 +53,7 @@ def _lines(text: str) -> str:
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
-    """Load a program into the only SmartMotor of a simulation, and cycle the motor's power.
-
-    Raises ProgramError if the motor refuses the program.
-    """
+    """Load a program into the only SmartMotor, and cycle its power.  Raises ProgramError if it is refused."""
     store(source, file, only_motor(bench, file))
 
 
@@ -75,9 +66,8 @@ def check_motor(controller: Controller) -> None:
 def check(source: bytes, file: str, controller: Controller) -> None:
     """Raise UsageError or ProgramError if a motor would refuse a program.
 
-    The options and the wiring of the motor are included.
-
-    The check loads the program into an equal motor on a separate bench.
+    The options and the wiring of the motor are included.  The check loads the program into an equal motor on a separate
+    bench.
     """
     check_motor(controller)
     if controller.name not in controller.ports:
@@ -89,10 +79,7 @@ def check(source: bytes, file: str, controller: Controller) -> None:
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
-    """Store a program in the memory of a motor, then switch the motor's power off and on.
-
-    Raises ProgramError if the motor refuses the program.
-    """
+    """Load a source into this motor, and cycle its power.  Raises ProgramError if refused."""
     port = motor.serial
     instant, port.instant = port.instant, True
     try:
@@ -104,10 +91,9 @@ def store(source: bytes, file: str, motor: Controller) -> None:
 
 
 def run(source: bytes, file: str, motor: Controller) -> None:
-    """Switch a motor off and on, store a program in the memory of the motor, and run the program.
+    """Cycle the power of a motor in any state, load a source and run the program.
 
-    The motor may be in any state.  The host returns to its default line format.  Raises ProgramError if the motor
-    refuses the program.
+    The host returns to its default line format.  Raises ProgramError if the motor refuses the program.
     """
     port, usual = motor.serial, motor.product.line
     assert usual is not None, "a motor has a serial port"
@@ -119,10 +105,7 @@ def run(source: bytes, file: str, motor: Controller) -> None:
 
 
 def only_motor(bench: Bench, file: str) -> Controller:
-    """Return the only SmartMotor of a simulation.
-
-    Raises ProgramError if the simulation has no motor or several motors.
-    """
+    """Return the only SmartMotor.  Raises ProgramError if there is none, or several."""
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
         number_of_motors = len(motors)
@@ -164,7 +147,6 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
 
 
 def _without_comments(source: bytes) -> bytes:
-    """Remove all comments and empty lines from the source of a program, and return the result."""
     found = (_code.match(line) for line in source.decode().splitlines())
     lines = (match[0].rstrip(" ") for match in found if match is not None)
     return "".join(f"{line}\n" for line in lines if line).encode()

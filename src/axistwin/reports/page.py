@@ -34,10 +34,7 @@ th { text-align: left; padding-right: 2rem; vertical-align: top; font-weight: 50
 
 @dataclass(frozen=True)
 class Page:
-    """Contents of the report page of a run or a test.
-
-    `good`: True if the run or the test has succeeded.
-    """
+    """Contents of the report page of a run or a test.  `good`: True if the run or the test has succeeded."""
 
     title: str
     verdict: str

@@ -17,10 +17,7 @@ STORED = ".sms"
 
 @dataclass(frozen=True)
 class Refusal:
-    """A command line that a controller has refused.
-
-    `message`: the host's message that contained the line; None for a line of a stored program.
-    """
+    """A refused line; `message`: the host's message with it, None for a line of a stored program."""
 
     file: str
     error: Diagnostic
@@ -33,10 +30,7 @@ class Refusal:
 
 
 def models_at(bench: Bench) -> dict[str, Product]:
-    """Return the controller model at each serial port or bus.
-
-    The keys are the names of the ports and buses.  "" is also a key if the simulation has only one port or bus.
-    """
+    """Return the product at each endpoint of a bench, by name; "" is also a name of a single endpoint."""
     found = {name: controller.product for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
     found |= {name: bench.lines[name].motors[0].product for name in bench.lines}
@@ -45,10 +39,7 @@ def models_at(bench: Bench) -> dict[str, Product]:
 
 
 def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
-    """Return all commands and program lines that controllers have refused.
-
-    Each `Refusal` contains the error, and the host's message with the error.
-    """
+    """Return all refused commands and program lines: the error, and the host's message with it."""
     senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
     stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
     heard = [message for message in said if message.by_host] if senders else []
@@ -64,8 +55,6 @@ def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[R
 
 
 class _Sender:
-    """Finds the errors in each message that a host program sends, e.g. a refused command."""
-
     def __init__(self, program: HostProgram) -> None:
         self.program = program
         characters = [sent for session in program.sessions for sent in session.characters]
@@ -94,8 +83,4 @@ class _Sender:
 
 
 def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
-    """Return the index of the character at which an error begins.
-
-    At most, return the index of the line's last character.
-    """
     return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

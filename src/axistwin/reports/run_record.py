@@ -29,10 +29,7 @@ PAUSE_NS = 500 * MS
 
 @dataclass
 class Message:
-    """A message from the host to a controller, or from a controller to the host.
-
-    A terminator, an answer of the receiver or a pause ends the message.
-    """
+    """A message between host and controller; a terminator, an answer or a pause ends it."""
 
     time_ns: int
     controller: str
@@ -45,11 +42,7 @@ class Message:
 
     @property
     def terminated(self) -> bool:
-        """True if the message is complete, e.g. after the terminator CR.
-
-        A serial message ends with CR or LF.  A message on a bus has no terminator: all its bytes arrive at the same
-        time.
-        """
+        """True if the message ends with CR or LF, or if all its bytes arrived at the same time."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
 
@@ -82,10 +75,7 @@ class Move:
 
     @property
     def target(self) -> int:
-        """Position of the axis at the end of the move, in pulses.
-
-        While the move is in progress, the present position of the axis.
-        """
+        """Position at the end of the move, in pulses; during the move, the present one."""
         return self.train_move.position_at(self.now_ns)
 
     @property
@@ -172,10 +162,7 @@ class RunRecord:
         return endpoints.at_a_bus(self.bench, event.controller)
 
     def observe_servos(self, stack: ExitStack) -> None:
-        """Record the moves of all servo axes.
-
-        The recording ends when the context `stack` is closed.
-        """
+        """Record the moves of all servo axes.  The recording ends when the context `stack` is closed."""
         for controller in self.bench.controllers.values():
             for name, axis in controller.axes.items():
                 if isinstance(axis, ServoAxis):

@@ -60,10 +60,7 @@ class ServoMove:
 
 @dataclass
 class ServoMoves:
-    """The moves of one servo axis.
-
-    `forgotten`: True after the oldest moves have been deleted.
-    """
+    """The moves of one servo axis.  `forgotten`: True after the oldest moves have been deleted."""
 
     controller: str
     name: str
@@ -120,10 +117,6 @@ class ServoMoves:
         commanded: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> None:
-        """Find the moves in position samples, and add the moves to the list `moves`.
-
-        `whole`: result of `_with_window`; `active`: indices of the samples with motion.
-        """
         import numpy as np
 
         positions = whole[WINDOW:]
@@ -167,10 +160,7 @@ class ServoMoves:
             rested = True
 
     def _turns(self, trajectory: "NDArray[np.int64]") -> list[int]:
-        """Return the indices in `trajectory` at which the motion reverses its direction.
-
-        Reversals of `JITTER` counts or less are ignored.
-        """
+        """Return the indices of reversals in `trajectory`, except those of `JITTER` counts or less."""
         import numpy as np
 
         steps = np.diff(trajectory)
@@ -191,10 +181,6 @@ class ServoMoves:
         return found
 
     def _begin_move(self, start_ns: int, before: int) -> None:
-        """Add a new move of the servo axis to the record.
-
-        The new move begins at the position `before`.  The present move ends at the same position.
-        """
         if self.moves:
             self.moves[-1].target = before
         self._close()
@@ -205,10 +191,7 @@ class ServoMoves:
         self.moves[-1].units = self.axis.units
 
     def _close(self) -> None:
-        """Record that the latest move of the servo axis has ended.
-
-        The move is deleted from the record if the shaft has only jittered.
-        """
+        """End the latest move; delete the move if its motion is only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:

@@ -218,7 +218,6 @@ def _by_axis(run: RunRecord) -> dict[str, list[AnyMove]]:
 
 
 def _lost_pulses(run: RunRecord) -> Iterator[str]:
-    """Yield a line of text for each stepper axis that has lost pulses."""
     for controller in run.bench.controllers.values():
         for name, axis in controller.axes.items():
             if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:

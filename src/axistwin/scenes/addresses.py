@@ -34,11 +34,6 @@ def check_ports(contents: SceneFile, source: Source) -> None:
 
 
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
-    """Yield the key path and the URL of each port of the scene.
-
-    A key path leads to a key in the scene file, e.g. `("controller", 0, "ports", 0)`.  The third value is True for a
-    port of an 1810 or 1811.
-    """
     for number, table in enumerate(contents.controller):
         with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
@@ -51,17 +46,13 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the network address or the file path that a port uses.
-
-    Return () if the operating system chooses the address.
-    """
+    """Return the address or the path of a port; () if the operating system chooses it."""
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()
 
 
 def _check_shared(contents: SceneFile, source: Source) -> None:
-    """Raise SceneError if a controller on a shared serial line has ports of its own."""
     for line_kind, name, line, _ in shared_lines(contents):
         for number, table in enumerate(contents.controller):
             key = "ports" if line_kind == "chain" else "rs485_ports"

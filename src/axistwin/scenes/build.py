@@ -38,10 +38,7 @@ T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if a chain of references returns to its beginning, e.g. from A to B and from B to A.
-
-    `name`: the beginning of the chain.  `leads_to`: the reference of each name, e.g. {"A": "B", "B": "A"}.
-    """
+    """True if a path in the graph `leads_to` leads from `name` back to `name`."""
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)
@@ -50,7 +47,6 @@ def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
 
 
 def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
-    """Raise UsageError for two wires to the same terminal, and for wires in a loop."""
     if target in laid:
         other = laid[target][1]
         if other.to != wire.to:
@@ -67,11 +63,11 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
 
 
 class Builder:
-    """Builds the controllers, machines, wires and serial lines that a scene describes.
+    """Builds a bench from the contents of a scene.
 
-    `served`: True if hosts outside this process use the controllers that have ports.  `texts`: texts of programs that
-    have been read, by path; all benches of a scene use the same texts.  `errors`: a list for the errors in masters,
-    wires, faults, the script and hosts; without a list, the first error is raised.
+    `served`: controllers with ports have outside hosts.  `texts`: texts of programs that have been read, by path; all
+    benches of a scene use the same texts.  `errors`: a list for the errors in masters, wires, faults, the script and
+    hosts; without a list, the first error is raised.
     """
 
     def __init__(
@@ -104,10 +100,6 @@ class Builder:
 
     @contextmanager
     def _separately(self) -> Iterator[None]:
-        """Context manager that adds a SceneError to a list of errors instead of raising the error.
-
-        The scene can thus report several errors at once.  Without the list `errors`, the error is raised.
-        """
         try:
             yield
         except SceneError as error:
@@ -196,7 +188,6 @@ class Builder:
             connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _check_direction(self, number: int, wire: WireTable) -> None:
-        """Check that a wire does not begin at a step output, and that the wire ends at an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
             name, _, pin = from_.rpartition(".")
@@ -252,7 +243,6 @@ class Builder:
         return next((f"{name}.{axis}" for name, each in machines if name != but for axis in each.axes), "table.X")
 
     def _named(self, name: str, known: Mapping[str, T], owner: str, kind: str, path: Path_) -> T:
-        """Return the controller, pin or axis with the given name.  Raises SceneError for an unknown name."""
         if name not in known:
             if similar := most_similar(name, known):
                 raise self.source.error(f"{owner} has no {kind} {name!r}: did you mean {similar!r}?", path)
@@ -274,12 +264,10 @@ class Builder:
                 self._plan_fault(table, number, ("fault", number))
 
     def _scripted(self) -> list[str]:
-        """Return the names of all faults in the [[script]] tables of the scene file."""
         named = (name_in(act) for table in self.contents.script for act in table.do)
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for each other in a loop, so that none of these faults can begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
@@ -306,10 +294,6 @@ class Builder:
             faults.plan(table.kind, on, terms, table.parameters)()
 
     def _check_operator(self) -> None:
-        """Check the terminals of the operator panel.
-
-        Raises SceneError for a terminal that does not exist, and for a button or selector at an output.
-        """
         panel = self.contents.operator
         for number, button in enumerate(panel.button):
             self._check_operated(button.pin, ("operator", "button", number, "pin"))
@@ -345,9 +329,8 @@ class Builder:
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
         """Schedule the actions of a script entry.
 
-        The actions are performed after all other events of the same time.
-
-        Errors have their place in the scene file.  Hosts that wait until no event is due ignore these actions.
+        The actions are performed after all other events of the same time.  Errors have their place in the scene file.
+        Hosts that wait until no event is due ignore these actions.
         """
         clock = self.bench.clock
 
@@ -378,7 +361,6 @@ class Builder:
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _only(self) -> str:
-        """Return the controller's name if the scene has exactly one controller, otherwise ""."""
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:
@@ -387,11 +369,6 @@ class Builder:
                 hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Yield each simulated host of a scene file: its place in the scene file, its controller and its program file.
-
-        The place is a key path, e.g. `("controller", 0, "host", 0)`.  A host at a shared line has the name of the
-        shared line instead of the name of a controller.
-        """
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):
@@ -402,11 +379,9 @@ class Builder:
                     yield (*place, "host", which), name, file
 
     def _text(self, file: str) -> str:
-        """Return the text of a program file; each file is read only once."""
         if file not in self.texts:
             self.texts[file] = hosting.program_text(Path(file))
         return self.texts[file]
 
     def _relative_to_scene(self, path: Path) -> Path:
-        """Resolve a path that is relative to the folder of the scene file."""
         return self.source.file.parent / path

@@ -33,10 +33,7 @@ class Files:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Add the text of a file to this collection, and return the name under which the text is stored.
-
-        A number is added to the name if another text already has this name.
-        """
+        """Add a text and return its file name, which is changed if another text already has this name."""
         path = Path(name)
         stem = path.with_suffix("")
         names = (name if n == 1 else f"{stem}-{n}{path.suffix}" for n in range(1, len(self.texts) + 2))
@@ -46,10 +43,7 @@ class Files:
 
 
 class Copy:
-    """Builds a copy of a scene with all files that the scene needs.
-
-    The texts of the copied files are collected in `files`.
-    """
+    """Builds a copy of a scene and its files in `files`."""
 
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
@@ -59,21 +53,13 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a simulated host, which sends the commands of a program, to the new scene file.
-
-        `name`: the endpoint to which the host is connected.  `file`, `text`: name and text of the host's program.
-        """
+        """Add a conversation as a host of the endpoint `name`."""
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
     # Functions that copy a scene file and add recorded actions to the copy
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Return the text of a new scene file: the original text and the recorded actions.
-
-        The recorded actions are stored as hosts and as a script.
-
-        `note`: the comment line before the recorded part.
-        """
+        """Return the text of the copied scene.  `note`: comment line before the added part."""
         changes = dict(self._changes(contents, source, served))
         text = _edited(source.text, changes)
         added = "".join(f"\n{table_text('script', entry)}" for entry in self.script)
@@ -82,10 +68,6 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """Return the contents of the new scene file as a dict: the original contents with all changes.
-
-        Used if the text of the original scene file cannot be edited.
-        """
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -93,10 +75,6 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """Yield the changes from the original scene file to the new scene file, e.g. new program names.
-
-        Each change consists of the place of a TOML table, e.g. ("controller", 0), and a dict with the new values.
-        """
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -120,7 +98,6 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """Copy a program file to the folder of the new scene file.  Return the new file name of the program."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -134,22 +111,14 @@ class Copy:
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """Adapt the file name in an action to the folder of the new scene file: `load ../a.if1` becomes `load a.if1`.
-
-        Only the action `load` has a file name.  A file whose name must change is copied.
-        """
+        """Return an action of the script for the copied scene; copy the program that the action loads."""
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """Adapt the path of a program to the folder of the new scene file: `../a.if1` becomes `a.if1`.
-
-        `file`: the path in an action `load`.  The program is copied if the new path differs.
-        """
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy the file with the initial state of a controller, and return the directory of the copy."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
@@ -176,15 +145,11 @@ class Copy:
 
 
 def _local(path: Path) -> str:
-    """Return the path that the copy of a file gets in a new folder, e.g. `a.if1` for the file `../a.if1`."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
 def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None:
-    """Change values in the text of a scene file, and return the new text.
-
-    Return None if the layout of the text prevents the change.
-    """
+    """Return the text of a scene file with new values; None if its layout prevents this."""
     spans, edits = toml_places.spans(text), []
     for where, values in changes.items():
         for key, value in values.items():
@@ -202,5 +167,5 @@ def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None
 
 
 def entry(at_s: float, on: str, do: Sequence[str]) -> dict[str, Any]:
-    """Return a [[script]] table of a scene file, e.g. {"at": 1.5, "on": "if1", "do": "input1 high"}."""
+    """Return one entry of the script."""
     return {"at": at_s, **({"on": on} if on else {}), "do": list(do) if len(do) > 1 else do[0]}

@@ -51,10 +51,8 @@ def prepare_host(
 ) -> Start:
     """Prepare a simulated host that sends a file; return a function that starts the host.
 
-    `name`: endpoint to which the file is sent.
-
-    `read` returns the text of a file.  `runner`: the action runner of the bench.  Raises ProgramError or UsageError if
-    the file cannot be sent.
+    `name`: endpoint to which the file is sent.  `read` returns the text of a file.  `runner`: the action runner of the
+    bench.  Raises ProgramError or UsageError if the file cannot be sent.
     """
     suffix, clock = _kind(bench, name, file), bench.clock
     text = read(file)
@@ -73,19 +71,12 @@ def prepare_host(
 
 
 def rank_of(host: str) -> int:
-    """Return the rank of a host: if several hosts act at one time, the host with the lowest rank acts first.
-
-    The host `outside 2` acts after the host `outside`.
-    """
+    """Return the position of a host in the order of actions at the same time: `outside 2` is after `outside`."""
     found = _OUTSIDE.fullmatch(host)
     return HOST if found is None else min(SCRIPT - 1 + int(found[1] or 1), LAST - 1)
 
 
 def _kind(bench: Bench, name: str, file: str) -> str:
-    """Return the suffix of the file whose lines a simulated host sends, e.g. `.talk`.
-
-    Raises UsageError if a host cannot send this file to the endpoint.
-    """
     suffix = Path(file).suffix.lower()
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected a file whose name ends in .if1, .181x or .talk")
@@ -98,10 +89,8 @@ def _kind(bench: Bench, name: str, file: str) -> str:
 def loader(bench: Bench, read: Callable[[str], str]) -> Load:
     """Return a function that loads a program into a controller.
 
-    Loading switches the controller off and on.
-
-    A SmartMotor's source (.sms) is stored and run.  Command lines are sent by a new host, which replaces the
-    controller's previous host. `read` returns the text of a file.
+    Loading switches the controller off and on.  A SmartMotor's source (.sms) is stored and run.  Command lines are sent
+    by a new host, which replaces the controller's previous host. `read` returns the text of a file.
     """
 
     def load(name: str, file: str) -> Callable[[], object]:
@@ -127,10 +116,7 @@ def _send(controller: Controller, start: Start, there: dict[str, Process]) -> No
 
 
 def program_text(path: Path) -> str:
-    """Return the text of a program file.
-
-    Raises UsageError or ProgramError if the file cannot be read.
-    """
+    """Return the text of a program file.  Raises UsageError or ProgramError if the file cannot be read."""
     return stored_programs.load_source(path).decode() if path.suffix.lower() == STORED else load_text(path)
 
 
@@ -142,10 +128,7 @@ def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation
 
 
 class _ConversationHost:
-    """A simulated host that sends the data of a conversation file and waits for the expected replies.
-
-    Assertions (`=`) are skipped.
-    """
+    """A host that sends a conversation's data, and waits for the replies; it skips assertions (`=`)."""
 
     def __init__(self, bench: Bench, name: str, conversation: Conversation, runner: ActionRunner) -> None:
         self.bench, self.name, self.conversation = bench, name, conversation
@@ -158,10 +141,6 @@ class _ConversationHost:
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """Return a function that performs an action of a conversation file, e.g. sends a command.
-
-        Raises ProgramError for an action that is impossible.
-        """
         with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
@@ -205,10 +184,7 @@ class _ConversationHost:
             waiting.succeed()
 
     def converse(self) -> Procedure:
-        """Perform the actions of the conversation in order.
-
-        Each action is performed after all other events of the same time.
-        """
+        """Perform the actions in order, each after all other events of its time."""
         time_ns = self.bench.now
         for act, do in self._acts:
             match act:
@@ -228,7 +204,6 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait until the expected reply is complete, or until no more characters arrive."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
@@ -241,8 +216,6 @@ class _ConversationHost:
 
 
 class _ControllerHost:
-    """A simulated host that sends the lines of a program to one controller."""
-
     def __init__(self, clock: Clock, controller: Controller, acts: Iterable[Act], file: str) -> None:
         self.clock, self.controller = clock, controller
         self.acts = [
@@ -252,10 +225,7 @@ class _ControllerHost:
     # Simulated host on a serial line
 
     def send_lines(self) -> Procedure:
-        """Initialise the interface (IF1 or IF2), then send the program lines.
-
-        Each character is sent when the interface is ready.
-        """
+        """Initialise the IF1 or IF2, and send the lines, each character when the interface is ready."""
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
         port.host.format = first
@@ -267,7 +237,6 @@ class _ControllerHost:
         yield from self._perform(self._type, lambda: bool(port.pending))
 
     def _open(self) -> Procedure:
-        """Send the character `(` repeatedly until the interface, an IF1 or IF2, answers."""
         port, heard = self.controller.serial, bytearray()
         unsubscribe = port.subscribe_received(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
@@ -289,10 +258,7 @@ class _ControllerHost:
     # Bus
 
     def send_commands(self) -> Procedure:
-        """Send the commands one by one to a controller on a bus.
-
-        The messages of the controller are read, but not used.
-        """
+        """Send the commands one by one, and read all messages."""
         with host_of(self.controller) as host:
             host.subscribe_received(lambda message: None)
             while not self.controller.bus.status:
@@ -321,10 +287,7 @@ class _ControllerHost:
         yield from self._wait_until_idle(pending)
 
     def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
-        """Wait until all data are sent and the controller is idle.
-
-        Two successive checks must find this state.
-        """
+        """Wait until all data are sent and the controller is idle.  Two successive checks must find this state."""
         checks = 0
         while checks < 2:
             yield self.clock.timeout(CHECK_NS)

@@ -85,20 +85,14 @@ class Scene:
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """The ports of the scene, each as a pair of endpoint and URL.
-
-        An endpoint is a controller, the second channel of a controller, or a shared line.
-        """
+        """Names and URLs of the ports: the name of a controller, a second channel or a shared line."""
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
         found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
         return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
 
     @property
     def stand_in(self) -> StandInTable | None:
-        """Settings for real motors, from the table [stand-in] of the scene file.
-
-        None if the scene file has no table [stand-in].
-        """
+        """Settings for real motors from the table [stand-in]; None without this table."""
         return self._contents.stand_in
 
     @property
@@ -113,18 +107,11 @@ class Scene:
 
     @property
     def file(self) -> Path:
-        """The scene file.
-
-        Names of programs are relative to the folder of this file.
-        """
+        """The scene file.  Names of programs are relative to the folder of this file."""
         return self._source.file
 
     def placing_errors(self, *path: str | int) -> AbstractContextManager[None]:
-        """Context manager that adds the file name, line and column to an error, e.g. `machine.toml:3:5`.
-
-        `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError to a
-        SceneError.
-        """
+        """Within a `with` block, convert a UsageError to a SceneError with the place of `path` in the file."""
         return self._source.placing_errors(*path)
 
     @property
@@ -140,10 +127,7 @@ class Scene:
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
 
     def named_programs(self) -> Iterator[tuple[str, Path]]:
-        """Yield pairs: the name of an endpoint, and a file with commands for this endpoint.
-
-        An endpoint is a controller or a shared line.  The file is a program file or a conversation file.
-        """
+        """Yield each program, host and conversation that the scene names: its endpoint and its file."""
         beside = self._source.file.parent
         for table in self._contents.controller:
             files = [*([table.program] if table.program else []), *table.host]
@@ -199,16 +183,12 @@ class Scene:
         return self._source.text
 
     def text_of(self, program: str) -> str:
-        """Return the text of the program file at a path.
-
-        The scene must have been built before.
-        """
+        """Return the text of the program file at a path.  The scene must have been built before."""
         return self._texts[program]
 
     def varied(self, data: Mapping[str, Any], texts: Mapping[str, str] = MappingProxyType({})) -> Self:
-        """Return a new scene with the contents `data`.  No file is written.
+        """Return the scene with other contents; `texts` replaces the texts of programs, by path.
 
-        The new scene keeps the name of the scene file.  `texts` replaces the texts of programs, by path.
         Raises SceneError with the place of an invalid value in the file.
         """
         source = self._source.with_data(dict(data))
@@ -217,11 +197,7 @@ class Scene:
         return other
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Copy the scene, add the actions of a recorded session, and return the text of the new scene file.
-
-        `copy` contains the recorded actions as simulated hosts and script entries.  The files that the text needs are
-        added to `copy`.
-        """
+        """Return the text of the scene with the hosts and the script of `copy`; needed files are added to `copy`."""
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
 
@@ -239,10 +215,6 @@ class Scene:
                 )
 
     def _check_masters(self) -> None:
-        """Raise SceneError if motors follow each other in a loop, e.g. motor a follows b, and b follows a.
-
-        The key `master` of a motor names the axis that the motor follows.
-        """
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
             if is_in_loop(table.called, sits_on):

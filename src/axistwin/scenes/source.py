@@ -39,10 +39,7 @@ def _depth(value: object) -> int:
 
 
 class Source:
-    """The text of a scene file, with the line and column of each table and key.
-
-    `text` replaces the contents of the file.
-    """
+    """The text of a scene file, or `text` instead, with the line and column of each table and key."""
 
     def __init__(self, file: Path, text: str | None = None) -> None:
         self.file = file
@@ -67,10 +64,7 @@ class Source:
         return other
 
     def contents(self) -> SceneFile:
-        """Validate the contents of the scene, and return them.
-
-        Raises SceneError for a wrong key or value.
-        """
+        """Validate the contents of the scene, and return them.  Raises SceneError for a wrong key or value."""
         try:
             return self._validated()
         except ValidationError as error:
@@ -108,22 +102,15 @@ class Source:
         )
 
     def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
-        """Return a SceneError with the line and column of the given key.
-
-        If the scene has no such key, the place is that of the nearest table around the key.
-        """
+        """Return an error at the place of `path`, or at the place of the nearest enclosing part."""
         file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """Return the location of a key in the scene file: file, line and column."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Convert a TOML error to a SceneError with the line and column of the error.
-
-        A message without a place refers to the end of the file.
-        """
+        """Convert a TOML error to a SceneError with its place, by default the end of the file."""
         what, _, _ = message.partition(" (at ")
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
@@ -134,11 +121,7 @@ class Source:
 
     @contextmanager
     def placing_errors(self, *path: str | int) -> Iterator[None]:
-        """Context manager that adds a place in the scene file to an error, e.g. line 3, column 5.
-
-        `path`: the path of the key at this place, e.g. `"controller", 0, "line"`.  Converts a UsageError or a
-        ProgramError to a SceneError.
-        """
+        """Within a `with` block, convert a UsageError or ProgramError to a SceneError at the place of `path`."""
         try:
             yield
         except UsageError as error:
@@ -148,11 +131,8 @@ class Source:
 
     @contextmanager
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """Context manager that adds the place of a key in the scene file to an error, e.g. line 3, column 5.
+        """Within a `with` block, convert a UsageError to a SceneError at the deepest key that its message names.
 
-        The place is that of the key that the error message names.  Converts a UsageError to a SceneError.
-
-        If the message names several keys, the deepest key is used.
         `tables`: the tables to search, each with its key below `path`; empty key: `path` itself.
         """
         try:
@@ -162,11 +142,6 @@ class Source:
             raise self.error(message=str(error), path=(*path, *max(named, key=len, default=()))) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
-        """Convert the first of pydantic's errors to a SceneError.
-
-        The message contains the number of further errors.
-        """
-
         def order(error: ErrorDetails) -> tuple[toml_places.Place, bool, str]:
             return toml_places.place_of(error["loc"], self.places), error["type"] == "missing", _message_for(error)
 
@@ -178,9 +153,7 @@ class Source:
 class Given(Source):
     """A scene that is created from a dict instead of a file.
 
-    Its errors name a key instead of a line.
-
-    Paths in the scene are relative to the working directory.
+    Its errors name a key instead of a line.  Paths in the scene are relative to the working directory.
     """
 
     def __init__(self, table: Mapping[str, Any]) -> None:
@@ -203,7 +176,6 @@ def read_text(file: Path) -> str:
 
 
 def _message_for(error: ErrorDetails) -> str:
-    """Convert an error of pydantic to a message for the user."""
     path = error["loc"]
     if not path:
         return f"cannot be read: {error['msg'].partition(' at line')[0]}"
@@ -218,10 +190,6 @@ def _message_for(error: ErrorDetails) -> str:
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each TOML key that an error message mentions, e.g. `("motor", "torque")`.
-
-    `table`: the TOML table that contains the keys.  The message must also name all tables around the key.
-    """
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):
             yield (key,)
@@ -253,7 +221,6 @@ def most_similar(word: str, known: Collection[str]) -> str:
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:
-    """Return the keys that the scene schema allows in the given table."""
     schema = node = scene_schema()
     for part in path:
         node = _definition(schema, node)
@@ -265,9 +232,5 @@ def _keys_at(path: toml_places.Path) -> list[str]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """Return the JSON Schema definition that the `$ref` of a node names.
-
-    If the node contains no `$ref`, return the node itself.
-    """
     node = node["anyOf"][0] if "anyOf" in node else node
     return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

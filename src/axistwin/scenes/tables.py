@@ -36,7 +36,6 @@ from axistwin.scenes import toml_places
 
 
 def _schema(parameter: Parameter) -> tuple[Any, Any]:
-    """Return the type and the pydantic `Field` for a fault parameter in the scene file."""
     kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
     words: dict[str, Any] = {"enum": list(parameter.words)} if parameter.words else {}
     description = f"{parameter.doc}: {parameter.wanted}"
@@ -64,8 +63,6 @@ def _pydantic_errors() -> Iterator[None]:
 
 
 def _valued(check: Callable[[Any], object]) -> AfterValidator:
-    """Return a pydantic validator that checks a value with `check`, and returns the value unchanged."""
-
     def checked(given: Any) -> Any:
         with _pydantic_errors():
             check(given)
@@ -94,7 +91,6 @@ _SPAN = {"type": "array", "minItems": 2, "maxItems": 2, "items": _POSITION}
 
 
 def _in_counts(given: Any, info: ValidationInfo) -> Any:
-    """Convert a position with a unit, e.g. "12.5 mm", to counts."""
     if not isinstance(given, str):
         return given
     # If the unit is invalid, the whole scene file is rejected, so any position can be returned.
@@ -151,10 +147,6 @@ Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 def _values(made: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the JSON Schema for the table of a motor or a load.
-
-    The schema checks only the keys and types; the axis checks the values later.
-    """
     numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
     return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
 
@@ -224,7 +216,6 @@ class ControllerTable(Table):
     @field_validator("axes", mode="wrap")
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        """Validate the axes as stepper axes or as servo axes, depending on the model of the controller."""
         model = info.data.get("model")
         if model is None or model.lower() not in FAMILIES:
             return {}  # The model is the error, whatever its axes are.
@@ -233,7 +224,7 @@ class ControllerTable(Table):
 
     @property
     def called(self) -> str:
-        """Name of the controller, e.g. "table".  A controller without a name is called like its model, e.g. "1810"."""
+        """Name of the controller on the bench."""
         return self.name or self.model.lower()
 
 
@@ -293,7 +284,7 @@ class FaultTerms(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Values of the parameters that belong to the kind of the fault, e.g. `{"counts": 5}` for `encoder_slips`."""
+        """Parameters of this kind of fault."""
         return self.model_dump(exclude_none=True, exclude=set(FaultTerms.model_fields))
 
 
@@ -333,10 +324,7 @@ def _rate(given: Any) -> Any:
 
 
 class BoardTable(Table):
-    """Connection to real motors: a motion board, or LinuxCNC HAL on this computer.
-
-    The board runs Klipper's micro-controller firmware.
-    """
+    """Connection to real motors: a board with Klipper's firmware, or LinuxCNC HAL on this computer."""
 
     name: Name
     """Name of the board."""
@@ -406,10 +394,7 @@ class BoardOutputTable(Table):
 
 
 class StandInTable(Table):
-    """Table [stand-in] of a scene file: settings of the command `axistwin stand-in`.
-
-    The command replaces a real controller, and moves the real motors by means of motion boards.
-    """
+    """Real motors on motion boards, for `axistwin stand-in`."""
 
     horizon_ms: Annotated[float, Field(ge=50, le=2000)] = 100.0
     """Constant delay of all pulses and outputs at the pins, in milliseconds."""
@@ -520,10 +505,7 @@ def scene_schema() -> dict[str, Any]:
 
 
 def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
-    """Yield each serial line that several motors share.
-
-    The elements are its kind, its name, its table and its place in the file.
-    """
+    """Yield the lines shared by motors: kind, name, table and place."""
     for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
         for number, table in enumerate(tables):
             yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)

@@ -43,10 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """Return the line and column of a key in a TOML text.
-
-    For an unknown key, return the place of the table around the key.
-    """
+    """Return line and column of a key in a TOML text; for an unknown key, those of its table."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -60,7 +57,6 @@ class _Scanner:
         """Number of TOML headers read so far with the same name, e.g. 2 after the second [[controller]]."""
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
-        """Yield the line and column of each table header, key and list element in the text."""
         table: Path = ()
         while found := _TOKENS.match(self.text, self.at):
             begin, self.at = self.at, found.end()
@@ -110,10 +106,6 @@ class _Scanner:
             number += 1
 
     def _skip_to_bracket(self, bracket: str) -> bool:
-        """Skip blanks, commas and comments in a TOML text, and then the closing bracket, if present.
-
-        Return True after a closing bracket, and at the end of the text.
-        """
         while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
             self.at = found.end()
         closed = self.text.startswith(bracket, self.at)
@@ -126,10 +118,7 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """Return the keys and list indexes that lead to a TOML table, e.g. ("controller", 1, "axes").
-
-        The example is the path of `controller.axes` after the second [[controller]].
-        """
+        """Convert keys to a path: `controller.axes` after the second [[controller]] is ("controller", 1, "axes")."""
         path: Path = ()
         for key in keys[:-1]:
             path = (*path, key)

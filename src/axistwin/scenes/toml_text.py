@@ -9,10 +9,7 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """Return a dict as a TOML document with one line per key.
-
-    A list of tables has one line per table.
-    """
+    """Return a dict as a TOML document with one line per key.  A list of tables has one line per table."""
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:
@@ -24,10 +21,7 @@ def toml(table: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Format a value as one line of TOML.  Keys whose value is None are left out.
-
-    Raises UsageError for a type that TOML does not have.
-    """
+    """Format a value as a line of TOML, without keys of None.  Raises UsageError for another type."""
     match value:
         case bool():
             return str(value).lower()

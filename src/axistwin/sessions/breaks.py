@@ -12,10 +12,7 @@ log = getLogger("axistwin")
 
 
 class Break:
-    """A breakpoint that can be switched on and off.
-
-    `once`: True if the breakpoint stops the bench only once.
-    """
+    """A breakpoint that can be switched on and off.  `once`: True if the breakpoint stops the bench only once."""
 
     def __init__(self, sentence: str, bench: Bench, on_hit: Callable[["Break"], None], *, once: bool = False) -> None:
         self.sentence, self.once = sentence, once
@@ -31,10 +28,7 @@ class Break:
 
     @property
     def on(self) -> bool:
-        """True if the breakpoint is switched on.
-
-        Setting True raises UsageError for a sentence that does not fit the bench.
-        """
+        """True if the breakpoint is on.  True raises UsageError for a sentence that does not fit the bench."""
         return self._on
 
     @on.setter
@@ -51,10 +45,7 @@ class Break:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Undo the effect of `suspend`: return the breakpoint to its former state, on or off.
-
-        A breakpoint whose sentence does not fit the bench is switched off.
-        """
+        """Resume the breakpoint on this bench; switch it off if its sentence does not fit the bench."""
         self._bench = bench
         try:
             self.on = self._on

@@ -41,9 +41,7 @@ class ExternalInput:
         self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Connect the ports of the session to the controllers of a new bench.
-
-        Clients stay connected.  The settings of the bench's ports are not changed.
+        """Connect the session's ports to this bench.  Clients stay connected, and the bench's ports are not changed.
 
         Raises UsageError, without any change, if the bench has no port of a name that is in use.  Not allowed while the
         bench is being advanced.
@@ -61,32 +59,21 @@ class ExternalInput:
         self.pacer.pace(bench.clock)
 
     def serial(self, name: str) -> RecordedPort:
-        """Return the serial port of an endpoint; the port records each action of the host.
-
-        Raises UsageError for an endpoint that does not exist.
-        """
+        """Return the port of an endpoint for a host; the host's actions are recorded.  Raises UsageError."""
         if name not in self._ports:
             self._ports[name] = RecordedPort(self.bench.port(name), partial(self._record_line_act, name))
             self._ports[name].mute(self._muted)
         return self._ports[name]
 
     def bus(self, name: str) -> RecordedBus:
-        """Return the port through which a host accesses the registers of a board.
-
-        The port records each action of the host.
-
-        Raises UsageError for an unknown name, or for a controller without registers.
-        """
+        """Return the registers of a board for a host; the host's actions are recorded.  Raises UsageError."""
         if name not in self._buses:
             self._buses[name] = RecordedBus(self.bench[name].bus, partial(self._record_bus_act, name))
             self._buses[name].mute(self._muted)
         return self._buses[name]
 
     def serve(self, server: Server) -> None:
-        """Use `server` to connect hosts in other processes to the ports of the session.
-
-        During a replay, the server accepts neither clients nor data.
-        """
+        """Add a server whose clients are also blocked during a replay."""
         self._server = server
         server.bench = self.bench
         if self._muted:
@@ -99,10 +86,7 @@ class ExternalInput:
         self._mute(True)
 
     def unmute(self) -> None:
-        """Resume the exchange of data between hosts and controllers after a replay.
-
-        A host then receives the present level of each control line, e.g. DTR, that has changed during the replay.
-        """
+        """End the block of hosts, and report the changes of lines during the block to them."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:
@@ -122,10 +106,7 @@ class ExternalInput:
         return self.texts[file]
 
     def prepare(self, act: Act) -> Callable[[], None]:
-        """Check an action of a user, and return a function that performs and records the action.
-
-        Raises AxistwinError for an invalid action.
-        """
+        """Return a function that performs and records an action.  Raises AxistwinError if it is invalid."""
         check(act)
         return partial(self._do, act, self.runner.prepare(act))
 
@@ -151,12 +132,7 @@ class ExternalInput:
             log.warning("%s", error)
 
     def _record_line_act(self, name: str, act: LineAct) -> None:
-        """Record an action of a host at a serial line, e.g. that the host sends data or a break signal.
-
-        The action is recorded before it is performed.
-
-        Actions that the bench itself performs are not recorded.
-        """
+        """Record an action of a host before it is performed, unless the bench itself performs it."""
         if self.pacer.advancing or (isinstance(act, SetLine) and not self.bench.port(name).handshake):
             return
         if isinstance(act, Write):
@@ -185,9 +161,8 @@ class ExternalInput:
 class Replay:
     """Repeats the recorded actions of a journal.
 
-    Each action is performed after all other events of its time.
-
-    `on_end` is called at `end_ns`, after the last recorded action.
+    Each action is performed after all other events of its time.  `on_end` is called at `end_ns`, after the last
+    recorded action.
     """
 
     def __init__(
@@ -201,17 +176,11 @@ class Replay:
         self._schedule_next()
 
     def is_due_by(self, time_ns: int) -> bool:
-        """True if the next event of the replay is due at `time_ns` or earlier.
-
-        The last event is the end of the replay; all other events are recorded actions.
-        """
+        """True if a recorded action up to this time has not been performed yet."""
         return self._next_ns <= time_ns
 
     def abandon(self) -> Tail:
-        """End the replay early, and delete the actions that have not been replayed.
-
-        Return the deleted part of the journal.
-        """
+        """End the replay early; delete and return the part of the journal that has not been replayed."""
         self._cancel()
         return self.journal.truncate(self._cursor)
 

@@ -20,10 +20,7 @@ BYTES_PER_ACT = 400
 
 @dataclass(frozen=True)
 class Moment:
-    """Recorded actions that have the same virtual time.
-
-    The actions occur between two advances of the clock.
-    """
+    """Recorded actions that have the same virtual time.  The actions occur between two advances of the clock."""
 
     time_ns: int
     acts: tuple[Act, ...]
@@ -53,10 +50,7 @@ class Tail:
 
 
 class Journal:
-    """The recorded actions of users and hosts, in order of time.
-
-    A full journal accepts no more actions.
-    """
+    """The recorded actions of users and hosts, in order of time.  A full journal accepts no more actions."""
 
     def __init__(self, max_bytes: int = MAX_BYTES) -> None:
         self.full_ns: int | None = None
@@ -75,10 +69,7 @@ class Journal:
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """Append an action to the journal; return False if the journal is full.
-
-        `clock_pass`: number of clock advances before the action.
-        """
+        """Append an action; return False if the journal is full.  `clock_pass`: clock advances before it."""
         if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:
@@ -90,11 +81,7 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """Read the next group of recorded actions.  All actions of a group have the same virtual time.
-
-        Reading begins at the position `cursor`.  Return the actions with their time, and the position after the
-        actions.  Return None at the end of the journal.
-        """
+        """Return the moment after `cursor` and the position after this moment; None at the end."""
         if cursor.offset >= len(self._data):
             return None
         word, offset = self._get(cursor.offset)
@@ -116,10 +103,7 @@ class Journal:
             yield moment
 
     def truncate(self, cursor: Cursor) -> Tail:
-        """Delete all recorded actions after the position `cursor`, and return the deleted actions.
-
-        `restore` can restore the deleted actions.
-        """
+        """Delete all moments after this position, and return them for `restore`."""
         tail = Tail(
             cursor, bytes(self._data[cursor.offset :]), tuple(self._acts[cursor.known :]), self._last_ns, self.full_ns
         )
@@ -132,11 +116,7 @@ class Journal:
         return tail
 
     def restore(self, tail: Tail) -> None:
-        """Restore deleted actions of the recording.
-
-        `tail`: the actions that the method `truncate` has deleted and returned.  All moments after the position of
-        `tail` are replaced.
-        """
+        """Undo `truncate`: replace all moments after the position of `tail` by the deleted ones."""
         self.truncate(tail.cursor)
         self._data += tail.data
         for act in tail.acts:
@@ -151,10 +131,7 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Append a whole number to the recorded data as one or more bytes.
-
-        Each byte contains seven bits of the number, the low bits first.  The highest bit is 0 in the last byte.
-        """
+        """Append a number with seven bits per byte, low bits first; the highest bit is clear in the last byte."""
         while number > 0x7F:
             self._data.append(number & 0x7F | 0x80)
             number >>= 7

@@ -17,9 +17,8 @@ OFF_S = 0.1
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
     """Check a program, and return the name under which the program will be stored.
 
-    The name is the file name, or a numbered name if the file name is in use.
-
-    Raises ProgramError with file, line and column; UsageError.
+    The name is the file name, or a numbered name if the file name is in use.  Raises ProgramError with file, line and
+    column; UsageError.
     """
     file, controller = Path(filename), bench[name]
     if file.suffix.lower() not in (STORED, *KINDS):

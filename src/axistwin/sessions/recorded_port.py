@@ -29,10 +29,7 @@ from axistwin.sim.signal import Signal
 
 
 class MutableLine(Pin):
-    """Control line, e.g. DTR, that can be muted.  The host receives no reports of level changes from a muted line.
-
-    The line is muted during a replay of recorded input.
-    """
+    """A control line of a device on the present bench; its changes are not reported while it is muted."""
 
     def __init__(self, pin: Pin) -> None:
         super().__init__(pin.clock, pin.name, output=True)
@@ -40,10 +37,7 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect this control line to a new controller, e.g. after a restart of the simulation.
-
-        `pin`: the control line of the new controller.
-        """
+        """Connect to the control line of another bench."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -53,10 +47,7 @@ class MutableLine(Pin):
         return self._line.level
 
     def mute(self, on: bool) -> None:
-        """Suppress the reports of level changes if `on` is True; otherwise resume the reports.
-
-        At the end of muting, report a level that has changed since the beginning.
-        """
+        """Begin or end muting; at the end, report a level that has changed since the beginning."""
         if on is self._muted:
             return
         self._muted = on
@@ -71,13 +62,6 @@ class MutableLine(Pin):
 
 
 def _forwarded(name: str, act: Callable[[Any], LineAct] | None = None) -> Any:
-    """Create a Python property that gives access to an attribute of the recorded serial port.
-
-    Each assignment to the property is recorded.
-
-    `name`: name of the attribute.  `act`: class of the action; None for a property that cannot be set.
-    """
-
     def assign(recorded: "RecordedHost | RecordedPort", value: object) -> None:
         assert act is not None, "the property can be set"
         recorded.do(act(value), lambda present: setattr(present, name, value))
@@ -97,10 +81,7 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """Object that represents the host's end of the serial line.
-
-        A restart of the simulation replaces this object.
-        """
+        """The host's end of the line on the present bench."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
@@ -109,10 +90,7 @@ class RecordedHost:
 
 
 class RecordedPort:
-    """A serial port that records each action of its host.
-
-    The function `record` is called before the action is performed.
-    """
+    """A serial port whose host's actions are recorded: `record` is called before each."""
 
     flow: Flow = _forwarded("flow", SetFlow)
     held: bool = _forwarded("held", Hold)
@@ -131,10 +109,7 @@ class RecordedPort:
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
-        """Connect this port to the serial port of a new controller.
-
-        The settings of the serial port are not changed.
-        """
+        """Connect to the port of a new controller, without a change of its settings."""
         self._unsubscribe()
         self.present = port
         self._unsubscribe = port.subscribe_received(self._received)
@@ -175,10 +150,7 @@ class RecordedPort:
         return self.present.read()
 
     def send_break(self, seconds: float) -> None:
-        """Send a break to the controller for the given number of seconds.
-
-        The host's transmit line is then at space.  Raises UsageError for less than 1 ns.
-        """
+        """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
         check_break(seconds)
         self.do(SendBreak(seconds), lambda port: port.send_break(seconds))
 
@@ -187,10 +159,7 @@ class RecordedPort:
         self.do(DropPending(), lambda port: port.drop_pending())
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `callback(byte, errors)` for each character that the host receives.
-
-        Return an unsubscribe function.
-        """
+        """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
         return self._receives.subscribe(callback)
 
     def _received(self, byte: int, errors: LineError) -> None:
@@ -202,28 +171,19 @@ class RecordedPort:
 
 
 class RecordedBus:
-    """The registers of a board; each change that a host makes to the board is recorded.
-
-    The function `record` is called before each such action is performed.
-    """
+    """The registers of a board.  `record` is called with each action that changes the board, before it is performed."""
 
     def __init__(self, bus: RegisterPort, record: Callable[[BusAct], object]) -> None:
         self.present, self._record = bus, record
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Connect this port to a new board.
-
-        The registers are not changed.
-        """
+        """Connect this port to a new board.  The registers are not changed."""
         self.present = bus
         self.interrupt_line.attach(bus.interrupt_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end the muting of the bus.  A muted bus passes no interrupts to the host.
-
-        `on`: True begins the muting, False ends the muting.
-        """
+        """Begin or end muting."""
         self.interrupt_line.mute(on)
 
     @property
@@ -232,10 +192,7 @@ class RecordedBus:
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
-        """Read a register of the board.
-
-        A read of the status byte is not recorded, because it changes nothing.
-        """
+        """Read a register.  A read of the status byte changes nothing."""
         if offset == DATA:
             self._report(ReadData())
         return self.present.read(offset)

@@ -29,10 +29,7 @@ _HEADER = re.compile(r"^; host: (.+)$", re.MULTILINE)
 def files(
     scene: Scene | None, served: bool, bench: Bench, journal: Journal, programs: dict[str, str], end_ns: int
 ) -> dict[str, str]:
-    """Return the files of a saved session, by name: the scene, its programs and its conversations.
-
-    Raises UsageError for an action that no scene can contain.
-    """
+    """Return a saved session's scene, programs and conversations.  Raises UsageError for an impossible action."""
     found = Files()
     if scene is not None:
         # Keep the file names of the scene's programs, because actions contain these names, e.g. `load a.if1`.
@@ -67,11 +64,6 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """True if the recorded actions of a user can be saved as a `[[script]]` table of a scene file.
-
-    A script can perform only manual actions on one controller.  `moment`: recorded actions that have the same virtual
-    time.
-    """
     return len({act.controller for act in moment.acts}) == 1 and all(
         isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
@@ -79,18 +71,13 @@ def _is_script(moment: Moment) -> bool:
 
 
 def _names_a_fault(act: Do) -> bool:
-    """True if the action refers to a fault by its name.
-
-    A script would have to define that fault first.
-    """
+    """True if the action refers to a fault by its name.  A script would have to define that fault first."""
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
 
 
 class _Conversations:
-    """The conversations of a saved session; each conversation belongs to one endpoint."""
-
     def __init__(self, bench: Bench, rank: int) -> None:
         self.bench = bench
         self._host = OUTSIDE if rank == 1 else f"{OUTSIDE} {rank}"
@@ -98,10 +85,7 @@ class _Conversations:
         self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """Append actions to a conversation.  All actions have the same time `time_ns`.
-
-        A replay performs these actions after all other events of this time.
-        """
+        """Append actions of one time, which a replay performs after all other events of this time."""
         moments = list(moments)
         name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
@@ -111,25 +95,15 @@ class _Conversations:
             self._end_ns[name] = time_ns
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Yield pairs: the name of a serial port or bus, and the text of the conversation at this port or bus."""
         for name, acts in self._acts.items():
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
-        """Return the name of the endpoint (a controller or a bus) to which recorded actions belong.
-
-        The actions `acts` are saved in the conversation file of this endpoint.  A controller with a serial port is
-        preferred to a controller at a bus.
-        """
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
     def _addressed(self, name: str, act: Say | Do) -> Act:
-        """Return a copy of an action; leave out the controller's name if the conversation file does not need the name.
-
-        The name is not needed if the action is for the endpoint `name`, to which the conversation file belongs.
-        """
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

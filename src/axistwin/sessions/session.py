@@ -40,10 +40,7 @@ DRAIN_EVERY = 1 << 12
 
 
 class State(Enum):
-    """State of a session: paused, running or moving to another virtual time.
-
-    A session is moving while a `step` or a `go_to` is in progress.
-    """
+    """State of a session.  In this class, a move is a `step` or a `go_to`."""
 
     IDLE = auto()
     """Paused at the beginning, or after a completed move."""
@@ -75,12 +72,10 @@ class Forgotten:
 
 
 class Session:
-    """An interactive session, which runs, pauses and replays a simulation of motion controllers.
+    """Controls one bench at a time, created by `build`.
 
-    `build` creates a bench.
-
-    `speed`: multiple of real time; None: as fast as possible.  `scene`: the scene that `build` builds; needed for
-    `save`.  `served`: the scene was built without hosts for controllers with ports.  `run` needs a running event loop.
+    `speed`: times real time; None: as fast as possible.  `scene`: the scene of `build`, for `save`.  `served`: the
+    scene was built without hosts for controllers with ports.  `run` needs a running event loop.
     """
 
     def __init__(
@@ -123,36 +118,23 @@ class Session:
 
     @property
     def finished(self) -> bool:
-        """True if the scene's script and hosts have ended, and no event is due.
-
-        Always False for a scene without a script and without hosts.
-        """
+        """True if the scene has a script or hosts, all have ended, and no event is due."""
         bench = self.bench
         has_plan = bool(bench.planned or bench.senders or bench.attendants)
         return has_plan and bench.clock.quiet and bench.now >= bench.agenda_ns
 
     @property
     def seconds(self) -> float:
-        """Present virtual time in seconds.
-
-        While no event is due, the bench is not advanced, so this time can be in the past.
-        """
+        """Present virtual time in seconds; without due events the bench rests, so it can be in the past."""
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call the function `attach(bench)` now, and again after each restart of the simulation.
-
-        The bench is the set of simulated controllers.  A restart of the simulation creates a new bench.  `attach` is
-        called before the first event of the new bench.
-        """
+        """Call `attach` now with the present bench, and later with each new bench before its first event."""
         self._attached.append(attach)
         attach(self.bench)
 
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False) -> Server:
-        """Create the server that connects hosts outside this process to the ports of the session.
-
-        The clients of the server stay connected when the bench is replaced.
-        """
+        """Create the server of real ports.  Its clients stay connected when the bench is replaced."""
         self.pacer.sync()
         resets = self._power_cycle if reset else False
         self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=resets, access=self.input, share=share)
@@ -161,10 +143,7 @@ class Session:
         return self.server
 
     def client(self, name: str) -> str:
-        """Return the address of the client that is connected to an endpoint, e.g. `127.0.0.1:4711`.
-
-        Return "" if no client is connected.
-        """
+        """Return the address of the client at this endpoint; "" without a client."""
         return "" if self.server is None else self.server.client(name)
 
     @property
@@ -175,19 +154,14 @@ class Session:
     # Actions of users
 
     def do(self, who: str, target: str, value: str) -> None:
-        """Perform an action of a user, e.g. set the input `input1` of a controller to `high`.
-
-        `who`: the name of the controller or of the shared line.  `target` and `value` are those of a program line
-        `! target value` in a conversation.  Raises AxistwinError.
-        """
+        """Perform the action `! target value` of a conversation at the endpoint `who`.  Raises AxistwinError."""
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
         """Send data to an endpoint, as a host does.
 
-        The data are characters; for a board on a bus, one whole command.
-
-        Raises AxistwinError for an unknown name or an invalid command.
+        The data are characters; for a board on a bus, one whole command.  Raises AxistwinError for an unknown name or
+        an invalid command.
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
@@ -220,7 +194,6 @@ class Session:
         do()
 
     def _power_cycle(self, name: str) -> None:
-        """Switch a controller, or each controller on a bus, off and on again."""
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):
@@ -236,10 +209,7 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        """True while virtual time advances to an event (method `step`) or to a time (method `go_to`).
-
-        The session then accepts no actions.
-        """
+        """True during `step` and `go_to`, when no actions are possible."""
         return self._state in (State.MOVING, State.MOVE_HALTED, State.MOVE_ABORTED)
 
     @property
@@ -249,10 +219,7 @@ class Session:
 
     @property
     def speed(self) -> float | None:
-        """Speed as a multiple of real time; None: as fast as possible.
-
-        Setting an invalid speed raises UsageError.
-        """
+        """Speed as a multiple of real time; None: as fast as possible.  Setting an invalid speed raises UsageError."""
         return self.pacer.speed
 
     @speed.setter
@@ -264,22 +231,16 @@ class Session:
         self.waiting = True
 
     def welcome(self) -> None:
-        """Start virtual time at the first connection of a host or browser.
-
-        No effect unless the method `wait` has delayed the start.
-        """
+        """Start virtual time if the session waits for a host or a browser."""
         if self.waiting and not self.busy:
             self.run()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Return the result of the function `read`, which reads the state of the simulation.
-
-        In a running session, virtual time first catches up with the wall clock.
-        """
+        """Return the result of `read`, which reads the state of the bench at the present time."""
         return self.pacer.inspect(read) if self.running else read()
 
     def run(self) -> None:
-        """Start virtual time, which passes until a pause, a breakpoint or an error."""
+        """Start virtual time."""
         self._check_free()
         self.waiting = False
         self.halted_by, self._state = "", State.RUNNING
@@ -297,11 +258,9 @@ class Session:
     async def step(self, kind: str) -> bool:
         """Advance virtual time to the next event of the given kind, and pause.
 
-        Return False if no such event occurs within 60 virtual seconds.
-
-        "event": a change of a pin, a message, a fault, or the start or end of a motion.  "character": the same, but
-        each character of a message is an event.  "move": the start or end of a motion.  "statement": the start of a
-        line of a stored program.  Raises UsageError.
+        Return False if no such event occurs within 60 virtual seconds.  "event": a change of a pin, a message, a fault,
+        or the start or end of a motion.  "character": the same, but each character of a message is an event.  "move":
+        the start or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
         """
         self.pause()
         with steps.StepObserver(self.bench, kind) as observer, self._moving():
@@ -314,10 +273,7 @@ class Session:
             return observer.seen
 
     def add_break(self, sentence: str) -> Break:
-        """Add a breakpoint at an event, e.g. "table.X passes 1000".
-
-        Raises UsageError.
-        """
+        """Add a breakpoint at an event, e.g. "table.X passes 1000".  Raises UsageError."""
         self._check_free()
         self.breaks.append(Break(sentence, self.bench, self._hit))
         return self.breaks[-1]
@@ -328,21 +284,12 @@ class Session:
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until a given event, e.g. "table.X passes 1000", or until a breakpoint.
-
-        Raises UsageError for an invalid sentence.
-        """
+        """Run until an event, e.g. "table.X passes 1000", or a breakpoint.  Raises UsageError if it is invalid."""
         self._check_free()
         self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
 
     def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time to the next event of the kind that `observer` detects, e.g. the start of a motion.
-
-        Stop earlier if the function `over` returns True.
-
-        Return False if no event is left.
-        """
         return steps.advance(
             self.bench,
             lambda: min(end_ns, observer.end_ns),
@@ -350,23 +297,15 @@ class Session:
         )
 
     def _run_to(self, time_ns: int, over: Callable[[], bool]) -> bool:
-        """Advance virtual time to `time_ns`, or until the function `over` returns True.
-
-        Return True if `time_ns` is reached.
-        """
         return steps.run_to(self.bench.clock, time_ns, lambda: self._state is not State.MOVING or over())
 
     def _hit(self, which: Break) -> None:
-        """Pause the session, because a breakpoint has been reached."""
         self.pacer.stop()
         if self._state not in (State.HALTED, State.MOVE_HALTED):
             self._halt(which.sentence if which.once else f"break: {which.sentence}")
 
     def _on_failure(self, error: AxistwinError) -> None:
-        """Pause the session, because a planned action has failed.
-
-        During `go_to`, only log the error.
-        """
+        """Pause the session, because a planned action has failed.  During `go_to`, only log the error."""
         log.warning("%s", error)
         if self.progress is None:
             self.pacer.stop()
@@ -385,18 +324,12 @@ class Session:
 
     @property
     def recorded_seconds(self) -> float:
-        """Virtual time at the end of the recording, in seconds.
-
-        `go_to` accepts any time up to this end.
-        """
+        """Virtual time at the end of the recording, in seconds.  `go_to` accepts any time up to this end."""
         return to_seconds(self._recorded)
 
     @property
     def repeating(self) -> bool:
-        """True while the session replays its recorded input.
-
-        During the replay, hosts at real ports cannot exchange data with the controllers.
-        """
+        """True while recorded input is replayed and hosts at real ports are blocked."""
         return self._replay is not None
 
     def give_up(self) -> None:
@@ -405,10 +338,7 @@ class Session:
             self._state = State.MOVE_ABORTED
 
     async def go_to(self, seconds: float) -> None:
-        """Go back or forward to a recorded virtual time, and pause.
-
-        Raises UsageError for a time that is not recorded.
-        """
+        """Go to a recorded virtual time, and pause.  Raises UsageError for a time that is not recorded."""
         time_ns = to_ns(seconds)
         if not 0 <= time_ns <= self._recorded:
             raise UsageError(f"time {seconds:g} s is not recorded: expected 0 to {self.recorded_seconds:.3f} s")
@@ -419,10 +349,7 @@ class Session:
             await self._advance_to(time_ns)
 
     def restart(self) -> None:
-        """Start again at virtual time 0, and delete the recording.
-
-        `undo` restores the recording.
-        """
+        """Start again at virtual time 0, and delete the recording.  `undo` restores the recording."""
         self.pause()
         with self._moving():
             for each in self.breaks:
@@ -436,10 +363,7 @@ class Session:
     async def advance_to(self, seconds: float) -> None:
         """Run at full speed to a later virtual time.
 
-        If the session was running, then continue at the previous speed; otherwise pause.
-
-        A breakpoint ends the move.
-
+        If the session was running, then continue at the previous speed; otherwise pause.  A breakpoint ends the move.
         Raises UsageError for an earlier time.
         """
         time_ns, was_running = to_ns(seconds), self.running
@@ -457,10 +381,7 @@ class Session:
             self.run()
 
     def forget_rest(self) -> None:
-        """Delete the part of the recording after the present virtual time.
-
-        The session then accepts new input.  `undo` restores the deleted part.
-        """
+        """Delete the recording after now, so that new input is accepted; `undo` restores it."""
         self._check_free()
         self.pacer.sync()
         if self._replay is not None:
@@ -470,17 +391,11 @@ class Session:
 
     @property
     def undo_seconds(self) -> float:
-        """Number of seconds (real time) during which the panel still shows the button *Undo*.
-
-        0 if the panel does not show the button.
-        """
+        """Seconds of wall-clock time for which `undo` is still possible; 0 if it is impossible."""
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
 
     async def undo(self) -> None:
-        """Undo the latest deletion of recorded actions.
-
-        The session pauses at the virtual time of the deletion.  Raises UsageError.
-        """
+        """Restore what was deleted last, and pause at the time of the deletion.  Raises UsageError."""
         self._check_free()
         found, self._forgotten = self._forgotten, None
         if found is None:
@@ -498,10 +413,6 @@ class Session:
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
     def _restart(self, recorded_ns: int) -> None:
-        """Rebuild the controllers at virtual time 0, and begin to replay the recording.
-
-        `recorded_ns`: end of the recording.
-        """
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
@@ -516,10 +427,7 @@ class Session:
         self._replay = Replay(self.bench.clock, self.journal, self.input.replay, recorded_ns, self._end_slice)
 
     def advance(self, time_ns: int) -> None:
-        """Advance a paused session to a virtual time in nanoseconds.
-
-        Raises UsageError for a running session.
-        """
+        """Advance a paused session to a virtual time in nanoseconds.  Raises UsageError for a running session."""
         self._check_free()
         if self.running:
             raise UsageError("cannot advance a running session: pause the session first")
@@ -543,7 +451,6 @@ class Session:
 
     @contextmanager
     def _moving(self) -> Iterator[None]:
-        """Mark the session as busy until the end of a `with` block."""
         self._state, self.waiting = State.MOVING, False
         try:
             yield
@@ -553,21 +460,13 @@ class Session:
 
     @property
     def _replayed(self) -> bool:
-        """True if a replay has reached its end, but `_end_replay` has not been called yet."""
         return self._replay is not None and self._replay.finished
 
     def _end_slice(self) -> None:
-        """End the present slice (an uninterrupted advance of virtual time) early.
-
-        The pacer, which advances virtual time, then calls `_after_advance`.
-        """
         self.pacer.speed = self.pacer.speed
 
     def _after_advance(self) -> None:
-        """End a completed replay.  Discard data that controllers have sent to ports without a client.
-
-        Called after each advance of virtual time.
-        """
+        """End a completed replay, and discard data for ports without a client, after each advance."""
         if self._replayed:
             self._end_replay()
         if self.pacer.passes % DRAIN_EVERY == 0:
@@ -576,19 +475,12 @@ class Session:
                     port.read()
 
     def _end_replay(self) -> None:
-        """End the replay of the recorded input.
-
-        Hosts at real ports can then exchange data with the controllers again.
-        """
         self._replay, self._recorded_ns = None, self.bench.now
         self.input.unmute()
 
     # Saving
 
     def save(self) -> dict[str, str]:
-        """Convert the recorded session to the files of a scene, and return the text of each file.
-
-        The result is a dictionary from file name to text.  The command `axistwin run` then repeats the session.
-        """
+        """Return the texts of a scene and its files, by name, with which `axistwin run` repeats the recording."""
         texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

@@ -20,10 +20,7 @@ MAX_S = 60
 
 
 class StepObserver:
-    """Detects the end of a simulation step, e.g. of a step to the next event or to the next character.
-
-    A context manager: the simulation is observed inside the `with` block.
-    """
+    """Detects the end of a step within a `with` block; `kind`: the kind of step."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
@@ -55,17 +52,11 @@ class StepObserver:
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
-        """Treat the present serial message as complete, although CR or LF is missing.
-
-        The end of a message ends the simulation step.  Called when no more characters of the message will come.
-        """
+        """End the step if a message is in progress, because the message has ended."""
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """Record that an event, e.g. the beginning of a fault, has ended the simulation step.
-
-        A serial message is one event, which occurs at the last character of the message.
-        """
+        """End the step at an event; all characters of one message count as one event."""
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return
@@ -77,10 +68,7 @@ class StepObserver:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Return the state of motion of each axis.
-
-        True if the axis moves; for a stepper axis, also the start time of its move.
-        """
+        """Return for each axis whether it moves; for a stepper axis, also the start time of its move."""
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
@@ -91,9 +79,7 @@ class StepObserver:
 def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object]) -> bool:
     """Execute events in order of time until `done()` returns True.
 
-    Return False if no event is due by the time `end_ns()`.
-
-    While a servo moves, each of its samples is an event.
+    Return False if no event is due by the time `end_ns()`.  While a servo moves, each of its samples is an event.
     """
     clock = bench.clock
     axes = (axis for controller in bench.controllers.values() for axis in controller.axes.values())
@@ -108,10 +94,7 @@ def advance(bench: Bench, end_ns: Callable[[], int], done: Callable[[], object])
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Execute events up to the virtual time `end_ns`.  Stop earlier if the function `over` returns True.
-
-    Return True if the time `end_ns` is reached.
-    """
+    """Execute events up to `end_ns`, or until `over` is True.  Return True if `end_ns` is reached."""
     while not over():
         due_ns = clock.next_event_ns()
         if due_ns is None or due_ns > end_ns:

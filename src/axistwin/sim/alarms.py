@@ -6,10 +6,7 @@ from axistwin.sim.signal import Signal
 
 
 class Alarms:
-    """The fault flags of a device; subscribers are notified when the device raises a flag.
-
-    `names`: the flags that are reported, named as in the device's manual.
-    """
+    """The fault flags of a device.  `names`: the flags that are reported, named as in the device's manual."""
 
     def __init__(self, *names: str) -> None:
         self.names = names

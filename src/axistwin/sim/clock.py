@@ -26,8 +26,6 @@ _AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes simultaneous events in the orde
 
 
 class _Call(Event):
-    """A function call that is scheduled in the clock's queue of events."""
-
     _ok, _value = True, None
     callbacks = (lambda event: event._action(),)  # type: ignore[assignment]  # never appended to
 
@@ -64,10 +62,7 @@ class Clock(Environment):
         return not self._queue or self._queue[0][0] > self._now
 
     def run_to(self, end_ns: int) -> None:
-        """Execute all events up to the time `end_ns`, then set the clock to this time.
-
-        Raises UsageError for a time after the end of virtual time.
-        """
+        """Execute all events up to `end_ns`, and set the clock.  Raises UsageError beyond virtual time."""
         end = self._last_at(_possible(end_ns))
         self._unobserved = not self._ends
         try:
@@ -80,18 +75,14 @@ class Clock(Environment):
 
     @property
     def free_ns(self) -> int:
-        """Time in ns from now to the next event.
-
-        0 if a subscriber observes the clock event by event.
-        """
+        """Time in ns from now to the next event.  0 if a subscriber observes the clock event by event."""
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
         """Advance the clock by `duration_ns` if no event is due during this time.  Otherwise, do nothing.
 
-        Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.
-
-        A procedure that waits for its own timeout may skip the time instead of waiting; the effect is the same.
+        Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.  A
+        procedure that waits for its own timeout may skip the time instead of waiting; the effect is the same.
         """
         end_ns = self._now + duration_ns
         if self._unobserved and self._queue[0][0] > end_ns:
@@ -100,10 +91,7 @@ class Clock(Environment):
         return False
 
     def later(self, duration_ns: int) -> int:
-        """Return the time `duration_ns` after now.
-
-        Raises UsageError for a time after the end of virtual time (292 years).
-        """
+        """Return now plus `duration_ns`.  Raises UsageError for a time after 292 years, the end of virtual time."""
         return _possible(self.now + duration_ns)
 
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
@@ -119,16 +107,12 @@ class Clock(Environment):
         return partial(self._withdraw, event)
 
     def _withdraw(self, event: Event) -> None:
-        """Cancel a scheduled event; no effect if the event has happened."""
         if event.callbacks is not None:
             self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
             heapify(self._queue)
 
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
-        """Schedule an event at the time `time_ns`, and return the event.
-
-        The event happens after all other events up to this time.
-        """
+        """Return an event that happens after all other events that are due by then."""
         event = Event(self)
         event._ok, event._value = True, None  # SimPy expects a success flag and a value in each scheduled event.
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
@@ -157,10 +141,7 @@ class Clock(Environment):
         super().step()
 
     def next_event_ns(self) -> int | None:
-        """Return the time of the next event in ns, or None if no event will happen.
-
-        Virtual time ends after 292 years; later events do not happen.
-        """
+        """Return the time of the next event; None: no event is due before the end of virtual time."""
         queue = self._queue
         return None if not queue or queue[0][0] >= MOST_NS else int(queue[0][0])
 
@@ -170,10 +151,7 @@ class Clock(Environment):
         heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
     def soon(self, action: Callable[[], object]) -> None:
-        """Call `action` once, at the present virtual time and before all other events.
-
-        A procedure that is running first continues to its next `yield`.
-        """
+        """Call `action` now, before all other events, but after the running procedure's next `yield`."""
         event = Event(self)
         event._ok, event._value = True, None
         event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
@@ -194,10 +172,8 @@ class Clock(Environment):
 def interrupt(process: Process) -> None:
     """Interrupt a simulated procedure (a Python generator) that waits at a `yield`.
 
-    The `yield` raises `simpy.Interrupt` in the same nanosecond of virtual time.
-
-    Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Procedures must
-    not be interrupted in any other way.
+    The `yield` raises `simpy.Interrupt` in the same nanosecond of virtual time.  Nothing happens if the procedure has
+    finished, is the caller itself, or has a pending interrupt.  Procedures must not be interrupted in any other way.
     """
     clock = process.env
     assert isinstance(clock, Clock), "procedures belong to a clock"
@@ -217,9 +193,8 @@ def _possible(time_ns: int) -> int:
 def kill(process: Process) -> None:
     """Abort a simulated procedure (a Python generator), e.g. at a power cut.
 
-    The procedure is not resumed, but its `finally` clauses are executed.  A pending interrupt is lost.
-
-    A procedure that aborts itself ends at its next `yield`.
+    The procedure is not resumed, but its `finally` clauses are executed.  A pending interrupt is lost.  A procedure
+    that aborts itself ends at its next `yield`.
     """
     if not process.is_alive:
         return

@@ -12,11 +12,7 @@ from axistwin.sim.frames import UartFormat
 
 @dataclass
 class Passage:
-    """The transmission of one character over a serial line, with the effects of line disturbances.
-
-    `sent`: format of the character.  `copies`: number of times that the character is received.  `flips`: mask of the
-    inverted data bits.  `delay_ns`: delay of the character.
-    """
+    """A character in transit: number of copies, inverted data bits, delay, and format."""
 
     sent: UartFormat
     copies: int = 1
@@ -34,12 +30,7 @@ def always() -> bool:
 
 @dataclass(eq=False)
 class Disturbance:
-    """Simulated transmission errors on a serial line, e.g. lost or repeated characters.
-
-    Applies `effect` to each character for which `strikes()` returns True.
-
-    `left`: the number of characters still to be disturbed; None: no limit.
-    """
+    """A disturbance: applies `effect` where `strikes()`; `left`: number of characters to come, None: all."""
 
     effect: Effect
     left: int | None = None
@@ -53,10 +44,7 @@ class Disturbance:
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """Disturb a character on a serial line, e.g. invert data bits of the character.
-
-        No effect if `strikes()` returns False.  Otherwise the number `left` decreases by 1.
-        """
+        """Apply the disturbance to a character if `strikes()` is True; count the character."""
         if self.left == 0 or not self.strikes():
             return
         self.effect(passage)
@@ -77,10 +65,7 @@ def double(passage: Passage) -> None:
 
 
 def flip(mask: int) -> Effect:
-    """Return a function that inverts data bits of a serial character, e.g. bit 0 if `mask` is 1.
-
-    The parity bit is not inverted.
-    """
+    """Return an effect that inverts the data bits in `mask`; the parity bit stays."""
 
     def effect(passage: Passage) -> None:
         passage.flips ^= mask
@@ -89,10 +74,7 @@ def flip(mask: int) -> Effect:
 
 
 def delay(delay_ns: Callable[[], int]) -> Effect:
-    """Return a function that delays a character on a serial line.
-
-    The parameter `delay_ns` is a function that returns the delay in ns.
-    """
+    """Return an effect that delays the character."""
 
     def effect(passage: Passage) -> None:
         passage.delay_ns += delay_ns()
@@ -101,10 +83,7 @@ def delay(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Return a function that simulates the transmission of a character at a wrong baud rate.
-
-    `baudrate(correct)` returns the wrong baud rate.
-    """
+    """Return an effect that transmits at a wrong baud rate; `baudrate(correct)` returns the wrong one."""
 
     def effect(passage: Passage) -> None:
         passage.sent = replace(passage.sent, baudrate=baudrate(passage.sent.baudrate))

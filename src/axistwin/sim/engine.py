@@ -13,10 +13,7 @@ NAME = "simpy"
 
 
 def _postpone_init() -> None:
-    """Delay the import of SimPy until the program first uses SimPy.
-
-    No effect if SimPy has been imported before.
-    """
+    """Delay the import of SimPy until the program first uses SimPy.  No effect if SimPy has been imported before."""
     if NAME in sys.modules:
         return
     spec = find_spec(NAME)

@@ -39,12 +39,9 @@ SOUND = LineError.NONE
 
 @dataclass(frozen=True)
 class UartFormat:
-    """Format of the characters on a serial line: baud rate, data bits, parity and stop bits.
+    """The format of a character on the wire.  Parity as a letter: N(one), E(ven), O(dd), M(ark), S(pace).
 
-    Parity is a letter: N(one), E(ven), O(dd), M(ark), S(pace).
-
-    Raises UsageError for an invalid format.  A format has 1 to 12,000,000 baud, 5 to 8 data bits, and 1, 1.5 or 2 stop
-    bits.
+    Raises UsageError for an invalid format.  Valid are 1 to 12,000,000 baud, 5 to 8 data bits, 1, 1.5 or 2 stop bits.
     """
 
     baudrate: int = 9600
@@ -95,20 +92,13 @@ class UartFormat:
         return odd if self.parity == "E" else not odd
 
     def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
-        """Return the levels of the start bit, the data bits and the parity bit of a character.
-
-        The data bits in `flipped` are inverted; the parity bit is not.
-        """
+        """Return the levels of start, data and parity bits; data bits in `flipped` are inverted, the parity is not."""
         byte &= (1 << self.bytesize) - 1
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Return the start and end time of each low pulse in a serial character, in bit periods.
-
-        Time 0 is the beginning of the start bit.  For example, (0, 3) is a low pulse from the beginning of the start
-        bit to the end of the second data bit.
-        """
+        """Return the runs of space in the frame of `byte`: first bit of each run, and first bit after the run."""
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
     @cached_property
@@ -117,21 +107,14 @@ class UartFormat:
         return 2 + self.bytesize + (self.parity != "N")
 
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
-        """Decode a character from the levels of a serial line, and return the byte and the line errors.
-
-        `level_at` returns the level at a time in ns after the falling edge.  Return None if the level in the middle of
-        the start bit is high.
-        """
+        """Return byte and errors as received; None: a false start.  `level_at`: level in ns after the falling edge."""
         middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(self.samples)]
         if level_at(middles[0]) is MARK:
             return None
         return self.read(sum(level_at(middle) << bit for bit, middle in enumerate(middles)))
 
     def read(self, levels: int) -> tuple[int, LineError]:
-        """Decode sampled levels: return the byte and the line errors.
-
-        `levels`: one sample in the middle of each bit, the start bit as bit 0.
-        """
+        """Return byte and errors.  `levels`: one sample in the middle of each bit, the start bit as bit 0."""
         byte = levels >> 1 & ((1 << self.bytesize) - 1)
         wrong_parity = self.parity != "N" and bool(levels >> 1 + self.bytesize & 1) is not self.parity_bit(byte)
         no_stop_bit = not levels >> self.samples - 1
@@ -160,11 +143,7 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """A signal on a serial wire, stored as the time spans in which the wire is low (space, logic 0).
-
-    The spans are counted in bits of `bit/per` ns from `start_ns` on.  At all other times the wire is high (mark,
-    logic 1).
-    """
+    """A signal on a wire from `start_ns` on: spaces between bits of `bit/per` ns; otherwise the wire is at mark."""
 
     start_ns: int
     spaces: tuple[tuple[int, int], ...]
@@ -177,10 +156,7 @@ class Frame:
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """Create the frame of a character: start bit, data bits, parity bit and stop bits.
-
-        `flipped`: mask of the data bits to invert.
-        """
+        """Return the frame of a character; `flipped` data bits are inverted."""
         intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
         return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
 
@@ -191,10 +167,7 @@ class Frame:
 
     @property
     def end(self) -> int:
-        """Time at which the last low pulse of this serial frame ends.
-
-        The time is in units of 1/`per` ns.
-        """
+        """End of the frame's last space, in units of 1/`per` ns."""
         return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 

@@ -20,10 +20,7 @@ from axistwin.sim.frames import Frame
 
 
 class Space:
-    """A time span in which the wire is low (space, logic 0).
-
-    The span is from `begin` to `end`, in units of 1/`per` ns.
-    """
+    """The wire is at space from `begin` to `end`, in units of 1/`per` ns."""
 
     __slots__ = ("begin", "end", "per", "unread")
 
@@ -34,10 +31,7 @@ class Space:
 
 
 class Levels:
-    """Levels of a serial wire over time, stored as the time spans in which the wire is low.
-
-    The levels must be read in order of time.
-    """
+    """The planned levels of a wire, from the present time on. They must be read in order of time."""
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
@@ -46,10 +40,7 @@ class Levels:
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
-        """Put a signal on the wire, e.g. a character or a break signal.
-
-        Where frames overlap, the wire is low if any of the frames is low.
-        """
+        """Put a frame on the wire.  Where frames overlap, the wire is at space if one of them is."""
         bit, per = frame.bit, frame.per
         start = frame.start_ns * per
         new = [Space(start + first * bit, start + last * bit, per, not frame.own) for first, last in frame.spaces]
@@ -66,10 +57,7 @@ class Levels:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
     def low(self, at: int, per: int) -> bool:
-        """True if the wire is low at the given time.
-
-        The time is `at/per` ns.  Earlier spaces are discarded.
-        """
+        """True if the wire is low at the given time.  The time is `at/per` ns.  Earlier spaces are discarded."""
         self.forget(at, per)
         spaces = self._spaces
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
@@ -77,9 +65,8 @@ class Levels:
     def sample(self, at: int, step: int, per: int, count: int) -> int:
         """Sample the wire at equal intervals, and return the levels as the bits of a number.
 
-        Bit 0 is the level at `at/per` ns, bit 1 at `(at + step)/per` ns, and so on for `count` samples.
-
-        Spaces before the last but one sample are discarded; a receiver may sample the newer spaces once more.
+        Bit 0 is the level at `at/per` ns, bit 1 at `(at + step)/per` ns, and so on for `count` samples.  Spaces before
+        the last but one sample are discarded; a receiver may sample the newer spaces once more.
         """
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
@@ -101,10 +88,7 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Delete each stored low pulse that ends at or before a given time.
-
-        The time in ns is `at` divided by `per`.
-        """
+        """Discard all spaces that end by `at/per` ns."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
@@ -114,10 +98,7 @@ class Levels:
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Yield each low pulse on the serial wire that may be the beginning of a character.
-
-        Only low pulses that begin at `since/per` ns or later are yielded, and each low pulse at most once.
-        """
+        """Yield the unread spaces whose falling edge is at `since/per` ns or later; each space is yielded once."""
         for space in self._spaces:
             if space.unread:
                 space.unread = False
@@ -136,10 +117,7 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Sort low pulses of a wire by time, and merge overlapping low pulses to one.
-
-    Low pulses that only touch stay apart, because each transmitter begins its frame from the high level.
-    """
+    """Merge overlapping spaces; those that only touch stay apart, each with its own start bit."""
     merged: list[Space] = []
     for space in sorted(spaces, key=lambda space: Fraction(space.begin, space.per)):
         last = merged[-1] if merged else None

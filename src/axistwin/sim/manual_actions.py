@@ -39,10 +39,7 @@ def check_torque(newton_metres: float) -> None:
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """Context manager: actions in the `with` block are not reported as manual actions.
-
-    The bench itself performs these actions, because of a script or a fault.
-    """
+    """Attribute all actions at machines to the bench itself, so that they are not reported."""
     within, clock.by_itself = clock.by_itself, True
     try:
         yield
@@ -51,10 +48,7 @@ def by_itself(clock: Clock) -> Iterator[None]:
 
 
 class ManualAct(StrEnum):
-    """Kinds of manual actions at a machine.
-
-    Conversations and recordings contain the same names.
-    """
+    """Kinds of manual actions at a machine.  Conversations and recordings contain the same names."""
 
     POWER = "power"
     JOYSTICK = "joystick"
@@ -66,10 +60,7 @@ class ManualAct(StrEnum):
 
 
 class ManualActions:
-    """Notifies subscribers of manual actions at a controller or an axis, e.g. when a person turns the shaft.
-
-    A report contains the kind of the action and its values.
-    """
+    """Reports the manual actions at one machine part: the kind of action and its values."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -80,9 +71,6 @@ class ManualActions:
         return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
-        """Notify all subscribers that a person performs an action at the machine, e.g. turns the shaft.
-
-        Actions of a script or a fault are not reported.  They are performed in a `by_itself` block.
-        """
+        """Report an action, unless the bench itself performs the action."""
         if not self._clock.by_itself:
             self._begins.emit(act, *values)

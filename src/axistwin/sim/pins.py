@@ -26,16 +26,11 @@ FULL_SCALE = 1023
 
 @dataclass(eq=False)
 class _Held:
-    """Level that a defect forces on a terminal."""
-
     level: bool
 
 
 class Pin:
-    """A digital terminal of a device.
-
-    Each family defines what `level` means electrically.
-    """
+    """A digital terminal of a device.  Each family defines what `level` means electrically."""
 
     restless = False
     """True if the pin changes so often that it must be read on demand, not observed."""
@@ -62,10 +57,7 @@ class Pin:
 
     @property
     def level(self) -> bool:
-        """True if the level is high.
-
-        An opto-isolated input of the IF1/IF2 is high if current flows.
-        """
+        """True if the level is high.  An opto-isolated input of the IF1/IF2 is high if current flows."""
         if self._holds:
             return self._holds[-1].level
         if self._driven is not None:
@@ -81,10 +73,7 @@ class Pin:
 
     @property
     def drivable(self) -> bool:
-        """True if the user can connect a test lead to set the level of the pin.
-
-        For most pins: True for an input, and False for an output.
-        """
+        """True if the level can be set from outside."""
         return not self._output
 
     @property
@@ -94,10 +83,7 @@ class Pin:
 
     @property
     def undriven(self) -> bool:
-        """Level that an output stage, a switch or a wire applies to the terminal.
-
-        A test lead or a defect can override this level.
-        """
+        """The level of the terminal without test lead and defects: that of the connected part."""
         return self._source
 
     @property
@@ -117,10 +103,7 @@ class Pin:
         self._update(before)
 
     def release(self) -> None:
-        """Disconnect the simulated test lead that forces the level of the terminal.
-
-        The connected output stage, switch or wire then sets the level.
-        """
+        """Remove the test lead: the connected part sets the level again."""
         before = self.level
         self._put_lead(None)
         self._update(before)
@@ -150,10 +133,7 @@ class Pin:
         self._update(before)
 
     def flash(self, half_period_ns: int) -> None:
-        """Make the output flash, beginning with the high level.
-
-        Without subscribers, the flashing causes no events.
-        """
+        """Make the output flash, beginning with the high level.  Without subscribers, the flashing causes no events."""
         before, self._flash_ns, self._flash_from = self.level, half_period_ns, self.clock.now
         self._update(before)
         if self._changes:
@@ -168,25 +148,16 @@ class Pin:
         return unsubscribe
 
     def subscribe_edges(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at each change of the pin's level.  Return a function that ends these calls.
-
-        Also for a pin whose level is normally read on demand.
-        """
+        """Call `callback(pin)` at each change, even of a pin that is read on demand; return an unsubscribe function."""
         return self.subscribe(callback)
 
     def subscribe_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` when the test lead is connected, changed or removed, even if the level stays the same.
-
-        Return an unsubscribe function.
-        """
+        """Call `callback()` at each change of the test lead, even of equal level; return an unsubscribe function."""
         return self._lead_changes.subscribe(callback)
 
     @property
     def lead(self) -> bool | float | None:
-        """Level of the test lead that is connected to the pin; None if no test lead is connected.
-
-        For a `UserPin`, the level is a voltage.
-        """
+        """The level, or the voltage of a `UserPin`, that the test lead forces; None: no test lead."""
         return self._driven
 
     def _put_lead(self, level: bool | None) -> None:
@@ -221,10 +192,7 @@ class Pin:
 
 
 class CalculatedPin(Pin):
-    """An output whose level is calculated from the motion each time the level is read.
-
-    The output causes no event for each pulse.
-    """
+    """An output whose level is calculated at each reading; it causes no event for each pulse."""
 
     silent = True
 
@@ -234,19 +202,15 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """Level of the output at the present time, e.g. of the step output during a move.
-
-        A test lead or a defect can force another level.
-        """
+        """The level at this moment, unless the terminal is driven or held."""
         return super().level if self._holds or self.driven else self._read()
 
 
 class SensedPin(Pin):
     """An input whose level is read from a sensor on demand.
 
-    The sensor is observed only while the input has subscribers.
-
-    A sensor that the machine passes repeatedly therefore costs no events unless a device waits for it.
+    The sensor is observed only while the input has subscribers.  A sensor that the machine passes repeatedly therefore
+    costs no events unless a device waits for it.
     """
 
     def __init__(self, clock: Clock, name: str) -> None:
@@ -257,9 +221,7 @@ class SensedPin(Pin):
         self._last = False
 
     def sense(self, read: Callable[[], bool], follow: Callable[[Callable[[], None]], Callable[[], None]]) -> None:
-        """Connect a sensor to the input.  The function `read` returns the present level of the sensor.
-
-        `follow(update)` calls `update` when the level may have changed.
+        """Connect a sensor: `read` returns its level, `follow(update)` calls `update` when the level may have changed.
 
         `follow` must return an unsubscribe function.
         """
@@ -275,10 +237,7 @@ class SensedPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that a sensor, a switch or a wire applies to the input.
-
-        A test lead or a defect can override this level.
-        """
+        """Level that a sensor, a switch or a wire applies; a test lead or a defect can override it."""
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
@@ -352,11 +311,7 @@ class UserPin(Pin):
 
     @property
     def undriven(self) -> bool:
-        """Level that the output stage, an external wire or the pull-up resistor applies to the terminal.
-
-        The output stage sets this level if it is on, otherwise the external wiring, otherwise the pull-up resistor.
-        A test lead or a defect can override this level.
-        """
+        """The level that the output stage, the external wiring or the pull-up resistor sets."""
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
 
@@ -373,10 +328,7 @@ class UserPin(Pin):
         self._attach(_volts(level))
 
     def release(self) -> None:
-        """Disconnect the simulated test lead that forces the level of the terminal.
-
-        The output stage, the external wiring or the pull-up resistor then sets the voltage.
-        """
+        """Remove the test lead."""
         self._attach(None)
 
     @property
@@ -385,10 +337,7 @@ class UserPin(Pin):
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
-        """Apply a voltage to the pin through the test lead, or remove the test lead if `volts` is None.
-
-        Subscribers are notified before the change has an effect.
-        """
+        """Report a change of the test lead before its effect, even if the voltage stays the same."""
         if volts == self._lead:
             return
         level, before = self.level, self.volts
@@ -397,17 +346,11 @@ class UserPin(Pin):
         self._find_volts(level, before)
 
     def set(self, level: bool | float | None) -> None:
-        """Set the level or the voltage that an external wire applies to the terminal.
-
-        `level`: True means 5 V, and False means 0 V.  None disconnects the wire.
-        """
+        """Set the level or voltage of the external wiring; None: open."""
         self._set_source("_wired", None if level is None else _volts(level))
 
     def output(self, level: bool) -> None:
-        """Make the pin an output, and set the pin to `level`.
-
-        `level`: True means 5 V, and False means 0 V.
-        """
+        """Switch the output stage on, at 5 V or 0 V."""
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
@@ -432,13 +375,11 @@ class UserPin(Pin):
         return ended
 
     def _set_source(self, source: str, volts: float | None) -> None:
-        """Set the voltage that one source applies to the pin; None disconnects the source."""
         level, before = self.level, self.volts
         setattr(self, source, volts)
         self._find_volts(level, before)
 
     def _find_volts(self, level: bool, before: float) -> None:
-        """Calculate the voltage of the pin.  Notify the subscribers if the voltage or the logic level has changed."""
         held = _volts(self._holds[-1].level) if self._holds else None
         stated = (volts for volts in (held, self._lead, self._stage, self._wired) if volts is not None)
         self._volts = next(stated, PULLED_UP_VOLTS)
@@ -452,10 +393,6 @@ class UserPin(Pin):
 
 
 def _volts(level: bool | float) -> float:
-    """Convert a level (True or False) to a voltage, or return a given voltage unchanged.
-
-    Raises UsageError if the given voltage is out of range.
-    """
     if isinstance(level, bool) or not isinstance(level, int | float):
         return PULLED_UP_VOLTS if level else 0.0
     if not LEAST_VOLTS <= level <= MOST_VOLTS:

@@ -11,10 +11,7 @@ Line = tuple[str, int]
 
 
 class Progress:
-    """Notifies subscribers when the execution of a program line begins.
-
-    `attend()` is called whenever `wanted`, the set of subscribed lines, changes.
-    """
+    """Reports the beginning of program lines; `attend()` is called after each change of `wanted`."""
 
     def __init__(self, attend: Callable[[], None] = lambda: None) -> None:
         self._attend = attend
@@ -27,18 +24,14 @@ class Progress:
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Notify the subscribers that the execution of a program line begins.
-
-        `index`: number of the line, from 0.
-        """
+        """Report to the subscribers that this line begins now."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `callback(program, index)` when the execution of a program line begins.
 
-        `only`: call `callback` for this line only.
-
-        The callback may read the bench but must not change it.  Return an unsubscribe function.
+        `only`: call `callback` for this line only.  The callback may read the bench but must not change it.  Return an
+        unsubscribe function.
         """
 
         def begins(program: str, index: int) -> None:

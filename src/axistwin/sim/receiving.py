@@ -6,10 +6,7 @@ from axistwin.units import S
 
 
 class Whole:
-    """A character that is received as a whole, without sampling of its bits.
-
-    If another signal appears on the wire, sampling begins.
-    """
+    """A character received as a whole; another signal on the wire makes its bits be sampled."""
 
     __slots__ = ("byte", "end_ns", "sampled", "sent", "start_ns")
 
@@ -24,9 +21,8 @@ class Whole:
 class Reading:
     """State of a serial receiver during the reception of one character.
 
-    The receiver samples the middle of each bit.
-
-    Instants are whole numbers of 1/`per` ns.  The falling edge of the start bit is at `edge/edge_per` ns.
+    The receiver samples the middle of each bit.  Instants are whole numbers of 1/`per` ns.  The falling edge of the
+    start bit is at `edge/edge_per` ns.
     """
 
     __slots__ = ("edge_ns", "end_ns", "fmt", "idle", "left", "levels", "next", "per", "space", "step", "taken")
@@ -47,10 +43,7 @@ class Reading:
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Sample the remaining bits of a serial character.  Return the number of bits that this call has sampled.
-
-        `before_ns`: sample only the bits before this time; None: sample the whole character.  Stop at a false start.
-        """
+        """Sample the levels before this time, or all; stop at a false start.  Return the number of samples."""
         count = self.left
         if before_ns is not None:
             missing = before_ns * self.per - self.next
@@ -68,8 +61,5 @@ class Reading:
 
     @property
     def false_start(self) -> bool:
-        """True if the start bit is too short: the line is high again in the middle of the bit.
-
-        Such a bit begins no character.
-        """
+        """True if the start bit ends before its middle."""
         return self.levels & 1 == 1

@@ -26,10 +26,7 @@ NOBODY_DRIVES = 0xFF
 
 
 class Fifo:
-    """A FIFO buffer for 16 bytes.
-
-    When the buffer is full, a written byte is lost; when it is empty, a read returns 0.
-    """
+    """A FIFO buffer for 16 bytes; when full, a written byte is lost; when empty, a read returns 0."""
 
     def __init__(self) -> None:
         self._bytes: deque[int] = deque()
@@ -39,16 +36,16 @@ class Fifo:
 
     @property
     def contents(self) -> bytes:
-        """All bytes in the queue; reading this property does not remove the bytes."""
+        """All bytes, without removing them."""
         return bytes(self._bytes)
 
     def push(self, value: int) -> None:
-        """Append one byte to the queue; discard the byte if the queue is full."""
+        """Append one byte."""
         if len(self._bytes) < DEPTH:
             self._bytes.append(value)
 
     def pop(self) -> int:
-        """Remove and return the oldest byte of the queue; return 0 if the queue is empty."""
+        """Remove and return one byte."""
         return self._bytes.popleft() if self._bytes else 0
 
     def load(self, data: bytes) -> None:
@@ -63,10 +60,7 @@ class Fifo:
 
 
 class RegisterPort:
-    """The registers through which a host and a device exchange data on a bus.
-
-    The host uses `read`, `write`, `interrupt` and `init`, the device all other members.
-    """
+    """The registers; the host uses `read`, `write`, `interrupt` and `init`, the device all others."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -87,10 +81,7 @@ class RegisterPort:
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
-        """Read a register: 0 is the output data buffer, 1 is the status byte.
-
-        Virtual time does not advance.
-        """
+        """Read a register: 0 is the output data buffer, 1 is the status byte.  Virtual time does not advance."""
         if not (type(offset) is int and 0 <= offset <= CONTROL):
             check_byte("offset", offset, CONTROL)
         if not self.powered:
@@ -100,10 +91,7 @@ class RegisterPort:
         return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
-        """Write a register: 0 is the input data buffer, 1 is the control byte.
-
-        Virtual time does not advance.
-        """
+        """Write a register: 0 is the input data buffer, 1 is the control byte.  Virtual time does not advance."""
         if not (type(offset) is type(value) is int and 0 <= offset <= CONTROL and 0 <= value <= 0xFF):
             check_byte("offset", offset, CONTROL)
             check_byte("value", value)
@@ -141,10 +129,7 @@ class RegisterPort:
         return self._commands.subscribe(callback)
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback(message)` when the device has a message for the host.
-
-        Return a function that ends these calls.
-        """
+        """Call `callback(message)` for each message to the host; return a function that ends these calls."""
         return self._messages.subscribe(callback)
 
     def report_command(self, command: bytes) -> None:

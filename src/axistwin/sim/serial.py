@@ -40,25 +40,16 @@ class Wire(Protocol):
 
     @property
     def ready(self) -> bool:
-        """True if all receivers at the wire can accept another character.
-
-        On an instant line, the sender blocks until all receivers can accept another character.
-        """
+        """True if all receivers have room; on an instant line the sender blocks until then."""
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
         """Send a character or a break signal, and return the duration of the transmission in ns."""
 
 
 class _Nowhere:
-    """The open end of an unconnected serial transmitter.  All transmitted characters are lost."""
-
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Return the duration of a character or a break signal in ns.
-
-        The item is not sent, because no receiver is connected.
-        """
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
@@ -81,10 +72,7 @@ class Line:
     # Faults of the serial line
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
-        """Begin a disturbance of the serial line, e.g. the loss of characters.
-
-        Return a function that ends the disturbance.
-        """
+        """Begin a disturbance, e.g. the loss of characters; return a function that ends it."""
         self._disturbances.append(disturbance)
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
@@ -101,10 +89,7 @@ class Line:
         self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:
-        """Inject a fault: cut the wire from now on, even in the middle of a character.
-
-        The receiver then samples mark.
-        """
+        """Cut the wire from now on, even in the middle of a character; the receiver then samples mark."""
         self._cut_by(self)
 
     def sever(self) -> Callable[[], None]:
@@ -137,10 +122,7 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Add the device's own signal to a wire that the device shares with other devices.
-
-        The device's receiver ignores the signal, but the signal garbles characters of other transmitters.
-        """
+        """Put a signal of the receiver's own device on the wire: it is ignored, but garbles other characters."""
         if self.instant:
             return
         if isinstance(item, Break):
@@ -166,7 +148,6 @@ class Line:
         return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
 
     def _passage(self, sent: UartFormat) -> Passage:
-        """Apply all disturbances of a serial line to the next character, and return the result."""
         passage = Passage(sent)
         for disturbance in tuple(self._disturbances):
             disturbance.meet(passage)
@@ -175,12 +156,7 @@ class Line:
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """Deliver a character to the receiver of the serial line.
-
-        The character is delivered `passage.copies` times: 0 times if the character is lost.
-
-        Later characters do not overtake delayed characters.
-        """
+        """Deliver all copies of a character; later characters do not overtake delayed ones."""
         now_ns, frame_ns = self.clock.now, 0 if self.instant else passage.sent.frame_ns
         start_ns = max(now_ns + passage.delay_ns, self._free_ns)
         for copy in range(passage.copies):
@@ -208,10 +184,7 @@ class Line:
     # Reception of characters from the wire
 
     def _append(self, frame: Frame) -> None:
-        """Put a frame, i.e. a character or another signal, on the wire at the present time.
-
-        Levels that the receiver has sampled before stay the same.
-        """
+        """Put a frame on the wire now.  Samples before now are final."""
         self._sample_whole()
         if self._reading is not None:
             if len(self._levels) > MANY:
@@ -231,12 +204,7 @@ class Line:
             self._levels.put(frame)  # A pulse that ends before the receiver samples the next bit has no effect.
 
     def _begin_whole(self, sent: UartFormat, byte: int, now_ns: int) -> bool:
-        """Try to receive a complete character in one step.  Return False if its bits must be sampled one by one.
-
-        A character can be received in one step if there is no other signal on the wire.
-
-        The receiver must understand the format.
-        """
+        """Receive a character without sampling, and return True, if the wire is free and the format understood."""
         if self._whole is not None or self._reading is not None or self.receiver.second_look is not None:
             return False
         idle, per = self._idle
@@ -248,7 +216,6 @@ class Line:
         return True
 
     def _end_whole(self, whole: Whole) -> None:
-        """Deliver an undisturbed character to the receiver at the end of the first stop bit."""
         if whole.sampled is not None:
             self._end_character(whole.sampled)
             return
@@ -261,11 +228,7 @@ class Line:
             self._find_start_bit()
 
     def _sample_whole(self) -> None:
-        """Sample each bit of the character that is being received.
-
-        Without this call, the character is received in one step.  Called when a second signal appears on the wire,
-        which may change bits of the character.
-        """
+        """Start sampling a character that was to be received as a whole, because another signal is on the wire now."""
         whole = self._whole
         if whole is not None and self.clock.now < whole.end_ns:
             self._levels.put(Frame.of(whole.start_ns, whole.sent, whole.byte))
@@ -273,19 +236,13 @@ class Line:
             whole.sampled = self._reading
 
     def _discard_future_start(self) -> None:
-        """Cancel the planned reception of a character if the character has not begun yet.
-
-        The reception is planned when the character is put on the wire.  A new signal on the wire may contain an earlier
-        start bit.
-        """
+        """Discard a start bit in the future, because the new signal may bring an earlier one."""
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
             reading.space.unread, self._reading = True, None
 
     def _find_start_bit(self) -> None:
-        """Find the next falling edge on the wire.  A start bit may begin at this edge.
-
-        Each frame is put on the wire as a whole, so the edge is already known.
+        """Find the next falling edge.  Each frame is put on the wire as a whole, so the edge is already known.
 
         A receiver without a format first measures the duration of the low level (automatic baud rate).
         """
@@ -296,10 +253,6 @@ class Line:
                 return
 
     def _format(self, levels: Levels, space: Space) -> UartFormat | None:
-        """Return the format in which the receiver samples the next character; None if the format is not known.
-
-        The character's start bit begins with `space`.
-        """
         receiver = self.receiver
         if receiver.format is not None and receiver.second_look is None:
             return receiver.format
@@ -308,12 +261,10 @@ class Line:
         return receiver.measure(low_ns, lambda since_ns: levels.at(edge_ns + since_ns))
 
     def _begin(self, reading: Reading) -> None:
-        """Begin to receive a character at a falling edge, which may be a start bit."""
         self._reading = reading
         self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._end_character(reading))
 
     def _read_on(self, now_ns: int) -> None:
-        """Sample the bits of the present character up to the time `now_ns`."""
         while (reading := self._reading) is not None:
             self.samples += reading.read(self._levels, now_ns)
             if not reading.false_start:
@@ -322,10 +273,7 @@ class Line:
             self._find_start_bit()
 
     def _end_character(self, reading: Reading) -> None:
-        """Decode the sampled bits of a character, and deliver the character.
-
-        Called at the end of the first stop bit.
-        """
+        """Deliver the character at the end of its first stop bit."""
         self._read_on(self.clock.now)
         if reading is not self._reading:  # The start bit was too short, so the receiver gets no character.
             return
@@ -338,10 +286,7 @@ class Line:
         self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """Deliver a character to the receiver without delay, as on an ideal serial line.
-
-        The receiver samples each character separately.
-        """
+        """Deliver a character without delay, as on an ideal line; the receiver samples each separately."""
         levels = Levels()
         levels.put(frame)
         [first, *_] = levels.falls(0, 1)
@@ -400,20 +345,14 @@ class Uart:
         return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the format (baud rate, data bits, parity) with which the receiver decodes a character.
-
-        `low_ns`: duration of the first low level, from which the baud rate can be measured.
-        """
+        """Return the format for a character that begins with the line low for `low_ns`."""
         if self.format is None:
             return self.on_measure(low_ns)
         other = None if self.second_look is None else self.second_look(low_ns, level_at)
         return other or self.format
 
     def send(self, data: bytes) -> None:
-        """Queue characters for transmission.
-
-        Each character is sent in the format that is set when its transmission begins.
-        """
+        """Queue characters, each for the format that is set when its transmission begins."""
         self.queue.extend(data)
         self.pump()
 
@@ -437,10 +376,7 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """Resume the transmitters that wait for this receiver.
-
-        The receiver can accept characters again.  Only transmitters on an instant line wait for the receiver.
-        """
+        """On an instant line, resume the transmitter of the other end: this receiver has room again."""
         for peer in self.peers:
             if peer.queue:
                 peer.pump()

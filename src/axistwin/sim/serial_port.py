@@ -19,10 +19,7 @@ X_ON, X_OFF = 0x11, 0x13
 
 
 class Flow(Enum):
-    """Kinds of flow control, by which the device can stop the host's transmission.
-
-    `DTR`: the device's output DTR.  `X_ON_X_OFF`: the characters X_OFF and X_ON from the device.
-    """
+    """The host's flow control: none, by the device's DTR, or by X_ON and X_OFF from the device."""
 
     NONE = "none"
     DTR = "dtr"
@@ -75,10 +72,7 @@ class DropPending:
 
 
 class SetInstant(NamedTuple):
-    """Action of a user: select whether the transmission of characters takes time.
-
-    `on`: True if the transmission takes no time.
-    """
+    """Action of a user: the transmission of characters takes no time (`on`), or takes time."""
 
     on: bool
 
@@ -88,11 +82,6 @@ LineAct = Write | SendBreak | SetFormat | SetLine | Setting
 
 
 def _part(name: str, doc: str) -> Any:
-    """Create a property for one serial setting, e.g. the property `baudrate` of the class `HostEnd`.
-
-    The property reads and sets a field of the attribute `format`.
-    """
-
     def assign(end: "HostEnd", value: Any) -> None:
         end.format = replace(end.format, **{name: value})
 
@@ -100,10 +89,7 @@ def _part(name: str, doc: str) -> Any:
 
 
 class HostEnd:
-    """The host's end of a serial connection: the character format, and the levels of DTR and RTS.
-
-    Assign to the attributes to change the settings.
-    """
+    """The host's end: character format, and levels of DTR and RTS.  Assign to the attributes to change them."""
 
     baudrate: int = _part("baudrate", "Bits per second.")
     bytesize: int = _part("bytesize", "Data bits: 5 to 8.")
@@ -126,7 +112,7 @@ class HostEnd:
 
     @property
     def dtr(self) -> bool:
-        """State of the host's output DTR (data terminal ready), which is wired to the device's DSR."""
+        """Data terminal ready, wired to the device's DSR."""
         return self.dtr_line.level
 
     @dtr.setter
@@ -135,7 +121,7 @@ class HostEnd:
 
     @property
     def rts(self) -> bool:
-        """State of the host's output RTS (request to send), which is wired to the device's CTS."""
+        """Request to send, wired to the device's CTS."""
         return self.rts_line.level
 
     @rts.setter
@@ -183,10 +169,7 @@ class SerialPort:
         return data
 
     def send_break(self, seconds: float = 0.25) -> None:
-        """Send a break: hold the host's transmit line at space for `seconds`.
-
-        Raises UsageError if the break is shorter than 1 ns.
-        """
+        """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
         check_break(seconds)
         self._uart.send_break(seconds)
         self._breaks.emit(seconds)
@@ -202,10 +185,7 @@ class SerialPort:
 
     @property
     def flow(self) -> Flow:
-        """The kind of flow control that the host uses.
-
-        An assignment cancels the effect of an earlier X_OFF.
-        """
+        """The kind of flow control that the host uses.  An assignment cancels the effect of an earlier X_OFF."""
         return self._flow
 
     @flow.setter
@@ -217,10 +197,7 @@ class SerialPort:
 
     @property
     def held(self) -> bool:
-        """True while the host has stopped sending characters.  Assign True to stop sending, or False to resume.
-
-        The host can stop with any kind of flow control.  A character on the wire is completed.
-        """
+        """True if the host's transmission is stopped, in any flow control; a character on the wire is completed."""
         return self._held
 
     @held.setter
@@ -280,12 +257,7 @@ class SerialPort:
         return self._writes.subscribe(callback)
 
     def subscribe_settings(self, callback: Callable[[Setting], None]) -> Callable[[], None]:
-        """Call `callback(setting)` before a host or user changes a setting of the port.
-
-        Changes that the bench itself makes, and settings that stay the same, are not reported.
-
-        Return an unsubscribe function.
-        """
+        """Call `callback(setting)` before each change that is not the bench's own; return an unsubscribe function."""
         return self._settings.subscribe(callback)
 
     def _report(self, setting: Setting) -> None:
@@ -300,7 +272,6 @@ class SerialPort:
             self._update_flow()
 
     def _update_flow(self) -> None:
-        """Stop or resume the transmission as flow control requires."""
         by_dtr = self._flow is Flow.DTR and not self.dtr
         held = self._held or self._stopped or by_dtr
         if held is not self._uart.held:

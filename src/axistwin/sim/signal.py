@@ -7,10 +7,7 @@ P = ParamSpec("P")
 
 
 class Signal(Generic[P]):
-    """A list of callbacks; `emit` calls them in the order of their subscription.
-
-    `bool(signal)` is True if there are callbacks.
-    """
+    """A list of callbacks, which `emit` calls in order of subscription; true if there are any."""
 
     def __init__(self) -> None:
         self._callbacks: tuple[Callable[P, object], ...] = ()
@@ -29,9 +26,6 @@ class Signal(Generic[P]):
         self._callbacks = tuple(left)
 
     def emit(self, *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call all subscribed callbacks.
-
-        A callback that is unsubscribed during the call of `emit` is still called.
-        """
+        """Call all subscribed callbacks.  A callback that is unsubscribed during the call of `emit` is still called."""
         for callback in self._callbacks:
             callback(*args, **kwargs)

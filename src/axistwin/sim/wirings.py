@@ -14,7 +14,7 @@ Wiring = Callable[[Uart], tuple[Line, Line]]
 
 
 def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
-    """Connect the transmitter of one port to the receiver of another port, and return the line."""
+    """Connect a transmitter to a receiver."""
     line = Line(sender.clock, receiver, instant)
     sender.line, receiver.peers = line, (sender,)
     return line
@@ -29,10 +29,8 @@ def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
 class Pair:
     """A pair of wires that several serial ports share, as in RS-485.
 
-    Each end receives the signals of all other ends.
-
-    The wire is at space when any end sends space; two simultaneous senders garble each other.  No end receives its own
-    characters.
+    Each end receives the signals of all other ends.  The wire is at space when any end sends space; two simultaneous
+    senders garble each other.  No end receives its own characters.
     """
 
     def __init__(self, ends: Sequence[Uart], instant: bool = False) -> None:
@@ -44,8 +42,6 @@ class Pair:
 
 
 class _Tap:
-    """Connection of one transmitter to a shared pair of wires."""
-
     def __init__(self, lines: Sequence[Line], sender: Uart) -> None:
         self._others = [line for line in lines if line.receiver is not sender]
         self._own = next(line for line in lines if line.receiver is sender)
@@ -69,10 +65,7 @@ def direct(device: Uart, *, instant: bool = False) -> Wiring:
 
 
 def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Return a wiring that connects the host and the devices in a ring.
-
-    The host sends to the first device.  Each device sends to the next device, and the last device to the host.
-    """
+    """Return a ring: host to first device, each device's transmitter to the next receiver, the last one to the host."""
 
     def connect(host: Uart) -> tuple[Line, Line]:
         ends = (host, *devices, host)
@@ -83,10 +76,7 @@ def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
 
 
 def shared_pair(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Return a wiring that connects a host and several devices by one shared pair of wires.
-
-    The wiring returns the lines to the first device and to the host.
-    """
+    """Return a wiring of host and devices on one pair; its lines are the first device's and the host's."""
 
     def connect(host: Uart) -> tuple[Line, Line]:
         pair = Pair((host, *devices), instant)

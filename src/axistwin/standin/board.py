@@ -44,10 +44,7 @@ class State(Enum):
 
 
 class Board:
-    """Controls one motion board: encodes the commands to the board, and decodes its responses.
-
-    Times are in seconds of the host's clock; `journal` receives one line for each action.
-    """
+    """A board with its wiring.  Times are those of the host in seconds; `journal` receives one line per action."""
 
     def __init__(
         self,
@@ -56,10 +53,7 @@ class Board:
         journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
     ) -> None:
-        """Begin to connect to the board.
-
-        `positions`: position of each axis at the start, in pulses; default 0.
-        """
+        """Begin to connect to the board.  `positions`: position of each axis at the start, in pulses; default 0."""
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self._at_start = dict(positions or {})
         self.state = State.CONNECTING
@@ -89,10 +83,7 @@ class Board:
                 self._triggered(values["oid"], values["trigger_reason"])
 
     def due(self, now_s: float) -> bytes:
-        """Return the bytes that must be sent to the board now.
-
-        Must be called at least every 5 ms.
-        """
+        """Return the bytes that must be sent to the board now.  Must be called at least every 5 ms."""
         self.connection.now_s = now_s
         if self.state is State.FAILED:
             return b""
@@ -220,7 +211,6 @@ class Board:
             self._note(f"position {motor.pins.axis} {motor.position}")
 
     def _check_emergency_stops(self) -> None:
-        """Raise LinkError if an emergency-stop input is open."""
         for given in self.wiring.inputs:
             if given.stops == 0 and self._levels[given.to] is given.stops_at:
                 raise LinkError(
@@ -230,11 +220,7 @@ class Board:
     # Inputs of the board
 
     def _arm(self, group: str) -> None:
-        """Configure the motion board to stop the motors when a stop input of a controller opens.
-
-        `group`: name of the controller.  If a stop input is already open, the board only reports the input's next
-        change.
-        """
+        """Configure the board to stop a controller's axes at its stop inputs; open ones are only reported."""
         trsync = self._objects.groups[group]
         self._start_trigger(trsync)
         for motor in self._stream.of((group,)):
@@ -253,14 +239,12 @@ class Board:
                              expire_reason=0)  # fmt: skip
 
     def _report_change(self, given: InputPin) -> None:
-        """Configure the board to report the next change of an input."""
         watch = self._objects.watches[given.to]
         self._start_trigger(watch)
         self._handled.discard(given.to)
         self._home(given, not self._levels[given.to], watch, LIMIT_REASON)
 
     def _stop_at_change(self, given: InputPin) -> None:
-        """Configure the motion board to stop the motors when a given stop input opens."""
         reason = HOST_REASON + 1 + self.wiring.inputs.index(given)
         self._home(given, given.stops_at, self._objects.groups[given.controller], reason)
 
@@ -288,10 +272,6 @@ class Board:
             self.connection.begin(self._changed(given))
 
     def _trigger_s(self, given: InputPin) -> Generator[Any, dict[str, Any], float]:
-        """Return the time at which an input changed, in seconds of the host's clock.
-
-        The board is asked for this time.
-        """
         connection, oid = self.connection, self._objects.endstops[given.to]
         state = yield from connection.ask("endstop_query_state", "endstop_state", oid=oid)
         next_sample = connection.clock.unwrapped(state["next_clock"])
@@ -318,10 +298,7 @@ class Board:
     # Stopping and resuming the axes of a controller
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers immediately.
-
-        `groups`: names of the controllers; empty for all controllers.
-        """
+        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
         stopping = tuple(group for group in groups or self.wiring.groups if group not in self._stopping)
         if self.state is State.READY and stopping:
             self._stopping |= set(stopping)
@@ -353,9 +330,8 @@ class Board:
     ) -> None:
         """Queue the pulses of an axis for output by the board.
 
-        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
-
-        `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.  `direction` is +1 or
+        -1.  Pulses beyond a limit stop the axes of the controller.
         """
         motor = self._stream.motors.get(axis)
         if self.state is not State.READY or not len(times_s) or motor is None or motor.pins.controller in self.stopped:
@@ -379,10 +355,7 @@ class Board:
             motor.waiting.clear()
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Schedule a level change of an output.
-
-        The board changes the level at the time `at_s` plus the horizon, a constant delay.
-        """
+        """Set an output at `at_s` plus the horizon, a constant delay."""
         if self.state is State.READY:
             connection = self.connection
             output = next(each for each in self.wiring.outputs if each.source == source)

@@ -15,8 +15,6 @@ RECEIVE_WINDOW = 192
 
 @dataclass
 class _Sent:
-    """A message block that has been sent to the board but is not acknowledged."""
-
     content: bytes
     data: bytes
     at_s: float
@@ -27,10 +25,7 @@ class _Sent:
 
 
 class Channel:
-    """Converts commands into bytes for a board, and bytes from the board into responses.
-
-    The class does no input or output.
-    """
+    """Converts commands to bytes for a board, and its bytes to responses; it does no input or output."""
 
     def __init__(self, window: int = RECEIVE_WINDOW) -> None:
         self.window = window
@@ -48,10 +43,7 @@ class Channel:
 
     @property
     def damaged(self) -> int:
-        """Number of transmission errors in the bytes from the board.
-
-        Each group of damaged bytes counts as one error.
-        """
+        """Number of times that damaged bytes from the board were dropped."""
         return self._reader.damaged
 
     @property
@@ -60,10 +52,7 @@ class Channel:
         return not self._waiting and not self._unacknowledged
 
     def send(self, content: bytes, sent: Callable[[float], None] = lambda at_s: None) -> None:
-        """Queue one command for the board.
-
-        `sent(at_s)` is called when the block of the command is first sent.  Small commands share a block.
-        """
+        """Queue a command; small ones share a block.  `sent(at_s)` is called when its block is first sent."""
         self._waiting.append((content, sent))
 
     def silent_s(self, now_s: float) -> float:
@@ -78,10 +67,6 @@ class Channel:
                 yield content
 
     def _acknowledge(self, sequence: int, now_s: float, *, is_empty: bool) -> None:
-        """Handle the board's acknowledgement: remove the acknowledged message blocks from the queue of sent blocks.
-
-        `sequence` is the number of the next block that the board expects.
-        """
         ahead = (sequence - self._first) & 0x0F
         if ahead > len(self._unacknowledged):
             if not self._agreed:
@@ -101,10 +86,7 @@ class Channel:
             self._unacknowledged[0].lost = True
 
     def _renumber(self, sequence: int) -> None:
-        """Give new numbers to the unacknowledged message blocks; the first new number is `sequence`.
-
-        `sequence`: number of the block that the board expects next.
-        """
+        """Renumber the unsent blocks from `sequence`, the number that the board expects after an earlier host."""
         self._first = sequence
         for number, sent in enumerate(self._unacknowledged, sequence):
             sent.data, sent.lost = frames.block(number, sent.content), True
@@ -133,10 +115,6 @@ class Channel:
         return sum(len(block.data) for block in self._unacknowledged)
 
     def _next_block(self, now_s: float) -> bytes:
-        """Pack queued commands into a message block (a numbered packet for the board), and return the block.
-
-        The block contains as many commands as the block and the board's receive buffer can hold, but at least one.
-        """
         most = min(frames.MOST_CONTENT, self.window - self._in_flight - frames.LEAST)
         contents, calls = bytearray(), []
         while self._waiting and (not contents or len(contents) + len(self._waiting[0][0]) <= most):

@@ -50,9 +50,8 @@ class ClockFit:
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
         """Store one reading of the board's clock.
 
-        The conversion between host time and board time is then calculated again.
-
-        The board read the 32 bits of `clock` between `sent_s` and `received_s` of the host's clock.
+        The conversion between host time and board time is then calculated again.  The board read the 32 bits of `clock`
+        between `sent_s` and `received_s` of the host's clock.
         """
         ticks = self.unwrapped(clock)
         self._latest = max(self._latest, ticks)
@@ -68,10 +67,7 @@ class ClockFit:
         return self._latest + ((clock - self._latest + (_WRAP >> 1)) % _WRAP) - (_WRAP >> 1)
 
     def _fit(self) -> None:
-        """Fit a line through the clock samples by weighted least squares.
-
-        The shortest round trips have by far the greatest weight, as all delays make a trip longer.
-        """
+        """Fit a line by weighted least squares; the shortest round trips weigh most, as delays only add."""
         before_s, before, before_hz = self._time_s, self._ticks, self.hz
         at, ticks, trips = self._samples[: self._count].T
         extra_s = (trips - trips.min()) / 2

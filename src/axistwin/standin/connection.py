@@ -26,11 +26,6 @@ Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
 
 @dataclass
 class _Request:
-    """An unanswered request to a board.
-
-    The response to the request resumes `procedure`.
-    """
-
     procedure: Procedure
     name: str
     oid: int | None
@@ -40,10 +35,7 @@ class _Request:
 
 
 class Connection:
-    """Sends commands to a board and decodes the board's responses.
-
-    `fail` is called with the reason when a request fails.
-    """
+    """Sends commands, and decodes responses; `fail` is called with the reason of a failed request."""
 
     def __init__(self, fail: Callable[[str], None]) -> None:
         self._fail = fail
@@ -55,11 +47,7 @@ class Connection:
         self._clock_from_s = self._next_clock_s = 0.0
 
     def restart(self, now_s: float) -> None:
-        """Begin the communication with the board again, because the board may have been reset.
-
-        The message channel and the data dictionary are replaced.  The data dictionary lists the commands of the board's
-        firmware, which may have changed.
-        """
+        """Discard all knowledge of the board's firmware, because the board may have been reset."""
         self.now_s = now_s
         self.channel, self.dictionary = Channel(), Dictionary()
 
@@ -79,10 +67,7 @@ class Connection:
         self.channel.send(self.dictionary.encode(name, **values))
 
     def receive(self, data: bytes) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Yield the name and the values of each response in the received bytes.
-
-        Procedures that wait for a response are then resumed.
-        """
+        """Yield name and values of each response; procedures that wait for a response are then resumed."""
         for content in self.channel.receive(data, self.now_s):
             name, values = self.dictionary.decode(content)
             if name == "clock" and self._clock_sent_s is not None:
@@ -99,10 +84,7 @@ class Connection:
         self._advance(procedure, None)
 
     def ask(self, name: str, answer: str, **values: int) -> Generator[Any, dict[str, Any], dict[str, Any]]:
-        """Send a command to the board, wait for the response, and return the values in the response.
-
-        `name`: name of the command.  `answer`: name of the expected response.
-        """
+        """Send a command within a procedure; return the values of the response called `answer`."""
         found: dict[str, Any] = yield answer, values.get("oid"), self.dictionary.encode(name, **values)
         return found
 
@@ -158,10 +140,7 @@ class Connection:
         self._clock_sent_s = at_s
 
     def soon(self) -> float:
-        """Return the present time plus `SOON_S` seconds, in ticks of the board's clock.
-
-        A command that is sent now reaches a working board before this time.
-        """
+        """Return `SOON_S` from now in ticks of the board's clock; a working board has a command before then."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:

@@ -39,10 +39,7 @@ class Format:
 
 
 class Dictionary:
-    """Description of a board's firmware: commands, responses, pins and constants.
-
-    Raises LinkError for an invalid description.
-    """
+    """A firmware's commands, responses, pins and constants.  Raises LinkError for an invalid one."""
 
     def __init__(self, described: Mapping[str, Any] | None = None) -> None:
         described = described or {}
@@ -97,10 +94,7 @@ class Dictionary:
         return b"".join(encoded)
 
     def decode(self, content: bytes) -> tuple[str, dict[str, Any]]:
-        """Decode a response of the board; return the name and the values of the response.
-
-        The name is "" for an unknown response.
-        """
+        """Decode a response; return its name, "" if it is unknown, and its values."""
         try:
             number, at = frames.read_integer(content, 0)
             if number in self._outputs:

@@ -31,7 +31,7 @@ class Wired(Protocol):
 
     @property
     def outputs(self) -> Sequence[Switched]:
-        """Simulated outputs.  The motion board copies the level of each simulated output to a real output."""
+        """Outputs on the board."""
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -46,22 +46,13 @@ class Output(Protocol):
         """Axes and outputs that the board controls."""
 
     def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
-        """Queue the pulses of an axis for output by the board.
-
-        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
-        """
+        """Queue an axis's pulses; the board outputs each at its time in `times_s` plus the horizon."""
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Schedule a level change of an output.
-
-        The board changes the level at the time `at_s` plus the horizon, a constant delay.
-        """
+        """Set an output at `at_s` plus the horizon, a constant delay."""
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers immediately.
-
-        `groups`: names of the controllers; empty for all controllers.
-        """
+        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
 
     def resume(self, group: str) -> None:
         """Resume a stopped controller: accept step pulses for the controller's axes again."""
@@ -71,12 +62,7 @@ class Output(Protocol):
 
 
 class Driver:
-    """Connects the emulated controllers to motion boards, which drive real motors.
-
-    Pulses and outputs are sent to the boards; inputs of the boards are sent to the controllers.
-
-    `tell` is called with each line of text for the user.
-    """
+    """Drives motion boards from a bench.  `tell`: function that shows a line of text to the user."""
 
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
@@ -118,10 +104,7 @@ class Driver:
 
     @property
     def commanded(self) -> dict[str, int]:
-        """Commanded position of each axis, in pulses.
-
-        The motors reach these positions one horizon later.
-        """
+        """Commanded position of each axis, in pulses.  The motors reach these positions one horizon later."""
         return {whole: self._origin[whole] + motor.pulses for whole, motor in self._motors.items()}
 
     @property
@@ -140,10 +123,7 @@ class Driver:
         return bool(self._failed)
 
     def begin(self, now_s: float) -> None:
-        """Begin to send pulses to the boards.
-
-        `now_s` is the time of the host's clock at the present virtual time.
-        """
+        """Begin to send pulses to the boards.  `now_s` is the time of the host's clock at the present virtual time."""
         self._offset_s = now_s - self.bench.now / S
         self._motors = {whole: self._motor(whole) for whole in self._board}
         self._origin = {whole: self.positions[whole] - self._motors[whole].pulses for whole in self._board}
@@ -155,9 +135,8 @@ class Driver:
     def collect(self) -> None:
         """Send the new pulses of the emulated axes to the boards.
 
-        New are the pulses since the last call.
-
-        Must be called at least five times per horizon, when no event of the bench is due.
+        New are the pulses since the last call.  Must be called at least five times per horizon, when no event of the
+        bench is due.
         """
         if self.live:
             for whole, board in self._board.items():
@@ -188,10 +167,7 @@ class Driver:
                     board.resume(group)
 
     def handle(self, board: Output, event: Event) -> None:
-        """Handle an event that a board has reported.
-
-        The bench must have been advanced to the present time.
-        """
+        """Handle an event that a board has reported.  The bench must have been advanced to the present time."""
         match event:
             case Ready(positions, inputs):
                 self._ready.add(board.wiring.name)
@@ -225,10 +201,6 @@ class Driver:
                 self._wait_for_user(board, reason)
 
     def _stop_others(self, board: Output, reason: str, axes: Iterable[str]) -> None:
-        """After one board has stopped, stop the other boards that drive axes of the same controller.
-
-        `axes`: the axes that `board` has already stopped.
-        """
         stopped = {whole.rpartition(".")[0] for whole in axes} - self._held
         for other in self.boards:
             if other is not board and (groups := tuple(group for group in other.wiring.groups if group in stopped)):
@@ -240,7 +212,6 @@ class Driver:
         self._tell(f"stopped: {board.wiring.name}: {reason}")
 
     def _hold(self, positions: Mapping[str, int]) -> None:
-        """Stop the emulated axes at the positions where their real motors have stopped."""
         if self.live:
             for whole, position in positions.items():
                 self._motors[whole].hold(position - self._origin[whole])
@@ -254,10 +225,7 @@ class Driver:
         self.stopped |= {group: reason for board in self.boards for group in board.wiring.groups}
 
     def go_on(self, now_s: float) -> None:
-        """Allow stopped motors to move again, and reconnect motion boards that have failed.
-
-        Called at the user's command.
-        """
+        """Let stopped motors move again, and reconnect failed boards, at the user's command."""
         self._offset_s = max(self._offset_s, now_s - self.bench.now / S)
         for board in self.boards:
             if board.wiring.name in self._failed:

@@ -6,10 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ready:
-    """Event: the board is configured and accepts pulses.
-
-    `positions`: net pulses of each axis; `inputs`: level of each input.
-    """
+    """Event: the board accepts pulses.  `positions`: net pulses by axis; `inputs`: level by input."""
 
     positions: Mapping[str, int]
     inputs: Mapping[str, bool]
@@ -17,10 +14,7 @@ class Ready:
 
 @dataclass(frozen=True)
 class InputChanged:
-    """Event: an input of the board has changed.
-
-    `at_s`: time of the change in seconds of the host's clock.
-    """
+    """Event: an input of the board has changed.  `at_s`: time of the change in seconds of the host's clock."""
 
     to: str
     level: bool
@@ -29,10 +23,7 @@ class InputChanged:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Event: the board has stopped some of its axes.
-
-    `positions`: net pulses of each stopped axis; `by`: input that stopped the axes, or "" for another reason.
-    """
+    """Event: axes have stopped.  `positions`: net pulses by axis; `by`: input that stopped them, or ""."""
 
     reason: str
     positions: Mapping[str, int] = field(default_factory=dict)

@@ -13,10 +13,7 @@ _DESTINATION, _SEQUENCE = 0x10, 0x0F
 
 
 def crc16(data: bytes) -> int:
-    """Return the 16-bit CCITT CRC of a message block.
-
-    `data` is the block without its CRC and sync byte.
-    """
+    """Return the 16-bit CCITT CRC of a message block.  `data` is the block without its CRC and sync byte."""
     crc = 0xFFFF
     for byte in data:
         byte ^= crc & 0xFF
@@ -55,7 +52,6 @@ class Reader:
             self._drop()
 
     def _drop(self) -> None:
-        """Discard bytes up to and including the next sync byte."""
         self.damaged += self._data[0] != SYNC
         at = self._data.find(SYNC)
         del self._data[: at + 1 if at >= 0 else len(self._data)]
@@ -74,12 +70,7 @@ def integer(value: int) -> bytes:
 
 
 def read_integer(data: bytes, at: int) -> tuple[int, int]:
-    """Decode an integer of Klipper's protocol.
-
-    `at`: index of the first byte.  Return the value and the index after the integer.
-
-    Raises IndexError if `data` is too short.
-    """
+    """Decode the integer at `at`; return it and the next index.  Raises IndexError if `data` is too short."""
     byte = data[at]
     value = (byte & 0x7F) - (0x80 if byte & 0x60 == 0x60 else 0)
     while byte & 0x80:

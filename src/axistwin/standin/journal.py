@@ -24,10 +24,7 @@ END, FORMER_END = b"end ", b"was "
 
 
 class Journal:
-    """An open journal file.  `note` never waits for the disk: a thread writes.
-
-    `tell` is called, perhaps in this thread, when the file cannot be written.
-    """
+    """An open file; a thread writes, `note` never waits.  `tell`, in any thread, reports that writing fails."""
 
     def __init__(self, path: Path, title: str, tell: Callable[[str], None] = lambda line: None) -> None:
         """Write the start time and a title; the positions of the former run no longer count.

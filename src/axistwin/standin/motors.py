@@ -28,29 +28,20 @@ class Motor(Protocol):
 
     @property
     def pulses(self) -> int:
-        """Number of positive pulses that the axis has made, minus the number of negative pulses."""
+        """Net pulses up to now."""
 
     @property
     def moving(self) -> bool:
         """True while a move of the axis is in progress."""
 
     def runs(self) -> Iterator[Run]:
-        """Yield the new pulses of the axis as runs (sequences of pulses in the same direction).
-
-        New pulses are the pulses since the previous call of this method.  The runs are in order of time.
-        """
+        """Yield the pulses since the last call, in order."""
 
     def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
-        """Return the largest permitted error of the pulse times, in seconds.
-
-        `times`: the times of the pulses in ns.
-        """
+        """Return the largest permitted error, in seconds, of pulses at the `times` in ns."""
 
     def hold(self, made: int) -> None:
-        """Hold the emulated axis at the position where its real motor has stopped.
-
-        `made`: this position in pulses.  The method `let_go` releases the axis.
-        """
+        """Hold the axis at `made` pulses, where its real motor has stopped, until `let_go`."""
 
     def let_go(self) -> None:
         """Release the axis after the function `hold` has stopped the axis."""
@@ -71,7 +62,7 @@ class Steps:
 
     @property
     def pulses(self) -> int:
-        """Number of positive pulses that the axis has made, minus the number of negative pulses."""
+        """Net pulses up to now."""
         return self._axis.pulses
 
     @property
@@ -84,10 +75,7 @@ class Steps:
         return TOLERANCE_S
 
     def runs(self) -> Iterator[Run]:
-        """Yield the new pulses of the axis as runs (sequences of pulses in the same direction).
-
-        New pulses are the pulses since the previous call of this method.  The runs are in order of time.
-        """
+        """Yield the pulses since the last call, in order."""
         begin_ns, self._collected_ns = self._collected_ns, self._axis.clock.now
         return self._axis.train.pulse_runs(begin_ns, self._collected_ns)
 
@@ -153,9 +141,8 @@ class Counts:
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
         """Return a smoothed encoder position for each time in the array `marks`.
 
-        The position is the average over `MARK_NS` (5 ms), with the given time in the middle.
-
-        Encoder samples before the last of these times are then discarded.
+        The position is the average over `MARK_NS` (5 ms), with the given time in the middle.  Encoder samples before
+        the last of these times are then discarded.
         """
         import numpy as np
 
@@ -191,10 +178,7 @@ class Counts:
         return direction, np.asarray(since + (passed - first) / (smooth - first) * (mark - since), np.float64)
 
     def hold(self, made: int) -> None:
-        """Hold the emulated shaft at the position of the stopped real motor, until `let_go` is called.
-
-        `made`: the position of the real motor in pulses.
-        """
+        """Hold the shaft at `made` pulses, where its real motor has stopped, until `let_go`."""
         axis = self._axis
         axis.catch_up()
         if axis.position != made:

@@ -18,15 +18,11 @@ DIRECTIONS = {"plus": +1, "minus": -1, "both": 0, None: None}
 
 
 class _Bounds(TypedDict):
-    """Limits of an axis: travel in pulses and highest rate in pulses/s."""
-
     travel: tuple[int, int] | None
     max_rate: float | None
 
 
 class _Stops(TypedDict):
-    """Settings of a limit input: the direction of motion that is inhibited, and the active level."""
-
     stops: int | None
     stops_at: bool
 
@@ -78,16 +74,10 @@ def read(scene: Scene, bench: Bench, port: str | None = None) -> Plan:
 
 
 class _Reader:
-    """Reads from a scene file how axes are wired to motion boards, e.g. which pin makes step pulses.
-
-    The wiring is described in the table [stand-in].
-    """
-
     def __init__(self, scene: Scene, bench: Bench, table: StandInTable, boards: Mapping[str, BoardTable]) -> None:
         self._scene, self._bench, self._table, self._boards = scene, bench, table, boards
 
     def wiring(self, name: str) -> Wiring | HalWiring:
-        """Return the axes, inputs and outputs that are wired to the motion board `name`."""
         scene, board = self._scene, self._boards[name]
         with scene.placing_errors("stand-in", "board", list(self._boards).index(name)):
             if (board.port is None) is (board.hal is None):
@@ -221,10 +211,7 @@ def _check_pin(bench: Bench, terminal: str, *, output: bool) -> None:
 
 
 def lines(plan: Plan) -> list[str]:
-    """Describe the settings of the motion boards for the user, e.g. one line of text for each pin.
-
-    Each axis has a line, too.
-    """
+    """Describe the settings of the boards, with a line for each pin and each axis."""
     found = [f"horizon {plan.horizon_s * 1e3:g} ms, watchdog {plan.watchdog_s * 1e3:g} ms, journal {plan.journal}"]
     for table, wiring in plan.boards:
         if isinstance(wiring, HalWiring):

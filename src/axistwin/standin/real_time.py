@@ -13,9 +13,8 @@ PRIORITY = 10
 def real_time_priority() -> Iterator[bool]:
     """Run all threads of this process at real-time priority (SCHED_RR).
 
-    Yields False if real-time priority is not permitted.
-
-    A niceness is not enough: with automatic groups, Linux applies it within one terminal session only.
+    Yields False if real-time priority is not permitted.  A niceness is not enough: with automatic groups, Linux applies
+    it within one terminal session only.
     """
     granted = _schedule(PRIORITY)
     try:

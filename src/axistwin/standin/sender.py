@@ -58,10 +58,7 @@ def identify(port: str, baud: int) -> Dictionary:
 
 
 class Sender(Thread):
-    """A thread that sends commands to one board and receives the answers.
-
-    The thread calls `deliver` with each event of the board.
-    """
+    """A thread that serves one board, and calls `deliver` with each of its events."""
 
     def __init__(self, board: Board, port: serial.Serial, deliver: Callable[["Sender", Event], None]) -> None:
         super().__init__(name=f"board {board.wiring.name}", daemon=True)
@@ -101,39 +98,27 @@ class Sender(Thread):
             self._deliver(self, self._board.events.popleft())
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Queue the pulses of an axis for output by the board.
-
-        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
-        """
+        """Queue an axis's pulses; the board outputs each at its time in `times_s` plus the horizon."""
         with self._lock:
             self._board.queue(axis, direction, times_s, tolerance_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Schedule a level change of an output.
-
-        The board changes the level at the time `at_s` plus the horizon, a constant delay.
-        """
+        """Set an output at `at_s` plus the horizon, a constant delay."""
         with self._lock:
             self._board.set_output(source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers immediately.
-
-        `groups`: names of the controllers; empty for all controllers.
-        """
+        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
         with self._lock:
             self._board.stop(reason, groups)
 
     @property
     def stopped(self) -> frozenset[str]:
-        """Names of the controllers whose axes are stopped.
-
-        Any thread may read this property.
-        """
+        """Names of the controllers whose axes are stopped.  Any thread may read this property."""
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:
-        """Resume a stopped controller: from now on, the board accepts pulses for the axes of the controller."""
+        """Accept pulses of a stopped controller again."""
         with self._lock:
             self._board.resume(group)
 

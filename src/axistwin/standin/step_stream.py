@@ -38,14 +38,11 @@ class Motor:
 
     @property
     def due(self) -> int:
-        """Time of the first pulse that has not been sent to the board, in ticks of the board's clock."""
+        """Tick of the first pulse that has not been sent."""
         return self.waiting[0][1]
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
-        """Return an error message if planned pulses exceed the maximum pulse rate or the travel of the axis.
-
-        Return "" if the pulses are permitted.  `wanted`: times of the pulses, in ticks of the board's clock.
-        """
+        """Return an error message if pulses at these ticks would exceed a limit of the axis, else ""."""
         import numpy as np
 
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
@@ -54,10 +51,7 @@ class Motor:
 
 
 class StepStream:
-    """Plans and sends the step commands for the axes of a board.
-
-    `journal` receives one line for each command.
-    """
+    """Plans and sends the step commands for the axes of a board.  `journal` receives one line for each command."""
 
     def __init__(self, connection: Connection, journal: Callable[[str], None]) -> None:
         self._connection, self._note = connection, journal
@@ -71,17 +65,11 @@ class StepStream:
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Record that the board's queue of step commands is empty.
-
-        A reset of the board has emptied the queue.
-        """
+        """Assume from now on that the board's queue is empty."""
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Plan pulses at the given ticks of the board's clock.
-
-        Raises ValueError if an interval is out of range.
-        """
+        """Plan pulses at the given ticks of the board's clock.  Raises ValueError if an interval is out of range."""
         connection = self._connection
         base, now = motor.last, connection.clock.ticks(connection.now_s)
         if base is None or (not motor.waiting and base < now - connection.ticks(2 * LEAD_S)):

@@ -33,10 +33,7 @@ Answer = tuple[HTTPStatus, str, bytes]
 
 
 class StopPage:
-    """Web server for a page that shows the motors' state and has a button to stop all motors.
-
-    `state` returns values for the page, and `stop` stops all motors; the server calls both functions in its thread.
-    """
+    """Serves the page; `state` returns its values, `stop` stops all motors, both in any thread."""
 
     def __init__(self, address: str, state: Callable[[], Mapping[str, Any]], stop: Callable[[], None]) -> None:
         """Serve the page at an address, PORT or HOST:PORT.  Raises LinkError if the port is in use."""

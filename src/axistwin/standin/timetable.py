@@ -24,20 +24,14 @@ REPORT_S = 0.1
 
 @dataclass(frozen=True)
 class Timetable:
-    """The times of a board's periodic events, in ticks of the board's clock.
-
-    `hz` is the frequency of the clock.
-    """
+    """The times of a board's periodic events, in ticks of the board's clock.  `hz` is the frequency of the clock."""
 
     wiring: Wiring
     hz: float
 
     @property
     def slot(self) -> int:
-        """Length of a time slot, in clock ticks.  In each time slot, the board executes at most one periodic task.
-
-        Reading an input is such a task.
-        """
+        """Length in ticks of a time slot, in which the board executes one periodic task, e.g. a reading."""
         least = max(SLOT_S, self.wiring.stop_sample_s / self._slots) * self.hz
         return 1 << max(1, (int(least) - 1).bit_length())
 
@@ -74,10 +68,7 @@ class Timetable:
         return self.period if given.stops is not None else self._even_periods(self.wiring.sample_s)
 
     def reading(self, given: InputPin, soon: float) -> int:
-        """Return the clock tick at which the board next reads an input.
-
-        The tick is at `soon` or later.
-        """
+        """Return the clock tick at which the board next reads an input.  The tick is at `soon` or later."""
         if given.stops is not None:
             return self._at(self._stops.index(given.to), 0, soon)
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
@@ -85,18 +76,16 @@ class Timetable:
     def reporting(self, trigger: int, soon: float) -> int:
         """Return the time of the board's next status report, in ticks of the board's clock.
 
-        The report contains the state of one trigger.  The tick is at `soon` or later.
-
-        `trigger` is the number of the trigger on the board.
+        The report contains the state of one trigger.  The tick is at `soon` or later.  `trigger` is the number of the
+        trigger on the board.
         """
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
         """Return the clock tick in the middle of a time slot of the board's schedule.
 
-        `slot`: number of the time slot in a period.  The tick is at `soon` or later.
-
-        `periods` counts from the first pair of periods that begins at `soon` or later.
+        `slot`: number of the time slot in a period.  The tick is at `soon` or later.  `periods` counts from the first
+        pair of periods that begins at `soon` or later.
         """
         pair = 2 * self.period
         return -(-int(soon) // pair) * pair + periods * self.period + slot * self.slot + self.slot // 2

@@ -15,10 +15,7 @@ _PULLS = {"^": 1, "~": -1, "": 0}
 
 @dataclass(frozen=True)
 class BoardPin:
-    """A pin of a board, in Klipper's notation.
-
-    The notation is `^` for pull-up, `~` for pull-down, `!` for inverted, then the name.
-    """
+    """A pin in Klipper's notation: `^` for pull-up, `~` for pull-down, `!` for inverted, then the name."""
 
     name: str
     inverted: bool = False
@@ -26,7 +23,7 @@ class BoardPin:
 
     @classmethod
     def read(cls, text: str) -> "BoardPin":
-        """Parse the notation of a board's pin, e.g. `^!PC1`.  Raises UsageError for an invalid pin."""
+        """Parse a pin.  Raises UsageError."""
         found = _PIN.fullmatch(text)
         if found is None:
             raise UsageError(f"invalid pin {text!r}: expected the name of a board's pin, e.g. PD2, !PB0 or ^PC1")
@@ -39,10 +36,7 @@ class BoardPin:
 
 @dataclass(frozen=True)
 class DrivenAxis:
-    """A simulated axis that controls a real motor.
-
-    `travel` and `max_rate` limit the position and the pulse rate of the axis.
-    """
+    """A simulated axis with a real motor; `travel` and `max_rate` limit position and pulse rate."""
 
     axis: str
     """Name of the axis on the bench: "controller.axis"."""
@@ -55,10 +49,7 @@ class DrivenAxis:
         return self.axis.rpartition(".")[0]
 
     def refusal(self, rate: float, end: int) -> str:
-        """Return an error message if a move to the position `end` exceeds a limit of the axis.
-
-        Return "" if the move is permitted.
-        """
+        """Return an error message if a move to `end` exceeds a limit of the axis; "" if it is permitted."""
         if self.max_rate is not None and rate > self.max_rate * 1.001:
             return f"{self.axis}: {rate:.0f} pulses/s is above max_rate {self.max_rate:g}"
         if self.travel is not None and not self.travel[0] <= end <= self.travel[1]:
@@ -102,10 +93,7 @@ class InputPin(Sensed):
 
 @dataclass(frozen=True)
 class Switched:
-    """Output of an emulated controller.  A motion board copies the level of this output to a real output.
-
-    The real output has the level `safe` after all motors have been stopped.
-    """
+    """An output, which has the level `safe` when the motors have been stopped."""
 
     source: str
     """Terminal of the bench, as "controller.pin"."""
@@ -120,10 +108,7 @@ class OutputPin(Switched):
 
 
 def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: DrivenAxis, direction: int) -> str:
-    """Return an error message if a limit switch or an emergency stop blocks motion in the given direction.
-
-    Return "" if the motion is permitted.
-    """
+    """Return an error message if an open stop input forbids motion in this direction, else ""."""
     for given in inputs:
         blocks = given.controller == axis.controller and given.stops in (0, direction)
         if blocks and levels[given.to] is given.stops_at:
@@ -206,10 +191,7 @@ class Wiring:
         check_groups(self.inputs, self.groups)
 
     def check_pins(self, dictionary: Dictionary) -> None:
-        """Check that all pins of the wiring exist on the board and are not reserved.
-
-        Raises UsageError.
-        """
+        """Check that all pins of the wiring exist on the board and are not reserved.  Raises UsageError."""
         reserved = {
             pin: key.removeprefix("RESERVE_PINS_")
             for key, pins in dictionary.constants.items()
@@ -229,10 +211,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Objects:
-    """ID numbers of the axes, inputs and outputs in the firmware of a motion board.
-
-    `commands`: the commands that create the objects with these ID numbers in the firmware.
-    """
+    """Object numbers of a board's configuration, and the commands that create the objects."""
 
     steppers: dict[str, int] = field(default_factory=dict)
     enables: dict[BoardPin, int] = field(default_factory=dict)

@@ -84,10 +84,7 @@ class Cluster:
                 )
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Yield the results of each run as soon as the run ends.
-
-        Raises UsageError if the connection to the cluster is lost.
-        """
+        """Yield each run's results when it ends.  Raises UsageError if the connection to the cluster is lost."""
         try:
             yield from self._rows(iter(tasks))
         except UsageError:
@@ -131,10 +128,6 @@ class Cluster:
         return max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
 
     def _ended(self, future: Any, batch: Sequence[Task]) -> Iterator[Row]:
-        """Yield the results of a finished batch of sweep runs, one row for each run.
-
-        Raises UsageError if the Dask cluster is unavailable.
-        """
         if future.status == "finished":
             for row in future.result():
                 self._run_s += (max(row["wall_s"], 1e-3) - self._run_s) / 8
@@ -149,7 +142,6 @@ class Cluster:
 
 
 def _silence() -> dict[logging.Logger, int]:
-    """Turn off the log messages of Dask; return the previous log level of each Dask logger for a later restore."""
     known = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
     levels = {logger: logger.level for logger in known}
     for logger in known:
@@ -158,10 +150,7 @@ def _silence() -> dict[logging.Logger, int]:
 
 
 def _connect(address: str) -> None:
-    """Check that a Dask scheduler listens at the address; otherwise raise OSError or ValueError.
-
-    Dask itself would try to connect again without end.
-    """
+    """Raise OSError or ValueError if no Dask scheduler listens: Dask itself would try again without end."""
     found = urlsplit(address)
     if not found.hostname or found.port is None:
         raise ValueError("invalid address of a scheduler: expected a host and a port")

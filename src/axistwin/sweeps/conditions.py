@@ -29,11 +29,7 @@ _TOKEN = re.compile(r"\s*(<=|>=|!=|[()|<>=]|[^\s()|<>=!]+)")
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition on signals, e.g. `table.X.velocity > 100`.
-
-    The function `truth` computes 1 or 0 over time; the function `robustness` computes the margin by which the
-    condition holds, which is negative while the condition is false.
-    """
+    """A condition on signals, with functions that return its truth (1 or 0) and its robustness (margin) over time."""
 
     text: str
     signals: tuple[str, ...]
@@ -54,12 +50,6 @@ def comparison(sign: str, number: str) -> tuple[Compare, Compare]:
 
 
 def _level(high: bool) -> tuple[Compare, Compare]:
-    """Build a condition on the level of a logic signal, e.g. `table.output1 high`.
-
-    `high`: True selects the level "high", and False selects the level "low".  The result is a pair of functions of the
-    signal's value.  The first function returns 1 (true) or 0 (false).  The second function returns the margin: infinity
-    if the condition is true, and minus infinity if the condition is false.
-    """
     return lambda x: ((x > 0) == high).astype(float), lambda x: np.where((x > 0) == high, np.inf, -np.inf)
 
 
@@ -82,10 +72,7 @@ class _Reader:
         return UsageError(f"invalid condition {shortened(self.text)}{place}: expected e.g. {EXAMPLE}")
 
     def take(self, *wanted: str) -> str:
-        """Return the next token of the condition's text, or "" if the token is not in `wanted`.
-
-        If `wanted` is empty, any token is returned.  A returned token is removed from the list `tokens`.
-        """
+        """Return and remove the next token if `wanted` is empty or contains it; otherwise return ""."""
         if not self.tokens or (wanted and self.tokens[0] not in wanted):
             return ""
         return str(self.tokens.pop(0))

@@ -25,9 +25,8 @@ _SEEDS_APART = 0x9E37_79B9
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     """Return the setting values for all runs of a sweep.
 
-    Each run has one value for each varied setting, e.g. for `table.X.load.torque`.
-
-    Raises UsageError if the design is not possible with the given values.
+    Each run has one value for each varied setting, e.g. for `table.X.load.torque`.  Raises UsageError if the design is
+    not possible with the given values.
     """
     if design not in DESIGNS:
         raise UsageError(f"unknown sweep design {design!r}: expected one of {', '.join(DESIGNS)}")
@@ -90,11 +89,7 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
 def _with_draws(
     varied: Mapping[str, Values], listed: Mapping[str, Any], combinations: Sequence[tuple[Value, ...]], seed: int
 ) -> Points:
-    """Draw random values for each run: one value for every setting with a distribution, e.g. `normal(5, 1)`.
-
-    Return the values of all runs: the drawn values together with the values in `combinations`.  A setting has a
-    distribution if it is not in `listed`.  Each of these settings has its own random sequence.
-    """
+    """Complete the points by random values for the paths with distributions; each path has its own random sequence."""
     columns: dict[str, Iterator[Value]] = {}
     for number, (path, values) in enumerate(varied.items()):
         if path not in listed:
@@ -128,12 +123,7 @@ def _saltelli(varied: Mapping[str, Values], runs: int | None, seed: int) -> Poin
 
 
 def at_fractions(varied: Mapping[str, Values], unit: Iterator[list[float]] | Sequence[list[float]]) -> Points:
-    """Convert each fraction of a setting's range to a value, e.g. 0.5 to 15 in the range 10..20.
-
-    The fraction 0 is the lowest value of a setting, and the fraction 1 is the highest value.
-
-    Each row contains one fraction for each setting, and becomes the values of one run.
-    """
+    """Convert each row of fractions to a point; a fraction from 0 to 1 selects a value of its path's distribution."""
     return [tuple(values.at(fraction) for values, fraction in zip(varied.values(), row, strict=True)) for row in unit]
 
 

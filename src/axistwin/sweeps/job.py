@@ -78,10 +78,6 @@ class Runner:
         return _function(self.job.host) if self.job.host else None
 
     def _check(self) -> None:
-        """Raise UsageError if the sweep cannot run, e.g. because a claim uses an unknown signal.
-
-        Checks the measures (values to calculate), the claims (conditions for each run) and the program of commands.
-        """
         self._program()
         for measure_or_claim, sentence in {**self.measures, **self.claims}.items():
             try:
@@ -94,10 +90,7 @@ class Runner:
         return running.scene_program() if self.job.program is None else running.load(self.job.program)
 
     def row(self, number: int, values: Sequence[Value], worker: str = "") -> Row:
-        """Perform one run of the sweep, and return its row of results.
-
-        If the run fails, the row contains the reason.
-        """
+        """Perform one run, and return its row of results; of a failed run, with the reason."""
         begin_s = perf_counter()
         row = self.empty_row(number, values, worker)
         try:
@@ -144,7 +137,6 @@ class Runner:
         return None if self.job.for_s is None else max(to_ns(self.job.for_s), bench.now)
 
     def _finish(self, bench: Bench) -> str:
-        """Simulate the scene until the run ends; return the reason, e.g. "rest" if all axes are at rest."""
         if self.job.for_s is not None:
             bench.clock.run_to(max(to_ns(self.job.for_s), bench.now))
             return "for"
@@ -156,10 +148,7 @@ class Runner:
         return "bound"
 
     def files(self, row: Row) -> dict[str, str]:
-        """Return the scene file and the program files with which the user can repeat a run.
-
-        The keys are the names of the files, and the values are their texts.
-        """
+        """Return the texts of the files that repeat a run (a scene and its programs), by file name."""
         scene = self.variation.scene([row[path] for path in self.job.paths])
         scene.build()
         data = {key: _without_ports(value) for key, value in scene.data.items()}
@@ -174,10 +163,6 @@ class Runner:
 
 
 def _without_ports(value: Any) -> Any:
-    """Return TOML tables of a scene, e.g. of controllers, without the keys for ports.
-
-    The panel then runs the scene with its simulated hosts.
-    """
     if not isinstance(value, list):
         return value
     return [{key: each for key, each in table.items() if key not in ("ports", "rs485_ports")} for table in value]

@@ -246,10 +246,7 @@ def plan_of(found: "pa.Table") -> Plan:
 
 
 def digest(found: "pa.Table") -> str:
-    """Return a hash of the results of a sweep.
-
-    Sweeps with equal results have equal hashes.
-    """
+    """Return a hash of the results of a sweep.  Sweeps with equal results have equal hashes."""
     kept = found.select([name for name in found.column_names if name not in APART]).sort_by("run")
     rows = (json.dumps(row, sort_keys=True) for row in kept.to_pylist())
     return sha256("\n".join(rows).encode()).hexdigest()[:16]

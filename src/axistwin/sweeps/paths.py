@@ -56,10 +56,7 @@ class Variation:
         self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
 
     def scene(self, values: Sequence[Value]) -> Scene:
-        """Return the scene (the simulated machine) with new values of the varied settings.
-
-        Raises UsageError for an invalid value.
-        """
+        """Return the scene with new values of the settings.  Raises UsageError for an invalid value."""
         data: Any = self.base.data
         texts = dict(self._texts)
         for place, value in zip(self.places, values, strict=True):
@@ -85,10 +82,7 @@ class Variation:
 
 
 def states(scene: Scene) -> list[str]:
-    """Return the names of the controllers whose non-volatile memory is stored in files.
-
-    The key `state` of a controller in the scene is the directory of the file.  A sweep ignores this key.
-    """
+    """Return the names of the controllers with a state directory; a sweep does not use these directories."""
     return [_called(table) for table in scene.data["controller"] if table.get("state") is not None]
 
 
@@ -192,11 +186,6 @@ def _key(part: str) -> str | int:
 
 
 def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
-    """Check the indexes in the name of a setting, e.g. the index 1 in `table.X.limits.1`.
-
-    Return `keys`, the path of the setting in the scene file.  Raises UsageError if the scene has no list element with a
-    given index.
-    """
     at: Any = scene.data
     for key in keys:
         if isinstance(key, int) and not (isinstance(at, list) and key < len(at)):
@@ -213,10 +202,7 @@ def _checked(scene: Scene, path: str, keys: Keys) -> Keys:
 
 
 def _put(node: Any, keys: Keys, value: Value) -> Any:
-    """Return a copy of a TOML table in which the setting at the path `keys` has a new value.
-
-    Inner tables of the path that do not exist are created.
-    """
+    """Return a copy of the table `node` in which `keys` lead to the new value; missing tables are added."""
     if not keys:
         return value
     key, rest = keys[0], keys[1:]
@@ -254,10 +240,7 @@ def _program(scene: Scene, file: str) -> str:
 
 
 def _assigned(text: str, place: Place, value: Value) -> str:
-    """Set a variable to `value` in the text of a program, and return the new text.
-
-    Only the number in the first assignment to the variable is replaced.
-    """
+    """Set a variable in a program's text: only the number of its first assignment is replaced."""
     if type(value) is not int:
         raise UsageError(f"cannot set {place.path} to {value}: expected a whole number, e.g. {place.variable}=100")
     number = re.compile(rf"(?<![\w@.]){re.escape(place.variable)}=[ ]*(-?\d+)(?![\w.])", re.ASCII)

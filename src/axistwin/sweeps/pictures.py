@@ -29,10 +29,7 @@ _SIZE = 2.6, 2.2
 
 
 def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = "") -> None:
-    """Plot the results of a sweep to a PNG or SVG file.
-
-    Raises TraceError if the sweep has no measures and no claims.
-    """
+    """Plot a sweep to a PNG or SVG file.  Raises TraceError without any measure or claim."""
     check_suffix(path)
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
@@ -84,10 +81,7 @@ def _is_number(table: "pa.Table", path: str) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Convert one column of a results table to an array of numbers.
-
-    A list is replaced by its mean; None and infinity are replaced by nan.
-    """
+    """Convert values to an array: a list becomes its mean, None and infinity become nan."""
     flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
     found = np.array(flat, float)
     found[~np.isfinite(found)] = np.nan
@@ -107,10 +101,7 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
 
 
 def _bars(axes: "Axes", shares: Mapping[str, Mapping[str, float]] | None) -> None:
-    """Draw two bars for each varied setting: its first-order Sobol index and its total Sobol index.
-
-    Each bar has a 95 % confidence interval.
-    """
+    """Draw first-order and total Sobol index of each setting, with 95 % confidence intervals."""
     if shares is None:
         axes.set_axis_off()
         return

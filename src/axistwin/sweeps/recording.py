@@ -36,11 +36,7 @@ STEPPER: dict[str, tuple[str, ...]] = {"position": ("pulses",), "lost": ()}
 
 @dataclass(frozen=True)
 class _LostSteps:
-    """Number of lost steps of a stepper axis during one move.
-
-    `since_ns`: time of the start or the change of the move.  `losing(n)`: total number of lost steps after n pulses of
-    the move; None: the number is constant.
-    """
+    """Number of lost steps from the time `since_ns`; `losing` (or None) returns the number after n more pulses."""
 
     since_ns: int
     lost: int
@@ -49,11 +45,7 @@ class _LostSteps:
     losing: Callable[[int], int] | None
 
     def changes(self, until_ns: int) -> tuple[Times, list[int]]:
-        """Return the times of step pulses, and the number of lost steps at each of these times.
-
-        The first time is `since_ns`.  If the number of lost steps can change, the times of the pulses before `until_ns`
-        follow.  Lost steps are counted from the start of the simulation.
-        """
+        """Return the times from `since_ns` up to, but not including, `until_ns`, and the lost steps at these times."""
         if self.losing is None:
             return np.array([self.since_ns], np.int64), [self.lost]
         first = self.profile.pulses_by(self.since_ns - 1 - self.move_ns) + 1
@@ -116,17 +108,11 @@ class Recording:
         return self._series(self._names[name])
 
     def times(self, sentence: str) -> Times:
-        """Return the times in ns at which the event `sentence`, e.g. "table.X passes 1000", has occurred.
-
-        The times are in ascending order.
-        """
+        """Return the times of an event in ascending order."""
         return np.array(self._events[sentence], np.int64)
 
     def energy(self, name: str) -> float:
-        """Return the electrical energy in J that an axis has used.
-
-        Raises UsageError if the windings of the motor are not modelled.
-        """
+        """Return the energy in J that an axis has used.  Raises UsageError without a model of its windings."""
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
@@ -143,10 +129,6 @@ class Recording:
         times.append(self.bench.now)
 
     def _note_plan(self, scope: str, axis: StepperAxis) -> None:
-        """Store the data that are needed to calculate the lost steps of a move.
-
-        Called when a move starts or changes.
-        """
         move = axis.train.move
         self._plans[scope].append(_LostSteps(self.bench.now, axis.lost, move.start_ns, move.profile, axis.losing()))
 
@@ -161,7 +143,6 @@ class Recording:
     # Names of signals
 
     def _full(self, name: str) -> str:
-        """Return the full name of a signal: CONTROLLER.SCOPE.SIGNAL.  Raises UsageError for an unknown signal."""
         for candidate in (name, f"{self._here}.{name}"):
             if candidate in self._known or self._parts(candidate) != (candidate,):
                 return candidate
@@ -179,7 +160,6 @@ class Recording:
         return found
 
     def _parts(self, name: str) -> tuple[str, ...]:
-        """Return the names of the traced signals that are needed to compute the signal `name`."""
         if name in self._known:
             return (name,)
         scope, _, which = name.rpartition(".")
@@ -217,7 +197,6 @@ class Recording:
         return Series.of(times, values, self.end_ns)
 
     def _lost_of(self, scope: str) -> Series:
-        """Return the number of lost steps of a stepper axis as a signal over time."""
         plans = self._plans[scope]
         ends = [*(plan.since_ns for plan in plans[1:]), self.end_ns + 1]
         changes = [plan.changes(end_ns) for plan, end_ns in zip(plans, ends, strict=True)]
@@ -225,10 +204,6 @@ class Recording:
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:
-        """Calculate the velocity of a servo axis over time.
-
-        The velocity is the change of the position between two samples of the servo, divided by the sample period.
-        """
         position, period_ns = self._traced(f"{scope}.position"), self._periods.get(scope, S)
         moved, ways = position.times[1:], np.diff(position.values)
         ends = moved + period_ns

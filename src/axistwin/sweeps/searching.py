@@ -29,9 +29,8 @@ SIGMA = 0.3
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:
     """Check that the option `--search` can be used with a sweep.
 
-    The option searches for the run with the smallest margin of a claim (a condition for each run).
-
-    Raises UsageError if the sweep has no claims or no varied settings, or if a value is not a number.
+    The option searches for the run with the smallest margin of a claim (a condition for each run).  Raises UsageError
+    if the sweep has no claims or no varied settings, or if a value is not a number.
     """
     require("cmaes", "sweeps")
     if not claims:

@@ -22,9 +22,8 @@ _SEED = 1
 def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
     """Return the sample points for a sensitivity analysis with Sobol indices (Saltelli design).
 
-    Each of the `runs` * (`paths` + 2) points is a row of fractions from 0 to 1, one for each varied setting.
-
-    Raises UsageError if `runs` is not a power of 2, or if fewer than two settings are varied.
+    Each of the `runs` * (`paths` + 2) points is a row of fractions from 0 to 1, one for each varied setting.  Raises
+    UsageError if `runs` is not a power of 2, or if fewer than two settings are varied.
     """
     if runs & (runs - 1):
         power_of_2 = 1 << runs.bit_length()
@@ -44,11 +43,7 @@ def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:
 
 
 def indices(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the sensitivity of each measured result to each varied setting, as Sobol indices.
-
-    A measure is a value to calculate for each run.  The indices of a measure are a dictionary with one entry
-    for each varied setting.  The indices are None if the results of the measure are equal in all runs.
-    """
+    """Return the Sobol indices by measure and path; None for a measure whose results are missing or all equal."""
     if plan["design"] != DESIGN or table.num_rows != plan["runs"] * (len(plan["varied"]) + 2):
         return {}
     return {name: _indices(list(plan["varied"]), table[name].to_pylist()) for name in plan["measures"]}

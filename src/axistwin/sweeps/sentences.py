@@ -25,11 +25,7 @@ _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of one simulation run, e.g. a measured value.
-
-    The result can also belong to a claim (a condition that must be true).  `reason`: why a result is missing; `at_ns`:
-    time at which a claim fails.
-    """
+    """The result of a measure or claim in one run.  `reason`: why a result is missing; `at_ns`: time of a failure."""
 
     value: Answer = None
     reason: str = ""
@@ -64,18 +60,12 @@ class Form:
 
 
 def measure(text: str) -> Sentence:
-    """Parse a measure (a value to calculate for each run of a sweep), e.g. `final table.X.position`.
-
-    Raises UsageError.
-    """
+    """Parse the sentence of a measure.  Raises UsageError."""
     return _read(text, MEASURES, "measure")
 
 
 def claim(text: str) -> Sentence:
-    """Parse a claim (a condition for each run of a sweep), e.g. `never table.X passes 12000`.
-
-    Raises UsageError.
-    """
+    """Parse the sentence of a claim.  Raises UsageError."""
     return _read(text, CLAIMS, "claim")
 
 
@@ -92,10 +82,6 @@ def _read(text: str, forms: tuple[Form, ...], measure_or_claim: str) -> Sentence
 
 
 def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
-    """Parse a signal: a name, e.g. `table.X.velocity`, or a magnitude, e.g. `|motor.RPE|`.
-
-    Returns the name of the signal, and a function that returns its values.
-    """
     name = text.strip("|").strip()
     if not name or " " in name or (text.startswith("|") is not text.endswith("|")):
         raise UsageError(
@@ -112,10 +98,6 @@ def _final(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _masked(series: Series, where: Series | None) -> tuple[Any, Any]:
-    """Return the values of a signal at the times when a condition is true.
-
-    `where`: the condition as a signal.  The second result is the duration of each value.
-    """
     if where is None:
         return series.values, series.seconds
     both = combined(lambda values, holds: np.stack((values, holds), axis=1), series, where)
@@ -178,7 +160,6 @@ def _from_to(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _two_events(text: str) -> tuple[str, str]:
-    """Split the text `EVENT to EVENT` into its two events.  Raises UsageError if an event is invalid."""
     words = text.split(" to ")
     for n in range(1, len(words)):
         begin, end = " to ".join(words[:n]), " to ".join(words[n:])
@@ -191,11 +172,7 @@ def _two_events(text: str) -> tuple[str, str]:
 
 
 def _spans(begins: Any, ends: Any) -> Iterator[float]:
-    """Yield the durations from an event in `begins` to the next event in `ends`, in seconds.
-
-    An example is the width of each pulse of an output.  Events in `begins` during a duration are skipped, so that the
-    durations do not overlap.
-    """
+    """Yield the time in seconds from each begin to the next end; pairs do not overlap."""
     after_ns = -1
     for begin_ns in begins:
         if begin_ns < after_ns:
@@ -274,10 +251,7 @@ def _position(text: str) -> float:
 
 
 def _not_passing(record: Recording, event: str, passing: tuple[str, float, int], during: Condition | None) -> Finding:
-    """Evaluate the requirement "never AXIS passes POSITION" for a simulation run.
-
-    The robustness is the distance left, or minus the distance moved beyond the position.
-    """
+    """Return the result of "never AXIS passes POSITION"; its robustness is the distance that remained."""
     name, position, way = passing
     series, times = record.series(name), record.times(event)
     where = during.truth(record) if during else series.map(np.ones_like)
@@ -295,10 +269,7 @@ def _not_passing(record: Recording, event: str, passing: tuple[str, float, int],
 
 
 def _not_happening(record: Recording, event: str, during: Condition | None) -> Finding:
-    """Return the result of the claim "never EVENT while CONDITION".
-
-    The robustness is the time in seconds between the event and the nearest change of the condition.
-    """
+    """Return the result of "never EVENT while CONDITION"; its robustness is the time between them in s."""
     times = record.times(event)
     if during is None:
         return _verdict(not len(times), -np.inf if len(times) else np.inf, int(times[0]) if len(times) else None)
@@ -325,10 +296,6 @@ def _eventually(text: str, parts: Mapping[str, str]) -> Sentence:
 
 
 def _after(text: str, parts: Mapping[str, str]) -> Sentence:
-    """Parse a requirement, e.g. "always for 0.5 s after table.output1 rises: table.X.velocity = 0".
-
-    The other form has the word "within" instead of "for".
-    """
     what, event, span_ns = condition(parts["what"]), _event(parts["event"]), _ns(parts["span"])
     assert span_ns is not None, "the form has a time"
     stays = parts["kind"] == "for"

@@ -15,10 +15,7 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """A signal over time, stored as values with their start times.
-
-    `values[n]` is valid from `times[n]` to `times[n + 1]`; the last value is valid until `end_ns`.
-    """
+    """A signal over time: `values[n]` is valid from `times[n]` to `times[n + 1]`, the last value until `end_ns`."""
 
     times: Times
     values: NDArray[Any]
@@ -26,10 +23,7 @@ class Series:
 
     @classmethod
     def of(cls, times: Times, values: NDArray[Any], end_ns: int) -> "Series":
-        """Create a signal from a list of changes in ascending order of time.
-
-        Of several changes at the same time, only the last is used.
-        """
+        """Create a signal from changes in order of time; of several at one time, the last is used."""
         last = np.append(np.diff(times) > 0, True)
         return cls(times[last], values[last], end_ns)
 

@@ -28,11 +28,7 @@ MAGIC = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class Trial:
-    """Results of the command `axistwin tune` for one combination of settings.
-
-    `values`: the setting values by path.  `results`: one result for each simulation run.  `score`: the worst result.
-    `violations`: number for each claim; above 0, the claim fails.
-    """
+    """A trial: values by path, score, result of each run, and `violations` by claim (above 0: the claim fails)."""
 
     values: dict[str, Value]
     score: float
@@ -47,10 +43,7 @@ class Trial:
 
 
 class Study:
-    """The results of `axistwin tune`, stored in the database file `out`.
-
-    A trial tests one combination of values.  Raises UsageError if `out` belongs to another tuning.
-    """
+    """The trials in the file `out`.  Raises UsageError if `out` is another file or belongs to another tuning."""
 
     def __init__(self, out: Path, plan: Mapping[str, Any], changed: Mapping[str, Values], seed: int) -> None:
         self.out, self.plan, self._seed = out, json.loads(json.dumps(plan)), seed
@@ -68,10 +61,7 @@ class Study:
 
     @property
     def delivered(self) -> Trial | None:
-        """Results of the simulation with the original settings of the scene file, i.e. before tuning.
-
-        Used for comparison.  None until these results have been stored.
-        """
+        """Results with the scene's original settings, to compare; None until they have been stored."""
         return _delivered(self.out, self._stored)
 
     @delivered.setter
@@ -82,37 +72,23 @@ class Study:
 
     @property
     def best(self) -> Trial | None:
-        """Best trial (tested combination of setting values) up to now.
-
-        Trials in which a claim (a required condition) fails are excluded.
-        """
+        """The best trial up to now in which all claims hold."""
         return best(self.trials, str(self.plan["goal"]))
 
     def add(self, trial: Trial) -> None:
-        """Add the results of a trial to the database file of this study.
-
-        A trial is a tested combination of setting values.
-        """
+        """Add a trial's results to the database file."""
         with _storage(self.out, "write"):
             self._stored.add_trial(self._frozen(trial))
         self.trials.append(trial)
 
     def batches(self, count: int) -> Iterator[dict[int, dict[str, Value]]]:
-        """Propose new combinations of setting values until `count` combinations have been tested.
-
-        The combinations are yielded in batches.  A batch is a dict from the number of a trial (tested combination) to
-        the values of the trial by path.
-        """
+        """Yield batches of missing trials up to `count`: values by path, by number of the trial."""
         while len(self.trials) < count:
             first = len(self.trials) // BATCH * BATCH
             proposed = self._proposed(first)
             yield {n: proposed[n - first] for n in range(len(self.trials), min(first + BATCH, count))}
 
     def _proposed(self, first: int) -> list[dict[str, Value]]:
-        """Return the values that Optuna proposes for a batch of trials.
-
-        `first`: number of the first trial of the batch.
-        """
         optuna = _optuna()
         sampler = optuna.samplers.TPESampler(seed=(self._seed << 20) + first, multivariate=True)
         study = optuna.create_study(direction=_direction(str(self.plan["goal"])), sampler=sampler)
@@ -127,7 +103,7 @@ class Study:
 
 
 def best(trials: Sequence[Trial], goal: str) -> Trial | None:
-    """Return the trial with the best score, or None if no trial satisfies all claims (required conditions)."""
+    """Return the best trial in which all claims hold."""
     sign = -1 if _direction(goal) == "maximize" else 1
     return min((trial for trial in trials if trial.feasible), key=lambda trial: sign * trial.score, default=None)
 
@@ -137,7 +113,7 @@ def _direction(goal: str) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """True if the file is an SQLite database, which is the format of a study file."""
+    """True if a file is an SQLite database."""
     try:
         with path.open("rb") as file:
             return file.read(len(MAGIC)) == MAGIC
@@ -246,7 +222,6 @@ def _sum(trial: Trial) -> str:
 
 
 def _distribution(values: Values) -> Any:
-    """Convert a range or a list of values to a distribution of Optuna."""
     distributions = _optuna().distributions
     if values.interval is None:
         return distributions.CategoricalDistribution(list(values.listed))

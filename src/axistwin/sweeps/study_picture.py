@@ -15,7 +15,7 @@ _SIZE = 9.0, 3.4
 
 
 def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], path: Path, title: str = "") -> None:
-    """Plot the trials of a study to a PNG or SVG file.  Raises UsageError if the file cannot be written."""
+    """Plot a study to a PNG or SVG file.  Raises UsageError."""
     check_suffix(path)
     import matplotlib as mpl
 
@@ -33,10 +33,6 @@ def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], pat
 
 
 def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial]) -> None:
-    """Plot the worst result for each combination of setting values that `axistwin tune` has tested.
-
-    A cross marks a trial that violates a required condition.
-    """
     for feasible, colour, marker, label in ((True, COLOURS[0], "o", "trial"), (False, ALARM, "x", "a claim fails")):
         shown = [(n, trial.score) for n, trial in enumerate(trials) if trial.feasible is feasible and _drawable(trial)]
         if shown:
@@ -52,10 +48,6 @@ def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Seq
 
 
 def _results(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, found: Trial | None) -> None:
-    """Draw the results of two trials: the trial with the original values, and the trial with the best values.
-
-    The results of each trial are sorted; the worst result is the first.
-    """
     from matplotlib.ticker import MaxNLocator
 
     worst_first = not plan["goal"].startswith("maximise")

@@ -17,10 +17,7 @@ WORST = 3
 
 
 def summary(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the summary of a sweep as data for JSON.
-
-    An infinite robustness becomes None.
-    """
+    """Return the summary of a sweep as data for JSON.  An infinite robustness becomes None."""
     rows = table.to_pylist()
     return {
         "runs": len(rows),

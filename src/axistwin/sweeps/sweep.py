@@ -42,10 +42,7 @@ Progress = Callable[[int, int, int], object]
 
 @dataclass(frozen=True)
 class Design:
-    """The options that determine which values the runs of a sweep use, e.g. `--design grid`.
-
-    `search`: number of runs for a search.
-    """
+    """Options that determine the runs' values, e.g. `--design grid`; `search`: runs for a search."""
 
     name: str = "grid"
     runs: int | None = None
@@ -54,10 +51,7 @@ class Design:
 
 
 class Sweep:
-    """A sweep: many simulation runs with different values of settings, e.g. of a load torque.
-
-    `program`: a program that every run executes.  `host`: a Python function that every run calls.
-    """
+    """A sweep of a scene (a file, a `Scene` or a dict).  `program` and `host` are part of every run."""
 
     def __init__(
         self, scene: Scene | str | Path | Mapping[str, Any], program: str | Path | None = None, host: str | None = None
@@ -196,7 +190,6 @@ class Sweep:
         yield from engine.map(_tasks(found, results.done))
 
     def _types(self, found: Points) -> dict[str, str]:
-        """Return the type of each column in the table of results."""
         columns: list[Sequence[Value]] = [*zip(*found, strict=True)]
         columns = columns or [values.samples for values in self.varied.values()]
         types = {"run": "whole"}
@@ -233,10 +226,6 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    """Return test values of a setting, e.g. the smallest and the largest value.
-
-    The test values are checked before the first run.
-    """
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]
@@ -256,10 +245,7 @@ def _kept(out: Path) -> Path:
 
 
 def _keep(runner: Runner, row: Row, directory: Path, tell: Callable[[str], None]) -> int:
-    """Write a scene with which the user can repeat a failing run; return the number of such scenes.
-
-    If it cannot be written, no others are attempted.
-    """
+    """Write a scene that repeats a failing run; return the number of scenes.  After a failure, no more follow."""
     try:
         for name, text in runner.files(row).items():
             file = directory / f"run-{row['run']}" / name

@@ -63,10 +63,7 @@ class SweepFile(BaseModel):
     claim: Annotated[dict[str, str], Field(description=f"Claims by name.  {_told(CLAIMS)}")] = {}
 
     def sweep(self, file: Path) -> Sweep:
-        """Return the sweep that the sweep file describes.
-
-        Raises SceneError with the file, line and column of an invalid value.
-        """
+        """Return the sweep of the file.  Raises SceneError with file, line and column of an invalid value."""
         text = read_text(file)
         program = None if self.program is None else file.parent / self.program
         made: Sweep = _placing(file, text, ("scene",), lambda: Sweep(file.parent / self.scene, program, self.host))
@@ -78,7 +75,7 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the options in a sweep file that define the runs, e.g. `runs = 100` and `seed = 3`."""
+        """Return the settings that determine the points of the sweep."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 
@@ -122,18 +119,10 @@ def check(file: Path) -> None:
 
 
 def _names(message: str, name: str) -> bool:
-    """True if an error message contains a given name as a whole word.
-
-    `name`: the name of a path, measure or claim.  A longer word that contains `name` does not count.
-    """
     return re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", message) is not None
 
 
 def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]) -> Any:
-    """Call the function `do`; on an error, raise SceneError with the line and column in the sweep file.
-
-    `keys`: path of the key at this place.
-    """
     try:
         return do()
     except PlacedError:

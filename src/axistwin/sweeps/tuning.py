@@ -42,10 +42,7 @@ Progress = Callable[[int, int, Trial | None, Trial], object]
 
 
 class Tuning:
-    """Finds settings, e.g. gains, that minimise or maximise a result of a simulation.
-
-    `goal`: the measure to minimise or maximise.
-    """
+    """Finds settings, e.g. gains, that minimise or maximise the measure `goal`."""
 
     def __init__(
         self,
@@ -88,10 +85,7 @@ class Tuning:
         return self
 
     def subject_to(self, name: str, sentence: str) -> Self:
-        """Add a claim (a condition) that the tuned machine must satisfy in all runs.
-
-        A trial that violates the claim cannot be the best trial.
-        """
+        """Add a claim that must hold in every run of a trial."""
         self._scatter.claim(name, sentence)
         return self
 
@@ -148,10 +142,7 @@ class Tuning:
         return delivered, runner, scatter
 
     def lines(self, values: Mapping[str, Value]) -> Iterator[str]:
-        """Yield text for the user to copy into a program or a scene file, e.g. `KP=100`.
-
-        The text sets the given values.
-        """
+        """Yield text with these values for a program or a scene, e.g. `KP=100`."""
         variation = Variation(self._scatter.scene, values)
         texts: dict[str, list[str]] = {}
         for place, value in zip(variation.places, values.values(), strict=True):

@@ -28,10 +28,7 @@ _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
 
 @dataclass(frozen=True)
 class Values:
-    """The values that a sweep gives to one setting of the scene.
-
-    `listed`: the values for a grid; empty if the values are random.
-    """
+    """The values of one setting in a sweep; `listed`: those of a grid, empty for random ones."""
 
     text: str
     listed: Sequence[Value]
@@ -44,10 +41,7 @@ class Values:
 
     @property
     def samples(self) -> list[Value]:
-        """Some values of a setting, e.g. the first, the middle and the last value.
-
-        These values are checked before a sweep begins.
-        """
+        """Some values, e.g. the first, the middle and the last, which are checked before a sweep."""
         if len(self.listed) > len(_ENDS):
             return [self.listed[0], self.listed[len(self.listed) // 2], self.listed[-1]]
         return list(self.listed) or [self.at(fraction) for fraction in _ENDS]
@@ -57,10 +51,7 @@ _ENDS = (0.0, 0.001, 0.5, 0.999, 1 - 2**-53)
 
 
 def read_values(given: Value) -> Values:
-    """Parse the values for one setting of the scene.  Raises UsageError for invalid values.
-
-    `given`: a text, a list or a single value.
-    """
+    """Parse the text, list or value of one setting.  Raises UsageError for invalid values."""
     if isinstance(given, list):
         return _listed(str(given), given)
     if not isinstance(given, str):
@@ -81,10 +72,6 @@ def read_values(given: Value) -> Values:
 
 
 def _bare(text: str) -> Value:
-    """Return a text value that the user has written without quotation marks, e.g. `frame23`.
-
-    Raises UsageError if the text is empty, or if the text begins like a list or a quoted text.
-    """
     if not text or text[0] in "[{(\"'":
         raise UsageError(f"invalid value {shortened(text)}: expected e.g. {EXAMPLES}")
     return text

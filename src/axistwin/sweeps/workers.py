@@ -32,22 +32,15 @@ _POLL_S = 0.2
 
 
 class Engine(Protocol):
-    """Interface of an engine, which performs the runs of a sweep.
+    """Interface of `Workers` and `ThisProcess`: a context manager that runs tasks."""
 
-    For example, `Workers` performs the runs in worker processes.
-    """
-
-    def __enter__(self) -> Self:
-        """Start the worker processes."""
+    def __enter__(self) -> Self: ...
 
     def __exit__(self, *_: object) -> None:
         """Stop the worker processes; the results of unfinished runs are lost."""
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Execute all runs of a sweep, and yield the results of each run.
-
-        The results can come in any order.
-        """
+        """Execute all runs of a sweep, and yield the results of each run.  The results can come in any order."""
 
 
 class ThisProcess:
@@ -59,8 +52,7 @@ class ThisProcess:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Do nothing, because there are no worker processes to stop."""
+    def __exit__(self, *_: object) -> None: ...
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
         """Execute all runs of a sweep one after the other, and yield the results of each run."""
@@ -124,7 +116,6 @@ class Workers:
     def _serve(
         self, worker: "_Worker", waiting: Iterator[Task], rows: "SimpleQueue[Row | BaseException | None]"
     ) -> None:
-        """Send tasks to a worker process until no tasks are left."""
         try:
             while not self._ended:
                 while len(worker.tasks) < worker.ahead:
@@ -143,10 +134,7 @@ class Workers:
         rows.put(None)
 
     def _row(self, worker: "_Worker") -> Row | None:
-        """Wait for the results of a worker's current task.
-
-        Returns None without results, e.g. if the worker process was killed and repeats the task.
-        """
+        """Return the current task's results; None, e.g. if a killed worker process repeats the task."""
         with suppress(EOFError, OSError, pickle.UnpicklingError):
             return worker.receive()
         if self._ended:
@@ -173,8 +161,6 @@ class Workers:
 
 
 class _Worker:
-    """A worker process that receives tasks on its standard input."""
-
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
         self.process: subprocess.Popen[bytes] | None = None
@@ -191,10 +177,7 @@ class _Worker:
         """Time at which the first task began; None: the process is not ready, or has no task."""
 
     def start(self) -> None:
-        """Start the worker process, and write the queued tasks to its standard input.
-
-        The method does not wait until the process is ready.
-        """
+        """Start the process, and write the queued tasks to its standard input, without waiting for it."""
         self._ready = self.stopped = False
         package = str(Path(__file__).resolve().parents[2])
         path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
@@ -209,10 +192,7 @@ class _Worker:
             self._write(task)
 
     def send(self, task: Task) -> None:
-        """Send a task to the worker process, which then performs the run.
-
-        A stopped worker process is started again.
-        """
+        """Send a task to the worker process, which is started again if it has stopped."""
         self.tasks.append(task)
         if self.stopped:
             self.start()
@@ -228,10 +208,7 @@ class _Worker:
             self._pipe(self.process.stdin).flush()
 
     def receive(self) -> Row:
-        """Wait until the worker process has performed its current task, and return the results.
-
-        Raises EOFError or OSError if the worker process ends.
-        """
+        """Return the row of the first task.  Raises EOFError or OSError if the process ends."""
         assert self.process is not None, "the worker has been started"
         if not self._ready:
             self._ready = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
@@ -244,7 +221,6 @@ class _Worker:
         return row
 
     def drop(self) -> None:
-        """Remove the first task from the worker's tasks."""
         self.tasks.popleft()
         self.tries = 0
 
@@ -254,19 +230,13 @@ class _Worker:
         return 0.0 if since_s is None else monotonic() - since_s
 
     def interrupt(self) -> None:
-        """Kill the worker process.
-
-        A thread that waits in `receive` then gets an EOFError.
-        """
+        """Kill the worker process.  A thread that waits in `receive` then gets an EOFError."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()
 
     def kill(self) -> None:
-        """Kill the worker process, and close its pipes.
-
-        No other thread may use the pipes at the same time.
-        """
+        """Kill the worker process, and close its pipes.  No other thread may use the pipes at the same time."""
         self._since_s = None
         if self.process is not None:
             self.process.kill()

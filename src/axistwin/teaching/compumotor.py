@@ -21,7 +21,7 @@ DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
 class CompumotorGuide(Guide):
-    """Explains the commands, the replies and the state of an 1810 or 1811 to the user."""
+    """Explains an 1810 or 1811."""
 
     suggestions = (
         (DEFAULTS, "velocity and acceleration of default moves (31h)"),
@@ -84,7 +84,6 @@ class CompumotorGuide(Guide):
         return cw is not ccw and bool(int(self.value("move")) & 1) is ccw
 
     def _opened(self, pin: str, side: str, reversed_: bool) -> str:
-        """Return a text that tells the user how to make a limit input inactive."""
         found, other = at_limit(self.controller, pin == "cw_limit"), {"plus": "minus", "minus": "plus"}[side]
         if found is None:
             return self.restored(pin, "low")
@@ -102,10 +101,7 @@ class CompumotorGuide(Guide):
             yield f"answer to 88h: {self.bits('move', value)}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield an explanation of a command.
-
-        `text`: the name of the command, or the command in hex, e.g. "88".  Hex digits can also be the board's message.
-        """
+        """Yield the meaning of a name or hex `text`, e.g. "88", which can also be a message of the board."""
         commands, language = self.controller.product.commands, self.controller.product.language
         assert language is not None, "a board has a language"
         if not _HEX.fullmatch(text):
@@ -138,10 +134,7 @@ class CompumotorGuide(Guide):
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield an action that waits 1 s for the end of the board's self-test.
-
-        Yields nothing if the board is ready.
-        """
+        """Yield an action that waits 1 s for the end of the self-test; nothing if the board is ready."""
         if not self.ready:
             yield Wait(S)
 

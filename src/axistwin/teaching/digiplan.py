@@ -29,15 +29,11 @@ PARITIES = {"N": "no", "O": "odd", "E": "even"}
 
 
 def _input_names(value: int) -> str:
-    """Return the names of the IF1/IF2 inputs whose bits in the number `value` are 1.
-
-    `value`: the answer to the command `I`, which requests the state of the inputs.
-    """
     return ", ".join(f"{bit} {name}" for name, bit in INPUT_BITS.items() if value & bit)
 
 
 class DigiplanGuide(Guide):
-    """Explains the commands, the replies and the state of an IF1 or IF2 to the user."""
+    """Explains an IF1 or IF2."""
 
     accepted = b"(", b"U", b"V"
     single_characters = True
@@ -51,10 +47,7 @@ class DigiplanGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the interface accepts commands.
-
-        The host must first set the data format, e.g. by the message U61.
-        """
+        """True if the controller has received the data format."""
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
@@ -100,7 +93,6 @@ class DigiplanGuide(Guide):
             yield Reason("DSR or CTS is off, so the interface does not answer", remedy)
 
     def _closed(self, name: str, faults: int) -> str:
-        """Return a text that tells the user how to close the circuit of a stop input."""
         read = "  and then  K" if faults else ""
         found = at_limit(self.controller, name == "limit_plus") if name in LIMITS else None
         if found is None:
@@ -113,7 +105,6 @@ class DigiplanGuide(Guide):
         )
 
     def _given(self, name: str, level: str) -> str:
-        """Return a text that tells the user how to set the input for which a sequence waits."""
         pin = self.controller.pins[name]
         if pin.held or (pin.wired and not pin.driven):
             return self.restored(name, level)
@@ -134,15 +125,10 @@ class DigiplanGuide(Guide):
 
     @property
     def _ended(self) -> bool:
-        """True if an IF2 has a stored sequence that is not running."""
         listing = next(iter(self.controller.programs.values()))
         return self.controller.product.model == "if2" and bool(listing.lines) and listing.running is None
 
     def _locked(self, faults: int) -> Iterator[Reason]:
-        """Yield the remedies for an interface that the command `[` has locked.
-
-        A locked interface ignores most commands from the host.
-        """
         listing = next(iter(self.controller.programs.values()))
         if not self._ended:
             if listing.running is None:
@@ -160,16 +146,10 @@ class DigiplanGuide(Guide):
 
     @property
     def _begins_by_itself(self) -> bool:
-        """True if the stored sequence starts at power-up, without a data format message from the host."""
         return not self.controller.terminals["dsr"].level
 
     @property
     def _first_wait(self) -> str:
-        """Text that tells the user how to set the inputs for which the first step of a stored program waits.
-
-        The text ends a sentence for the user, e.g. ", and waits: press START".
-        "" if the first step does not wait.
-        """
         (listing,) = self.controller.programs.values()
         inputs = _INPUT.findall(listing.lines[0])
         levels = [self.remedies.drive(f"input{digit}", "high" if word == "H" else "low") for word, digit in inputs]
@@ -195,10 +175,7 @@ class DigiplanGuide(Guide):
             yield f"nothing moves without $ at the end: type  {text}$"
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield three texts: the meaning of a number in a reply to request K, to request F and to request I.
-
-        Yield nothing if the number is not in the range 0 to 255.
-        """
+        """Yield the meanings of a number: as an answer to K, to F and to I."""
         if 0 <= value <= 0xFF:
             yield f"answer to K: {self._status('K', value)}"
             yield f"answer to F: {self._status('F', value)}"
@@ -224,10 +201,6 @@ class DigiplanGuide(Guide):
                 yield from self._values(piece)
 
     def _values(self, piece: str) -> Iterator[str]:
-        """Yield details of a command, e.g. the meaning of the answer to `K` or of the digits in `U61`.
-
-        `piece`: the command with its parameters.
-        """
         match piece[0]:
             case "K" | "Q":
                 yield f"answer: 0 at rest, no fault; or the sum of {self.bits('Q', 0xFF)}"
@@ -246,10 +219,7 @@ class DigiplanGuide(Guide):
                 yield f"{piece}: {size} data bits, {PARITIES[parity]} parity, {stops}{echo}"
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that initialise the interface.
-
-        First, `(` is sent until an answer arrives.  Afterwards, the data format is sent.
-        """
+        """Yield actions that send `(` until an answer arrives, and then the data format."""
         if self.value("state") == Stage.RESET.value:
             yield Wait(to_ns(SELF_TEST_S))
         _, message = greeting(self.controller.serial.host.format)

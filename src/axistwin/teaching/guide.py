@@ -52,10 +52,7 @@ class Guide(ABC):
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
-        """Yield the causes that prevent a move.
-
-        The first cause must be corrected first.
-        """
+        """Yield the causes that prevent a move.  The first cause must be corrected first."""
 
     @abstractmethod
     def answer(self, request: bytes, reply: bytes) -> str:
@@ -71,10 +68,7 @@ class Guide(ABC):
 
     @abstractmethod
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that make the controller ready for commands.
-
-        The caller must perform each action before it requests the next action.
-        """
+        """Yield the actions that make the controller ready; each must be performed before the next."""
 
     def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # subclasses use it
         """Yield notes about a line that is valid but may surprise a new user."""

@@ -41,10 +41,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson for the user: a title, and steps to be performed one after the other.
-
-    The controller is switched on before the first step.
-    """
+    """A lesson: steps for a controller that has just been switched on."""
 
     title: str
     steps: tuple[Step, ...]
@@ -52,10 +49,7 @@ class Lesson:
 
 
 def answered(pattern: str, to: str = "") -> Check:
-    """Return a function that returns True if the controller has sent the expected answer.
-
-    `to`: the request to which the answer belongs.  The answer must match the regular expression `pattern`.
-    """
+    """Return a check: the controller has answered the request `to` with an answer that matches `pattern`."""
     return lambda it: re.search(pattern, it.heard) is not None and to in it.said
 
 
@@ -68,10 +62,7 @@ def is_clear(mask: int) -> Check:
 
 
 def moved(axis: str, by: int) -> Check:
-    """Return a condition that is true if the axis is at rest after a movement by the distance `by`.
-
-    The distance is counted from the beginning of the lesson step, or from the beginning of the last move.
-    """
+    """Return a check for an axis that has moved by this distance, in this step or in its last move, and has stopped."""
 
     def check(it: Evidence) -> bool:
         found = it.controller.axes[axis]
@@ -91,15 +82,12 @@ def stopped(axis: str) -> Check:
 
 
 def runs_moves(it: Evidence) -> bool:
-    """True while a stored program that contains moves is running.
-
-    The condition is also true between two moves.
-    """
+    """True while a stored program that contains moves is running.  The condition is also true between two moves."""
     return any("G" in each.lines and each.running is not None for each in it.controller.programs.values())
 
 
 def level(pin: str, high: bool) -> Check:
-    """Return a function that checks the level of a terminal, e.g. whether an input is high."""
+    """Return a check: the terminal has this level."""
     return lambda it: it.controller.pins[pin].level is high
 
 

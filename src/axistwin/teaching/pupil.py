@@ -12,10 +12,7 @@ HUNTING = 4
 
 
 class Pupil:
-    """The progress of a user in a lesson on one controller.
-
-    `step` is the number of the first step.  `name` may be omitted for a bench with one controller.
-    """
+    """Progress in a lesson.  `step`: the first step; `name` may be left out with one controller."""
 
     def __init__(self, lesson: Lesson, bench: Bench, step: int = 0, name: str | None = None) -> None:
         self.lesson, self.step = lesson, step
@@ -57,10 +54,7 @@ class Pupil:
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
-        """Go to the next step of the lesson if the current step is done.
-
-        Return True if the current step is done.
-        """
+        """Go to the next step of the lesson if the current step is done.  Return True if the current step is done."""
         if self.finished or not self._acted:
             return False
         shown = (self._show(self._said), self._show(self._heard))
@@ -71,10 +65,7 @@ class Pupil:
         return done
 
     def remark(self) -> str:
-        """Return a hint for the user if a move has ended but the lesson's task is not done yet.
-
-        For example, the hint is "X has moved by 500: the task is not done yet".  If no move has finished, return "".
-        """
+        """Return how far an axis has moved in a move that does not solve the task, once after the move; else ""."""
         if self.finished or any(axis.moving for axis in self._controller.axes.values()):
             return ""
         before, self._rest = self._rest, self._positions()
@@ -83,10 +74,6 @@ class Pupil:
         return f"{', '.join(moves)}: the task is not done yet" if moves else ""
 
     def _show(self, data: list[bytes]) -> str:
-        """Return sent or received data as text.
-
-        Each command or message of a board becomes one line in hex.
-        """
         if self._controller.product.language is None:
             return b"".join(data).decode("latin-1")
         return "\n".join(self._codec.show(each) for each in data)

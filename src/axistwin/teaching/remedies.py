@@ -15,10 +15,7 @@ class Remedies:
     """
 
     def drive(self, pin: str, level: str) -> str:
-        """Return a text that tells the user how to force the level of an input, e.g. "type  :drive dsr high".
-
-        `pin`: an input to which no machine is connected.
-        """
+        """Return how to force a level, e.g. "type :drive dsr high"; `pin`: an input without a machine."""
         return f"type  :drive {pin} {level}"
 
     def release(self, pin: str) -> str:
@@ -26,10 +23,7 @@ class Remedies:
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:
-        """Return the instruction that tells the user how to end an injected fault.
-
-        `pin`: the pin at which the fault is injected.
-        """
+        """Return how to end an injected fault of this pin."""
         return f"an injected fault holds {pin}: type  :drive mend all"
 
     def power(self, *words: str) -> str:

@@ -22,7 +22,7 @@ STARTED = 200 * MS
 
 
 class SmartMotorGuide(Guide):
-    """Explains the commands, the replies and the state of a SmartMotor to the user."""
+    """Explains a SmartMotor."""
 
     accepted = (b"WAKE",)
     suggestions = (
@@ -83,7 +83,6 @@ class SmartMotorGuide(Guide):
         return f"let it cool from {self.value('RTEMP')} to {cool} °C, and then type  ZS" if warm else "type  ZS"
 
     def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
-        """Describe an active limit, and tell the user how to make the limit inactive."""
         pin, other = self.controller.pins[name], {"plus": "minus", "minus": "plus"}[side]
         low, high, position = (int(self.value(each)) for each in ("RSLN", "RSLP", "RP"))
         if self.value("SLE") and (position >= high if side == "plus" else position <= low):

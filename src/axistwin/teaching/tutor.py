@@ -71,10 +71,7 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Explain why a line is not a valid command and cannot be sent.
-
-        Return [] if this kind of error has been explained before.
-        """
+        """Return comments on a line that cannot be sent, because it is not a valid command."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
@@ -93,10 +90,7 @@ class Tutor:
         return self._reasons()[:1] or self._suggested(3)
 
     def explain(self, words: str) -> list[str]:
-        """Return the meaning of a word that the user asks about.
-
-        The word is a code, a number, a command, a terminal or a register.
-        """
+        """Return the meaning of a code, a number, a command, a terminal or a register."""
         words = words.strip() or self._request.strip().decode("latin-1")
         found = list(self._explanations(words))
         if found:
@@ -106,10 +100,7 @@ class Tutor:
         return [f"no meaning known for {words!r}" + (f": did you mean {' or '.join(close)}?" if close else "")]
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that make the controller ready for commands.
-
-        The caller must perform each action before it requests the next action.
-        """
+        """Yield the actions that make the controller ready; each must be performed before the next."""
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:
@@ -147,10 +138,6 @@ class Tutor:
             yield self._rule(found.code).explanation
 
     def _once(self, code: str) -> bool:
-        """True if the error code, e.g. DP101, has not been explained to the user before.
-
-        Each code is explained only once.
-        """
         first = code not in self._told
         self._told.add(code)
         return first

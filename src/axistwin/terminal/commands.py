@@ -61,27 +61,18 @@ class End(Protocol):
 
 
 class LocalCommands:
-    """Executes the commands that the terminal does not send to the controller, e.g. `:pins`.
-
-    Commands for pins, axes and time need a `virtual` controller.
-    """
+    """Executes the terminal's own commands; commands for pins, axes and time need a `virtual` controller."""
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
         self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
-        """True if a line is a command for the terminal program itself, e.g. `:pins`.
-
-        Such a line begins with a colon and a lower-case letter.
-        """
+        """True for a command of the terminal, e.g. `:pins`: a colon and a lower-case letter."""
         return own_command(line.decode("latin-1")) is not None
 
     def asides(self, line: bytes) -> list[str]:
-        """Return explanations of a command line that the terminal is about to send.
-
-        The explanations come from the tutor, a help function for learners.  Raises ProgramError for an unknown command.
-        """
+        """Return the tutor's comments on the next line to send.  Raises ProgramError for an unknown command."""
         if self._virtual is None or not self._virtual.tutor.on:
             return []
         tutor, data = self._virtual.tutor, self._virtual.read(line)
@@ -102,10 +93,7 @@ class LocalCommands:
         return self.lesson.finished
 
     async def obey(self, line: str) -> bool:
-        """Execute a local command of the terminal program, e.g. `:pins`.
-
-        An error is shown on the screen.  Return False for `:quit`, otherwise True.
-        """
+        """Execute a command of the terminal, and show its errors.  Return False for `:quit`, else True."""
         found = own_command(line)
         assert found is not None
         try:
@@ -165,7 +153,6 @@ class LocalCommands:
         return end.inspect(lambda: list(read(end)))
 
     def _lesson_lines(self, name: str) -> list[str]:
-        """Return the lines that the command `:task` or the command `:show` displays in a lesson."""
         assert self.lesson is not None, "checked by the caller"
         return [self.lesson.task] if name == "task" else [f"type  {line}" for line in self.lesson.solution]
 
@@ -173,7 +160,6 @@ class LocalCommands:
         return self._virtual_end().tutor
 
     async def _initialise(self, end: VirtualEnd) -> None:
-        """Perform the actions that initialise the controller, in virtual time."""
         acts = 0
         steps = end.tutor.initialisation()
         while (act := end.inspect(lambda: next(steps, None))) is not None:

@@ -31,10 +31,7 @@ Lines = Queue[bytes | LinkError | None]
 
 
 def history(model: str) -> History:
-    """Return the lines that the user has typed for a controller model in this session and in earlier sessions.
-
-    If the file of the history cannot be written, the history lasts for one session only.
-    """
+    """Return the history of typed lines for a model; without a writable file it lasts for one session only."""
     file = state_file(f"history-{model}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -94,10 +91,7 @@ class LineEditor:
         )
 
     async def read(self, lines: Lines) -> None:
-        """Put each line that the user types into the queue.
-
-        At the end of the input or after Ctrl-C, put None into the queue.
-        """
+        """Queue each line that the user types, and None at the end of the input or after Ctrl-C."""
         try:
             while True:
                 line = await self._session.prompt_async()

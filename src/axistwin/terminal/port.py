@@ -18,10 +18,7 @@ QUIET_S = 0.3
 
 
 class PortEnd:
-    """Connection of the terminal program to a serial port or a URL, e.g. `COM3` or `socket://host:4000`.
-
-    `receive` is called with received data, `lost` with the error if the port fails.
-    """
+    """Connection to a port.  `receive` is called with received data, `lost` with the error if the port fails."""
 
     def __init__(
         self, target: str, line: str | None, receive: Callable[[bytes], None], lost: Callable[[LinkError], None]
@@ -87,10 +84,6 @@ def _open(target: str, line: str | None) -> serial.Serial:
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    """Convert the name of a port to pyserial's notation, e.g. `tcp://host:4000` to `socket://host:4000`.
-
-    The serial format `fmt` is returned unchanged.
-    """
     if target.startswith(("pty:", "tcp:", "serial:")):
         port = parse(target)
         if port.scheme == "tcp":

@@ -27,10 +27,9 @@ class Line(Enum):
 
 
 class Screen:
-    """The screen of the terminal, which shows the data of the host and the controller.
+    """The screen of the terminal, written to `out`.  `person`: input comes from a keyboard, so a prompt is shown.
 
-    `out`: the output file.  `person`: input comes from a keyboard, so a prompt is shown.  `editor`: a line editor shows
-    the prompt.  `glyphs` converts characters for a national terminal.
+    `editor`: a line editor shows the prompt.  `glyphs` converts characters for a national terminal.
     """
 
     def __init__(
@@ -54,10 +53,7 @@ class Screen:
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """Show a line of text that the user has typed, or that was read from a file.
-
-        A line is not shown again if the user's typing is still visible.
-        """
+        """Handle a line of input: a typed line is already visible, a line from a pipe is shown."""
         if self._editor:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
@@ -101,7 +97,6 @@ class Screen:
         self._fresh()
 
     def _fresh(self) -> None:
-        """Begin a new line on the screen if the current line is not empty."""
         if self._line is Line.PROMPT:
             self._write(CLEAR)
         elif self._line is not Line.EMPTY:

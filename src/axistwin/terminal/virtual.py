@@ -30,8 +30,7 @@ class VirtualEnd(ABC):
         session.run()
 
     @abstractmethod
-    def _subscribe(self) -> Callable[[], object]:
-        """Subscribe to the data from the controller, and return a function that ends the subscription."""
+    def _subscribe(self) -> Callable[[], object]: ...
 
     @abstractmethod
     def send(self, data: bytes) -> None:
@@ -42,26 +41,17 @@ class VirtualEnd(ABC):
         return line
 
     def do(self, target: str, value: str) -> None:
-        """Perform an action at the machine, e.g. drive an input high.
-
-        Raises AxistwinError.
-        """
+        """Perform an action at the machine, e.g. drive an input high.  Raises AxistwinError."""
         self.session.do(self.controller.name, target, value)
 
     def load(self, file: str) -> None:
-        """Switch the controller off and on, load a program, and start the program.
-
-        Raises AxistwinError.
-        """
+        """Switch the controller off and on, load a program, and start the program.  Raises AxistwinError."""
         if not file:
             raise UsageError("no program to load: expected a file, e.g. :load home.sms")
         self.session.load(self.controller.name, file, program_text(Path(file)))
 
     def store(self, text: str) -> None:
-        """Load the text of a program into a SmartMotor, and start the program.
-
-        Raises AxistwinError.
-        """
+        """Load the text of a program into a SmartMotor, and start the program.  Raises AxistwinError."""
         if not text:
             raise UsageError("no program to store: expected a program after the command, e.g. :store RTEMP END")
         self.session.load(self.controller.name, "typed.sms", f"{text}\n")
@@ -72,10 +62,7 @@ class VirtualEnd(ABC):
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Read the controller's present state with the function `read`, and return the result.
-
-        All due events of the simulation are executed before the call of `read`.
-        """
+        """Advance virtual time to now, and return the result of `read`, which reads the controller's state."""
         return self.session.pacer.inspect(read)
 
     def _status(self) -> str:
@@ -90,10 +77,7 @@ class VirtualEnd(ABC):
         self.session.speed = speed
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle.
-
-        The wait ends after `PATIENCE_NS` of virtual time at the latest.
-        """
+        """Wait until the controller is idle.  The wait ends after `PATIENCE_NS` of virtual time at the latest."""
         until_ns = self.bench.now + PATIENCE_NS
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
@@ -123,10 +107,7 @@ class VirtualEnd(ABC):
 
 
 class SerialEnd(VirtualEnd):
-    """Connection of the terminal to a controller with a serial line.
-
-    `receive` is called with the controller's data, `aside` with the tutor's comments.
-    """
+    """Connection to a serial line: `receive` gets the data, `aside` the tutor's comments."""
 
     def __init__(
         self, session: Session, receive: Callable[[bytes], None], aside: Callable[..., None] = lambda *lines: None
@@ -144,18 +125,12 @@ class SerialEnd(VirtualEnd):
             self._aside(*self.tutor.received(data))
 
     def send(self, data: bytes) -> None:
-        """Send a typed line to the controller over its serial line.
-
-        The baud rate and the controller's DTR limit the speed.
-        """
+        """Send a typed line; baud rate and the controller's DTR limit the speed."""
         self.session.say(self.controller.name, data)
 
 
 class BoardEnd(VirtualEnd):
-    """Connection of the terminal to a board on a bus.
-
-    Typed lines are commands in hex or by name; messages are shown in both forms.
-    """
+    """Connection to a board: typed commands in hex or by name, messages in both forms."""
 
     def __init__(
         self, session: Session, print_line: Callable[[str], None], aside: Callable[..., None] = lambda *lines: None

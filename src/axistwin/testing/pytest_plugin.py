@@ -50,10 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[Twin]":
-    """Run a virtual controller or scene for a test with a marker, e.g. `@pytest.mark.axistwin("if1")`.
-
-    Yields the `Twin`.
-    """
+    """Run a twin for a test with a marker, e.g. `@pytest.mark.axistwin("if1")`.  Yields the `Twin`."""
     # Import `axistwin.testing.twin` only for tests that use a virtual controller, because the import is slow.
     from axistwin.testing.twin import serve
 
@@ -73,10 +70,7 @@ def axistwin_port(axistwin_twin: "Twin") -> "Url":
 
 @pytest.fixture
 def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
-    """Clock that reads and advances the virtual time of the served controllers.
-
-    Its members are `advance(seconds)`, `run_until(condition, timeout)`, `seconds` and `now`.
-    """
+    """Clock of the twin's virtual time: `advance(seconds)`, `run_until(condition, timeout)`, `seconds`, `now`."""
     return axistwin_twin.clock
 
 
@@ -102,10 +96,6 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> None:
-    """Write the HTML report of a test.
-
-    The file name is the name of the test, with `-` instead of special characters.
-    """
     from axistwin.reports.page import of_recorded_files, write_page
 
     outcome, failure = item.stash.get(VERDICT, ("error", ""))
@@ -115,7 +105,6 @@ def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> 
 
 
 def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
-    """Return the arguments of a test's marker `axistwin`: a model or a scene, and a dictionary of options."""
     marker = request.node.get_closest_marker("axistwin")
     if marker is None or len(marker.args) + ("scene" in marker.kwargs) != 1:
         raise pytest.UsageError(
@@ -130,6 +119,5 @@ def _marker_arguments(request: pytest.FixtureRequest) -> tuple[Any, dict[str, An
 
 
 def _shown(path: Path) -> str:
-    """Return a path as text, relative to the current directory if possible."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)

@@ -46,10 +46,7 @@ STOOD_STILL = (
 
 
 class Url(str):
-    """URL of a served port, in the form that pyserial's function `serial_for_url` accepts.
-
-    The URL of an 1810 or 1811 is `bus://host:port`.
-    """
+    """URL of a port for `serial.serial_for_url`; for an 1810 or 1811, `bus://host:port`."""
 
     __slots__ = ()
 
@@ -86,27 +83,22 @@ class HostCall:
         return self._thread.done
 
     def result(self, timeout: float = HOST_TIMEOUT_S) -> Any:
-        """Wait until the Python function that acts as the host has ended, and return its result.
+        """Wait for the function.  Returns the result, or raises the exception.
 
-        An exception of the function is raised again.  With `speed="manual"` virtual time passes while the function
-        waits.  Raises LinkError after `timeout` (virtual) seconds without any communication.
+        With `speed="manual"` virtual time passes while the function waits.  Raises LinkError after `timeout`
+        (virtual) seconds without any communication.
         """
         return self._clock.wait_for(self._thread, timeout)
 
 
 class _Service(NamedTuple):
-    """The thread, the server and the clock of a `Twin` object, which exist during its `with` block."""
-
     loop: LoopThread
     server: Server
     clock: ServedClock
 
 
 class Twin:
-    """Emulated controllers that are served on real ports within a `with` block.
-
-    `serve` returns a Twin.
-    """
+    """Emulated controllers that are served on real ports within a `with` block.  `serve` returns a Twin."""
 
     def __init__(
         self, bench: Bench, wanted: list[tuple[str, PortUrl]], speed: Speed, writers: Iterable[Writer] = ()
@@ -184,10 +176,7 @@ class Twin:
         self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
-        """Receive all data that hosts have sent, then advance virtual time by `seconds`.
-
-        Only for `speed="manual"`.
-        """
+        """Receive all data that hosts have sent, then advance virtual time by `seconds`.  Only for `speed="manual"`."""
         self.clock.advance(seconds)
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
@@ -208,10 +197,7 @@ class Twin:
         return HostCall(self.clock, thread)
 
     def call(self, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
-        """Call a function of the host program and return its result.
-
-        Virtual time passes while the function waits for answers.
-        """
+        """Return the result of a host's function; virtual time passes while it waits for answers."""
         result: T = self.start(function, *arguments, **keywords).result()
         return result
 
@@ -261,7 +247,6 @@ def serve(
 
 
 def _check_speed(speed: Speed) -> None:
-    """Raise UsageError for an invalid speed."""
     if speed != "manual":
         try:
             read_speed(str(speed))
@@ -272,10 +257,6 @@ def _check_speed(speed: Speed) -> None:
 def _bench(
     what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    """Return a bench (a simulated set-up), and the ports that its scene defines.
-
-    `what`: a model, a scene or a bench.  Without a scene, the list of ports is empty.
-    """
     if isinstance(what, str) and not what.endswith(".toml"):
         bench = Bench()
         bench.add(what, **options)
@@ -317,10 +298,6 @@ def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[
 
 
 def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
-    """Return the header of a recorded conversation: model, options and line format.
-
-    The result is None for a scene.
-    """
     if not isinstance(what, str) or what.endswith(".toml"):
         return None
     kept = {name: value for name, value in options.items() if name not in ("name", "state", "line", "history")}
@@ -329,6 +306,5 @@ def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
 
 
 def _url(found: PortUrl) -> Url:
-    """Convert the URL of a served port to a URL for pyserial."""
     schemes = {"tcp": "socket", "rfc2217": "rfc2217", "bus": "bus"}
     return Url(f"{schemes[found.scheme]}://{found.address}" if found.scheme in schemes else found.path)

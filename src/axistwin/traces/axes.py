@@ -25,10 +25,7 @@ CACHED_MOVES, MOST_CACHED_PULSES = 8, 1 << 14
 
 
 class StepperTrace:
-    """Finds the changes in the signals of a stepper axis.
-
-    `places`: index of each traced signal, by name.
-    """
+    """Finds the changes in the signals of a stepper axis.  `places`: index of each traced signal, by name."""
 
     def __init__(self, train: Train, places: Mapping[str, int], now_ns: int) -> None:
         self.train, self._places = train, places
@@ -77,10 +74,7 @@ class StepperTrace:
     def _velocities(
         self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """Yield each change of the axis velocity.
-
-        Of several changes at the same time, only the last is yielded.
-        """
+        """Yield each change of the axis velocity.  Of several changes at the same time, only the last is yielded."""
         changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
@@ -104,10 +98,7 @@ class StepperTrace:
         return found
 
     def _pulse_times(self, move: Move, first: int, last: int) -> "NDArray[np.int64]":
-        """Return the times of the pulses `first` to `last` of a move.
-
-        The times are cached, because a machine often repeats the same move.
-        """
+        """Return the times of pulses `first` to `last`.  Times are cached, because machines repeat their moves."""
         import numpy as np
 
         profile, start_ns = move.profile, move.start_ns
@@ -126,10 +117,6 @@ class StepperTrace:
         return cached[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
-        """Return the rising and falling edges of the step output, in order of time.
-
-        `rises`: the times of the rising edges.  Falling edges at `before_ns` or later are kept for the next call.
-        """
         import numpy as np
 
         falls = np.concatenate((*self._falls, rises + STEP_NS))
@@ -141,10 +128,6 @@ class StepperTrace:
         return Part(self._places["step"], times[order], levels[order])
 
     def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Move, int, int]]:
-        """Yield the moves in a time span, each with its first and last pulse number.
-
-        Only pulses within the time span count.
-        """
         moves: list[Move] = []
         for move in reversed(self.train.moves):
             if move.start_ns < before_ns:
@@ -158,10 +141,7 @@ class StepperTrace:
 
 
 def _rates(move: Move) -> Iterator[tuple[int, float]]:
-    """Yield the velocity segments of a move: the start time in ns and the velocity in pulses/s.
-
-    The velocity 0 follows at the end of the move.
-    """
+    """Yield start times in ns and velocities in pulses/s of a move's segments; 0 follows at its end."""
     profile, direction = move.profile, move.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
         yield move.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
@@ -175,10 +155,7 @@ def _rate_at(move: Move, time_ns: int) -> float:
 
 
 class ServoTrace:
-    """Collects the changes in the signals of a servo axis.
-
-    `places`: index of each traced signal, by name.
-    """
+    """Collects the changes in the signals of a servo axis.  `places`: index of each traced signal, by name."""
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
@@ -191,7 +168,7 @@ class ServoTrace:
         return self._last[name]
 
     def add_samples(self, samples: Samples) -> None:
-        """Store several samples of the position and of the commanded position of the servo axis."""
+        """Store a block of samples."""
         import numpy as np
 
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)
@@ -209,11 +186,7 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def present(self, now_ns: int) -> list[Part]:
-        """Return the new position of a servo axis after a command has changed the position, e.g. `O=0`.
-
-        The last sample of the servo does not contain such a change.  The same applies to the commanded position.  The
-        list is empty without a change.
-        """
+        """Return the present values that differ from the last sample, because a command has changed them since."""
         import numpy as np
 
         values = {"position": self.axis.position, "commanded": self.axis.setpoint}
@@ -223,7 +196,6 @@ class ServoTrace:
         return [Part(self._places[name], at, np.array([value], np.int64)) for name, value in changed.items()]
 
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return those samples of a signal that differ from the previous sample."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._last[name]) != 0

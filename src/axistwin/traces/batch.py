@@ -14,10 +14,7 @@ Value = int | float | bytes
 
 
 class Part(NamedTuple):
-    """Changes of one signal in order of time.
-
-    `values`: integers, bit patterns of floats, or indices of texts.
-    """
+    """Changes of one signal in order of time.  `values`: integers, bit patterns of floats, or indices of texts."""
 
     signal: int
     times: "NDArray[np.int64]"
@@ -26,10 +23,7 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True)
 class Batch:
-    """Changes of all signals in order of time.
-
-    `values`: as in `Part`; `texts`: the texts by index.
-    """
+    """Changes of all signals in order of time.  `values`: as in `Part`; `texts`: the texts by index."""
 
     times: "NDArray[np.int64]"
     signals: "NDArray[np.int64]"
@@ -55,10 +49,7 @@ class Batch:
 
 
 class ChangeQueue:
-    """Queue of signal changes that will be written to a trace file.
-
-    The queue has one list of changes for each signal.
-    """
+    """Changes that have not been written yet, as a list for each signal."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
         self.count = 0
@@ -71,10 +62,7 @@ class ChangeQueue:
         self.count += 1
 
     def parts(self, before_ns: int, texts: list[bytes]) -> list[Part]:
-        """Return all signal changes before the time `before_ns`, and delete these changes from the queue.
-
-        The values of text signals are appended to `texts`.
-        """
+        """Remove and return the changes before `before_ns`; their texts are appended to `texts`."""
         taken = ((n, self._take(n, before_ns)) for n in range(len(self._changes)) if self._changes[n])
         return [self._part(n, changes, texts) for n, changes in taken if changes]
 
@@ -102,10 +90,7 @@ class ChangeQueue:
 
 
 class Rows:
-    """Table of signal changes that have not yet been written to a trace file.
-
-    Each column is an array of integers.  The first column contains the times of the changes.
-    """
+    """Changes that have not been written yet, as columns of integers; the first column contains the times."""
 
     def __init__(self, columns: int) -> None:
         self._blocks: list[tuple[NDArray[np.int64], ...]] = []
@@ -113,20 +98,14 @@ class Rows:
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Add signal changes to the rows that will be written to the trace file.
-
-        `columns`: one array of integers for each column.
-        """
+        """Append rows."""
         import numpy as np
 
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Remove and return all stored signal changes with times before `before_ns`.
-
-        The first array contains the times.  The other arrays contain the values.
-        """
+        """Remove and return the rows before `before_ns`."""
         import numpy as np
 
         if not self._blocks:

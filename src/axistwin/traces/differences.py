@@ -27,10 +27,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Difference:
-    """The first difference of one signal between two traces: the time, and the signal's value in each trace.
-
-    A value is None if the trace does not contain the signal.
-    """
+    """First difference of a signal, with its value in both traces; None: the trace does not contain the signal."""
 
     time_ns: int
     signal: str
@@ -52,12 +49,10 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare two traces.
+    """Compare the signals matched by patterns, up to the end of the shorter trace.
 
-    Only signals whose names match one of the `patterns` are compared.
-
-    The comparison ends at the end of the shorter trace.  Step pulses are not compared, because the signal `pulses`
-    contains the same information.  Raises UsageError if a pattern has no match.
+    Step pulses are not compared, because `pulses` contains the same information.  Raises UsageError for a pattern
+    without a match.
     """
     tolerance = tolerance or Tolerance()
     until_ns = min(first.end_ns, second.end_ns)
@@ -89,7 +84,6 @@ def _compare(name: str, first: Trace, second: Trace, until_ns: int, tolerance: T
 
 
 def _first(name: str, one: Track, other: Track, until_ns: int, tolerance: Tolerance) -> Difference | None:
-    """Return the first difference between two traces of a signal; None if the traces are equal."""
     moments = [
         time_ns
         for this, that in ((one, other), (other, one))
@@ -106,11 +100,9 @@ def _at(track: Track, time_ns: int) -> Value:
 
 
 def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """Return the earliest time at which a signal differs between two traces by more than the tolerance.
+    """Return the first time at which the value of `this` does not occur in `that` within the tolerated time.
 
-    `this`, `that`: the signal in the two traces.  `that` may have the value of `this` earlier or later, within the time
-    tolerance.  It is sufficient to check the times at which `this` changes, and the times at which `that` changes,
-    shifted by the tolerance.
+    It is sufficient to check the times of changes of `this`, and of changes of `that` shifted by the tolerance.
     """
     import numpy as np
 
@@ -130,14 +122,7 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Find the values of a signal that differ between two traces.
-
-    Return a boolean for each compared value in `this`: True if `that` has no similar value.  Two values are similar if
-    they differ by `most` or less.
-
-    `this`, `that`: the signal in the two traces.  `here`: the indices of the compared values in `this`.  `first` and
-    `last`: for each compared value, the range of indices in `that`.
-    """
+    """Return True for each value of `this` (index `here`) that is not among values `first` to `last` of `that`."""
     import numpy as np
 
     if TEXT in (this.kind, that.kind):

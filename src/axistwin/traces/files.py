@@ -27,16 +27,10 @@ class Sink(Protocol):
     """A writer of trace files."""
 
     def write(self, batch: Batch) -> None:
-        """Write signal changes to the trace file, in order of time.
-
-        Raises OSError if the file cannot be written.
-        """
+        """Write signal changes to the trace file, in order of time.  Raises OSError if the file cannot be written."""
 
     def flush(self) -> None:
-        """Write all signal changes from memory to the trace file.
-
-        Other programs can then read the changes.  Raises OSError if the file cannot be written.
-        """
+        """Make all written changes readable for other programs.  Raises OSError."""
 
     def end(self, now_ns: int) -> None:
         """Write the end time of the trace.  Raises OSError if the file cannot be written."""
@@ -50,10 +44,7 @@ class TextSink:
 
 
 class CsvSink(TextSink):
-    """Writes a CSV file with the columns time_ns, signal and value.
-
-    The first rows are the initial values.
-    """
+    """Writes a CSV file with the columns time_ns, signal and value.  The first rows are the initial values."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -101,7 +92,7 @@ class VcdSink(TextSink):
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write a batch of changes: for each time, first the time itself, then all changes at this time."""
+        """Write each time, followed by the changes at that time."""
         import numpy as np
 
         lines = self._changes(batch)
@@ -113,10 +104,7 @@ class VcdSink(TextSink):
             self._last_ns = int(batch.times[-1])
 
     def _changes(self, batch: Batch) -> list[str]:
-        """Convert each signal change to one line of a VCD file.
-
-        Lines for levels are built in advance, because most changes are levels.
-        """
+        """Convert each change to a line; those of levels, which are the most, are built in advance."""
         import numpy as np
 
         values, signals = batch.values, batch.signals
@@ -143,7 +131,6 @@ class VcdSink(TextSink):
         return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
 
     def _scopes(self) -> list[str]:
-        """Return the VCD lines that define the signals in nested scopes."""
         found: list[str] = []
         inside: list[str] = []
         for signal, identifier in zip(self._signals, self._ids, strict=True):
@@ -173,7 +160,6 @@ class SigrokSink(VcdSink):
         return super()._change(n, value)
 
     def _scopes(self) -> list[str]:
-        """Return the VCD lines that define the signals with their full names."""
         return [
             f"$var {'real 64' if signal.kind in (COUNT, REAL) else 'wire 1'} {identifier} {signal.full} $end"
             for signal, identifier in zip(self._signals, self._ids, strict=True)
@@ -192,10 +178,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Convert stored integers to signal values, e.g. to floating-point numbers or texts.
-
-    The function `show` formats floating-point numbers and texts.
-    """
+    """Convert stored integers to values; `show` formats floating-point numbers and texts."""
     import numpy as np
 
     found: list[float | str] = values.tolist()
@@ -213,10 +196,6 @@ def csv_field(text: str) -> str:
 
 
 def _vcd_value(value: Value) -> float | str:
-    """Replace the spaces of a text by escape sequences, because a text in a VCD file must not contain spaces.
-
-    Control characters are replaced, too.  A number is returned unchanged.
-    """
     return CHARACTERS.show(value).replace(" ", r"\x20") if isinstance(value, bytes) else value
 
 
@@ -236,7 +215,6 @@ FIRST_SIGN, SIGNS = 33, 94
 
 
 def _identifier(n: int) -> str:
-    """Return the VCD identifier of the signal number `n`: a short word of printable characters."""
     word = chr(FIRST_SIGN + n % SIGNS)
     return word if n < SIGNS else _identifier(n // SIGNS - 1) + word
 
@@ -252,18 +230,12 @@ SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, SIGROK: Sigrok
 
 
 def ending(path: Path) -> str:
-    """Return the ending of a trace file's name, e.g. `.csv` or `.sigrok.vcd`.
-
-    The ending selects the file format.
-    """
+    """Return the ending of a trace file's name, e.g. `.csv` or `.sigrok.vcd`.  The ending selects the file format."""
     return SIGROK if path.name.endswith(SIGROK) else path.suffix
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the class that writes the trace file `path`.  The ending of the file name selects the file format.
-
-    Raises UsageError for an unknown ending, and MissingExtraError if pyarrow is missing.
-    """
+    """Return the writer for files with this ending.  Raises UsageError for another ending, or MissingExtraError."""
     if ending(path) not in SINKS:
         *others, last = SINKS
         raise UsageError(

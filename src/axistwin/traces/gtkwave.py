@@ -45,10 +45,6 @@ def _contents(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int
 
 
 def _add(save: "GTKWSave", signal: Signal) -> None:
-    """Add a signal to a GTKWave save file.
-
-    GTKWave draws numbers as a curve.
-    """
     from vcd.gtkw import GTKWFlag
 
     name = f"{signal.full} [{signal.unit}]" if signal.unit else signal.full

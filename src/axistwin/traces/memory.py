@@ -34,10 +34,7 @@ def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
 
 
 class MemoryTrace:
-    """A trace in memory, with a limited number of changes for each signal.
-
-    In a long run, only the least and the greatest of each group of numbers, and the latest texts, are kept.
-    """
+    """A trace in memory.  In a long run, only the extremes of groups of numbers and the latest texts are kept."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench, self._began_ns = bench, bench.now
@@ -60,10 +57,6 @@ class MemoryTrace:
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Store new changes of signals in memory.
-
-        If a signal has too many changes, only some of its changes are kept.
-        """
         for part in parts:
             self._changes[part.signal].add(part, texts)
         for servo in self._servos:
@@ -75,15 +68,12 @@ class MemoryTrace:
 
 
 class _Changes:
-    """The changes of one signal, stored in blocks.  A block is an array of times and an array of values."""
-
     def __init__(self, signal: Signal, now_ns: int, first: Value) -> None:
         self.signal, self.count = signal, 1
         self._blocks: list[tuple[Sequence[int] | NDArray[np.int64], Sequence[Value] | NDArray[Any]]] = []
         self._blocks.append(([now_ns], [first]))
 
     def add(self, part: Part, texts: Sequence[bytes]) -> None:
-        """Append new changes to the stored changes of a signal."""
         values: Sequence[Value] | NDArray[Any] = part.values.view(float) if self.signal.kind == REAL else part.values
         if self.signal.kind == TEXT:
             values = [texts[n] for n in part.values]
@@ -91,7 +81,6 @@ class _Changes:
         self.count += len(part.times)
 
     def joined(self) -> "Changes":
-        """Return the times and the values of all changes of the signal."""
         import numpy as np
 
         kind = {TEXT: object, REAL: float}.get(self.signal.kind, np.int64)
@@ -99,14 +88,9 @@ class _Changes:
         return times, np.concatenate([np.asarray(block, kind) for _, block in self._blocks])
 
     def replace(self, times: "NDArray[np.int64]", values: "NDArray[Any]") -> None:
-        """Replace all stored changes of the signal by the given changes."""
         self._blocks, self.count = [(times, values)], len(times)
 
     def track(self) -> Track:
-        """Return the recorded signal as a `Track` object.
-
-        A signal that is read from a trace file has the same class.
-        """
         track = Track(self.signal.full, self.signal.kind)
         times, values = self.joined()
         track.times = array(WHOLE, times.tobytes())
@@ -118,10 +102,7 @@ class _Changes:
 
 
 def _reduce(signals: Sequence[_Changes]) -> None:
-    """Reduce the number of changes of a signal, and keep its extreme values.
-
-    For position and commanded position of a servo axis, keep the extremes of the position error.
-    """
+    """Reduce a signal, or position and commanded position of a servo so that the extremes of their error are kept."""
     import numpy as np
 
     columns = [changes.joined() for changes in signals]
@@ -136,7 +117,6 @@ def _reduce(signals: Sequence[_Changes]) -> None:
 
 
 def _extremes(values: "NDArray[Any]") -> "NDArray[np.int64]":
-    """Divide an array into groups of four values; return the indices of the extreme values of each group."""
     import numpy as np
 
     whole = len(values) // 4 * 4

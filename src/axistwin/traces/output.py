@@ -18,10 +18,7 @@ class LimitReachedError(OSError):
 
 
 class Output:
-    """A file to which each block is written completely or not at all.
-
-    OSError is raised if a block cannot be written.  `limit`: largest size in bytes.
-    """
+    """A file whose blocks are written completely, or raise OSError.  `limit`: largest size in bytes."""
 
     def __init__(self, path: Path, limit: int | None = None) -> None:
         self._limit = limit
@@ -29,17 +26,11 @@ class Output:
         self._size = 0
 
     def append(self, data: bytes) -> None:
-        """Append a block of bytes to the file.
-
-        Raises OSError if the block cannot be written; the file is then unchanged.
-        """
+        """Append a block.  Raises OSError if it cannot be written; the file is then unchanged."""
         self.replace_end(data, 0)
 
     def replace_end(self, data: bytes, of: int) -> None:
-        """Replace the last bytes of the file by new data.
-
-        `of`: number of bytes to replace.  Raises OSError; the file is then unchanged.
-        """
+        """Replace the last `of` bytes of the file.  Raises OSError; the file is then unchanged."""
         start = self._size - of
         if self._limit is not None and start + len(data) > self._limit:
             size = f"{self._limit / 1e6:g} MB" if self._limit >= 1000 else f"{self._limit} bytes"
@@ -71,9 +62,6 @@ def _write_at(file: int, data: bytes, place: int) -> None:
 
 
 def _write_part(file: int, data: memoryview, place: int) -> int:
-    """Write data to a file at the byte position `place`, and return the number of written bytes.
-
-    The operating system may write only a part of the data.
-    """
+    """Write at least one byte at a place in a file; return the number of written bytes."""
     os.lseek(file, place, os.SEEK_SET)
     return os.write(file, data)

@@ -79,10 +79,7 @@ class ParquetSink:
         self.flush()
 
     def write(self, batch: Batch) -> None:
-        """Add changes of signals to the Parquet file, as one row for each change.
-
-        As soon as a row group (a block of rows) is full, the group is written to the file.
-        """
+        """Add rows to the present group; if the group is full, begin a new group."""
         table = self._table(batch)
         while self._rows + len(table) >= self._full:
             room = self._full - self._rows
@@ -97,7 +94,6 @@ class ParquetSink:
         self._new |= len(table) > 0
 
     def _close_group(self) -> None:
-        """Complete the current row group, write it to the file, and begin a new row group."""
         self.flush()
         self._place += self._body
         self._rewritable -= self._body
@@ -105,10 +101,7 @@ class ParquetSink:
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """Write the present row group (a block of rows) and a new footer to the Parquet file.
-
-        The footer is the end of the file, and lists all row groups.
-        """
+        """Write the present group, and a table of contents for the whole file."""
         import pyarrow as pa
 
         if not self._new:
@@ -161,10 +154,6 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        """Encode a row group (a block of rows) for the Parquet file.
-
-        Return the encoded bytes, and the new contents of the footer, which lists all row groups.
-        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -188,10 +177,7 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """File object in memory that appends all written bytes to the list `parts`.
-
-    The bytes are discarded if `parts` is None.
-    """
+    """A file in memory that appends bytes to the list `parts`, or discards them if it is None."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] | None = None
@@ -206,7 +192,6 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """Return the footer of a Parquet file as bytes; the footer is the end of the file."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()

@@ -10,10 +10,9 @@ from axistwin.version import VERSION
 
 
 def provenance(bench: Bench) -> dict[str, str]:
-    """Return the origin of a trace as keys and values, e.g. version, scene and seed.
+    """Return the provenance as keys and values: version (`axistwin`), `scene`, `title`, `seed`, controllers, lines.
 
-    Keys: `axistwin` (the version), `scene`, `title`, `seed`, and one for each controller and shared line.  `units
-    NAME.AXIS`: the unit of an axis, as written by `MachineUnits`.
+    `units NAME.AXIS`: the unit of an axis, as written by `MachineUnits`.
     """
     found = {"axistwin": VERSION, **bench.origin}
     for name, controller in bench.controllers.items():

@@ -28,10 +28,7 @@ COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number":
 
 @dataclass
 class Track:
-    """One signal of a trace, stored as times and values.
-
-    The signal has the value `values[n]` from the time `times[n]` on.  Control characters in texts are escaped as `\\r`.
-    """
+    """One signal, whose value is `values[n]` from `times[n]` on.  Control characters in texts are escaped as `\\r`."""
 
     name: str
     kind: str
@@ -45,10 +42,7 @@ class Track:
         return len(self.times)
 
     def add(self, time_ns: int, value: str) -> None:
-        """Add a new value of the signal at the time `time_ns`.
-
-        `value`: the value as text, e.g. `12.5`, as in a CSV trace file.
-        """
+        """Append a change; `value` is text as in a CSV file."""
         self.times.append(time_ns)
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 
@@ -62,10 +56,7 @@ class Track:
 
 @dataclass
 class Trace:
-    """A trace that has been read from a file.
-
-    `tracks`: the signals by name; `about`: the provenance.
-    """
+    """A trace that has been read from a file.  `tracks`: the signals by name; `about`: the provenance."""
 
     path: Path
     tracks: dict[str, Track]
@@ -146,11 +137,6 @@ def _csv(path: Path) -> Trace:
 
 
 class _Rows:
-    """Reads the rows of a CSV file, and counts the lines.
-
-    `line`: number of the last line of the present row.
-    """
-
     def __init__(self, path: Path, lines: Iterator[str], about: dict[str, str]) -> None:
         self.line = 0
         self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
@@ -167,10 +153,7 @@ class _Rows:
 
 
 def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
-    """Yield the lines of a CSV file, without comments and without an incomplete last line.
-
-    The comments are stored in `about`.
-    """
+    """Yield the complete lines of a CSV file; its comments are stored in `about`."""
     signals: list[str] = []
     for line in lines:
         if not line.endswith("\n"):
@@ -203,7 +186,6 @@ def _time_ns(path: Path, text: str, line: int = 0) -> int:
 
 
 def _guess(value: str) -> str:
-    """Guess the kind of a signal from its first value, if the file does not declare the kind."""
     for kind in (COUNT, REAL):
         try:
             _value(kind, value)
@@ -245,7 +227,6 @@ def _vcd(path: Path) -> Trace:
 
 
 def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[str, tuple[str, str]]]:
-    """Return the metadata of a VCD file (e.g. the version of axistwin), and the name and kind of each signal."""
     about: dict[str, str] = {}
     names: dict[str, tuple[str, str]] = {}
     scopes: list[str] = []
@@ -282,7 +263,6 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Decode a text from a VCD file: replace each escape sequence by its character, e.g. by a space."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as syntax_error:
@@ -318,7 +298,6 @@ def _parquet(path: Path) -> Trace:
 
 
 def _parquet_table(path: Path) -> Any:
-    """Return the contents of a Parquet file.  Raises TraceError if the file was not written by axistwin."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -345,17 +324,12 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _values_type(kind: Any) -> Any:
-    """Return the type of the values of a column, which may be stored as indices into a dictionary."""
     import pyarrow as pa
 
     return kind.value_type if pa.types.is_dictionary(kind) else kind
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
-    """Return the kind of each signal in a Parquet trace file, e.g. {"if1.X.pulses": "integer"}.
-
-    `text`: the kinds as JSON, from the metadata of the file.
-    """
     try:
         kinds = json.loads(text or "")
     except (ValueError, RecursionError):

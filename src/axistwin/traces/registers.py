@@ -17,10 +17,7 @@ def written(value: int | str) -> Value:
 
 
 class PolledRegister:
-    """A register that the tracer reads after each event of the simulation.
-
-    `known`: the value at the last event.
-    """
+    """A register that the tracer reads after each event of the simulation.  `known`: the value at the last event."""
 
     def __init__(self, place: int, register: Register, add: Callable[[int, int, Value], None]) -> None:
         self._place, self.read, self._add = place, register.read, add
@@ -33,10 +30,7 @@ class PolledRegister:
 
 
 class ReportedRegisters:
-    """Records the changes of registers for a trace.  The controller reports each change.
-
-    `places`: index of the signal of each register.
-    """
+    """Records reported register changes; `places`: index of each register's signal."""
 
     def __init__(self, places: Sequence[int], registers: Mapping[str, Register]) -> None:
         self._places = places
@@ -45,10 +39,7 @@ class ReportedRegisters:
         """Changes reported by the controller: times, indices of registers, new values."""
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes of each register before the time `before_ns`.
-
-        The reports before this time are deleted.
-        """
+        """Remove and return the changes of each register before `before_ns`."""
         import numpy as np
 
         times, which, values = self.rows.take(before_ns)
@@ -61,10 +52,6 @@ class ReportedRegisters:
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Return the changes of one register.
-
-        A report that repeats the previous value is left out.
-        """
         import numpy as np
 
         changed = np.diff(values, prepend=self._known[n]) != 0

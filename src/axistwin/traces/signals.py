@@ -32,10 +32,7 @@ SHOWN = 12
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal that can be traced, e.g. `if1.output1`.
-
-    `scope`: name of its controller, line or axis; `also`: alternative names.
-    """
+    """A signal, e.g. `if1.output1`; `scope`: its controller, line or axis; `also`: alternative names."""
 
     scope: str
     name: str
@@ -69,10 +66,7 @@ class Signal:
 
 
 def catalogue(bench: Bench) -> list[Signal]:
-    """Return all signals that can be traced.
-
-    The signals of controllers come before the signals of shared lines.
-    """
+    """Return all signals that can be traced.  The signals of controllers come before the signals of shared lines."""
     found = [signal for controller in bench.controllers.values() for signal in _of(bench, controller)]
     lines = [name for name in endpoints.names(bench) if name not in bench.controllers]
     return found + [signal for name in lines for signal in _streams(name)]
@@ -89,10 +83,7 @@ def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
 
 
 def split(text: str | None) -> tuple[str, ...]:
-    """Split a list of signal names or patterns at the commas, e.g. "if1.X.*, if1.output1".
-
-    For an empty text, return the pattern `DEFAULT`.
-    """
+    """Split names and patterns at commas, e.g. "if1.X.*, if1.output1"; `DEFAULT` for an empty text."""
     return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
 
 

@@ -11,20 +11,14 @@ LONGEST = 256
 
 
 class Dialogue:
-    """Records the messages of a host and a controller as two text signals.
-
-    The text of one signal is cleared when the other end of the serial line or bus transmits.
-    """
+    """The messages of both ends of a line.  The signal of one end is cleared when the other end transmits."""
 
     def __init__(self, add: Callable[[int, int, Value], None], host: int | None, controller: int | None) -> None:
         self._host = _Message(add, host)
         self._controller = _Message(add, controller)
 
     def observe(self, bench: Bench, name: str, stack: ExitStack) -> None:
-        """Record the data that the host and the controller send to each other.
-
-        The recording ends when `stack` is closed.
-        """
+        """Observe the line until the stack is closed."""
         clock = bench.clock
         if endpoints.at_a_bus(bench, name):
             show, bus = endpoints.codec_at(bench, name).show, bench[name].bus
@@ -47,38 +41,21 @@ class Dialogue:
 
 
 class _Message:
-    """Latest message from one sender; the sender is either the host or the controller.
-
-    `whole`: True if each message arrives at once, as on a bus.
-    """
-
     def __init__(self, add: Callable[[int, int, Value], None], place: int | None) -> None:
         self._add, self._place, self._message, self._shown = add, place, b"", b""
         self.whole = False
 
     @property
     def complete(self) -> bool:
-        """True if the sender's next character begins a new message.
-
-        A message is complete after CR or LF, at its maximum length, or, on a bus, at once.  An LF after a complete
-        message belongs to the old message.
-        """
+        """True if further characters, other than LF, begin a new message."""
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
     def extend(self, time_ns: int, data: bytes) -> None:
-        """Append characters to the latest message from the host or from the controller.
-
-        If this message is complete, the characters begin a new message.
-        """
         self._message = data if self.complete and data != b"\n" else self._message + data
         self._show(time_ns, self._message)
 
     def clear(self, time_ns: int, answered: bool) -> None:
-        """Set a text signal of the trace to an empty text.
-
-        The signal shows the latest message of the host or of the controller.  Called when the other end of the serial
-        line begins to transmit.  `answered`: True if the stored message is deleted, too.
-        """
+        """Clear the signal, because the other end transmits; `answered`: True if the stored message is deleted, too."""
         if answered:
             self._message = b""
         self._show(time_ns, b"")

@@ -43,12 +43,11 @@ _log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
-    """Context manager that records signals of the controllers, and writes the signals to the trace file `path`.
+    """Trace a bench into `path` within this context.
 
     `patterns` select the signals; `report` receives a message if the trace ends early.  `limit` is the largest size of
-    the file in bytes: a trace that would become larger ends.
-
-    Raises UsageError for a pattern without a match, or if the file cannot be written.
+    the file in bytes: a trace that would become larger ends.  Raises UsageError for a pattern without a match, or if
+    the file cannot be written.
     """
 
     def __init__(
@@ -89,11 +88,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._write_save_file()
 
     def catch_up(self) -> None:
-        """Write the signal changes up to the present time to the trace file.
-
-        Every two seconds, also make the written changes readable for other programs.  Called regularly during runs in
-        real time.
-        """
+        """Write the changes up to now; every two seconds also flush the file, for other programs."""
         now_s = monotonic()
         for_others = now_s - self._flushed_s >= FLUSH_S
         if self._tracer.sink is not None:
@@ -107,10 +102,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack.close()
 
     def _write_save_file(self) -> None:
-        """Write a save file for GTKWave.  GTKWave displays the signals that the save file lists.
-
-        An error is reported; the trace continues.
-        """
+        """Write a save file with the signals for GTKWave; an error is reported, the trace continues."""
         if ending(self.path) == WAVES:
             try:
                 write_save_file(self.path, self._chosen, self._began_ns, self.bench.now)
@@ -172,7 +164,6 @@ class Tracer:
         return [self._first.get(signal.full, b"" if signal.kind == TEXT else 0) for signal in self.signals]
 
     def __enter__(self) -> Self:
-        """Subscribe to the changes of all signals."""
         self._stack = ExitStack()
         for begin in self._begin:
             begin(self._stack)
@@ -184,10 +175,7 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write all changes that happened before the present virtual time.
-
-        `for_others`: also flush the file, so that other programs can read the changes.
-        """
+        """Write the changes before now; `for_others`: also flush the file for other programs."""
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
@@ -206,10 +194,7 @@ class Tracer:
             self.consumer(parts, [])
 
     def finish(self) -> None:
-        """Write the last changes of the trace, and its end time.
-
-        If Ctrl-C has interrupted a write, only the end time is written.
-        """
+        """Write the last changes and the end time; after Ctrl-C in a write, only the end time."""
         if not self._writing:
             self._poll_registers()
             self._write(self.bench.now + 1)
@@ -272,10 +257,7 @@ class Tracer:
         self._begin.append(lambda stack: stack.callback(self.bench.faults.subscribe(changed)))
 
     def _faults(self, name: str, over: Fault | None) -> bytes:
-        """Return the names of the active faults of a controller.
-
-        `over`: a fault that is just ending and is left out.
-        """
+        """Return the active faults of a controller without `over`, which is just ending."""
         there = (fault for fault in self.bench.faults if fault.on and fault is not over)
         return ", ".join(sorted(fault.name for fault in there if fault.spot.name.partition(".")[0] == name)).encode()
 
@@ -323,10 +305,6 @@ class Tracer:
             self._write(self.bench.now)
 
     def _after_events(self) -> None:
-        """Record changed register values.  From time to time, write all recorded changes to the trace file.
-
-        Called after the events of each time.
-        """
         self._poll_registers()
         enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:
@@ -345,7 +323,6 @@ class Tracer:
                 register.record(now_ns, value)
 
     def _write(self, before_ns: int) -> None:
-        """Write the stored signal changes with times before `before_ns` to the trace."""
         for axis in self._computing_ahead:
             axis.catch_up()
         self._moves = 0

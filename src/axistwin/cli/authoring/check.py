@@ -89,10 +89,6 @@ def check(
 
 
 def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
-    """Split the arguments of `axistwin check` into a model and a list of files.
-
-    The model is None if the user has named only files.
-    """
     first = arguments[0] if arguments else ""
     named = first.lower() in FAMILIES or not (Path(first).suffix or first == "-")
     made = product(first) if arguments and named else None
@@ -116,7 +112,6 @@ def _look(fix: bool, diff: bool, quiet: bool) -> Look:
 
 
 def _check(file: Path, made: Product | None, look: Look) -> Iterator[Checked]:
-    """Check a file and yield the result; for a scene, check the programs of the scene too."""
     kind = kind_of(file, made)
     if kind == SCENE:
         # Import `sweep_file` only for a .toml file, because the import is slow.
@@ -188,7 +183,6 @@ def _fixed(
 def _shown(
     file: Path, text: str, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool
 ) -> tuple[str, list[Diagnostic]]:
-    """Show the unambiguous fixes of a file, and write nothing."""
     exact, _, _ = check_fix.read_exactly(file)
     for line in check_fix.difference(file, exact, _better(exact, text, diagnose_it)[0]):
         click.echo(line, err=quiet)

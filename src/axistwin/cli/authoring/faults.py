@@ -40,10 +40,7 @@ def rows() -> Iterator[tuple[str, ...]]:
 
 
 def as_dict(kind: Kind) -> dict[str, Any]:
-    """Return a dictionary with the name, the parameters and the meaning of a kind of fault.
-
-    `axistwin faults --json` prints the dictionary.
-    """
+    """Return a kind of fault for `--json`."""
     parameters = [
         {"name": p.name, "unit": p.unit, "wanted": p.wanted, "default": p.default, "optional": p.optional, "doc": p.doc}
         for p in kind.parameters

@@ -17,11 +17,6 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
-    """Return a function that completes the word that a user has begun to type in a shell.
-
-    The function offers the given names, and the names of files with the given suffixes.
-    """
-
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
         found = [name for name in names if name.startswith(incomplete.lower())]
         return found + (sorted(_files(incomplete, suffixes)) if suffixes else [])
@@ -52,7 +47,6 @@ def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> Iterator[str]:
-    """Yield all file paths that begin with the typed text, including paths in subfolders."""
     folder, _, begin = incomplete.rpartition("/" if "/" in incomplete else os.sep)
     above = incomplete[: len(incomplete) - len(begin)]
     seen = 0

@@ -12,10 +12,7 @@ NARROWEST = 100
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print rows of text as a table.
-
-    On a narrow terminal, each row is a paragraph.  In a pipe or a file, tabs separate the fields of a row.
-    """
+    """Print rows as a table that fits the terminal, or as one line per row into a pipe or a file."""
     if not sys.stdout.isatty():
         for row in (headings, *rows):
             click.echo("\t".join(row))

@@ -17,7 +17,6 @@ class RunProgress:
         self._began_s = monotonic()
 
     def __rich__(self) -> str:
-        """Return the line of text for the present state of the run."""
         now_s = self._bench.seconds
         parts = [f"running {self._what}: {now_s:.1f} s"]
         if self._seconds:

@@ -117,10 +117,7 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Demonstrate that an IF2 keeps its stored sequence during a power cut.
-
-    The command `[` locks the sequence.  After power-up, the IF2 performs the locked sequence without a host.
-    """
+    """Store a sequence in an IF2, lock it, and remove its power and its host."""
     bench = Bench()
     if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
     _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")
@@ -186,21 +183,17 @@ def motor_with_a_language() -> None:
 
 
 class _Session:
-    """Operates one controller in the demonstration, and prints each action and its result."""
-
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller
         self.received = b""
 
     def say(self, text: str, note: str = "", end: str = "\r") -> None:
-        """Send a text from the host to the controller, and print the text."""
         data = (text + end).encode()
         self._print(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
         self.bench.run(0.002 + 0.00115 * len(data))  # A character of 11 bits takes 1.15 ms at 9600 baud.
 
     def receive(self, note: str) -> None:
-        """Wait for an answer from the controller, and print the answer."""
         self.received = b""
         self.bench.run_until(self._answered, 2.0)
         self._print("<", "".join(map(word, self.received)), note)
@@ -210,17 +203,14 @@ class _Session:
         return self.received.endswith(b"\r")
 
     def ask(self, question: str, note: str) -> str:
-        """Send a request to the controller and return its answer."""
         self.say(question)
         self.receive(note)
         return self.received.decode().strip()
 
     def wait(self, seconds: float) -> None:
-        """Advance virtual time by a number of seconds."""
         self.bench.run(seconds)
 
     def press(self, button: str, down: bool) -> None:
-        """Press or release a button of the machine."""
         self.controller.pins[button].drive(down)
         self._print(
             "!", f"{button} {'high' if down else 'low'}", "the button is pressed" if down else "the button is released"
@@ -228,18 +218,15 @@ class _Session:
         self.bench.run(0.01)
 
     def power(self, on: bool) -> None:
-        """Switch the power of the controller on or off."""
         self.controller.power(on)
         self._print("!", f"power {'on' if on else 'off'}", "")
 
     def come_to_rest(self) -> None:
-        """Wait until all axes of the controller are at rest."""
         axes = self.controller.axes.values()
         self.bench.run_until(lambda: not any(axis.velocity for axis in axes), 60.0)
         self.bench.run(0.01)
 
     def show_positions(self, *names: str) -> None:
-        """Print the positions of the named axes."""
         positions = (f"{name} {self.controller.axes[name].position}" for name in names)
         self._print("=", ", ".join(positions), "")
 
@@ -254,30 +241,20 @@ class _Session:
             click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
 
     def explain(self, note: str) -> None:
-        """Print an explanation of the demonstration for the user, on a separate line."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
 
 
 class _MotorSession(_Session):
-    """Operates a SmartMotor in the demonstration."""
-
     def come_to_rest(self) -> None:
-        """Wait until the trajectory has ended and the shaft is at rest."""
         while self.controller.axes["shaft"].moving:
             self.bench.run(0.01)
 
     def jam(self) -> None:
-        """Hold the motor's shaft, so that the shaft cannot turn."""
         self.controller.axes["shaft"].jam()
         self._print("!", "shaft.jam on", "the shaft is held")
 
 
 class _BoardSession(_Session):
-    """Sends commands to a board on a bus, receives the board's messages, and prints both.
-
-    The handshake is that of the board's manual, with a control byte and a status byte.
-    """
-
     def say(self, text: str, note: str = "", end: str = "") -> None:
         """Write a command to the board, and set bit 4 of its control byte (CB)."""
         bus = self.controller.bus
@@ -288,7 +265,7 @@ class _BoardSession(_Session):
         self.bench.run_until(lambda: bus.read(1) & 0x10, 1.0)
 
     def receive(self, note: str) -> None:
-        """Wait for a message (bit 3 of the status byte), read the message, and set bit 7 of the control byte."""
+        """Wait for SB bit 3, read a message, and set CB bit 7."""
         bus = self.controller.bus
         self.bench.run_until(lambda: bus.read(1) & 0x08, 1.0)
         self.received = bytes(bus.read(0) for _ in range(16))
@@ -296,7 +273,6 @@ class _BoardSession(_Session):
         self._print("<", self.received.hex(" ").upper(), note)
 
     def ask(self, question: str, note: str) -> str:
-        """Send a request to the board, and return the answer in hex."""
         self.say(question)
         self.receive(note)
         return self.received.hex()

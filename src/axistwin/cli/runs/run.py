@@ -152,7 +152,6 @@ def _page(
     title: str, record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], chart: "Chart | None", code: int,
     program: Path | None,
 ) -> Page:  # fmt: skip
-    """Return the contents of the HTML report of a run."""
     ended = "interrupted" if code == INTERRUPTED else "failed" if code else "completed"
     verdict = f"{ended} at {record.bench.seconds:g} s of virtual time"
     reasons = [outcome.note, str(outcome.difference or "")]
@@ -175,10 +174,6 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
 
 @contextmanager
 def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[MemoryTrace | None]":
-    """Context manager that keeps a trace of the run in memory, if the user has requested a picture or a report.
-
-    Yields the trace, or None if the user has requested neither.
-    """
     if not any(files):
         yield None
         return
@@ -189,7 +184,6 @@ def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[Memory
 
 
 def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
-    """Return the chart of the run, or None if no picture is requested."""
     if memory is None:
         return None
     from axistwin.plots import of_trace
@@ -199,7 +193,6 @@ def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
 
 @contextmanager
 def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: int | None) -> "Iterator[list[tracing]]":
-    """Context manager that writes the traces of the run to files."""
     with ExitStack() as stack:
         traced = []
         for file in files:
@@ -214,17 +207,12 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
 
 
 def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
-    """Add a note to the result of a run: the number of refused program lines.
-
-    The note also contains the command `axistwin check`, which explains the errors.
-    """
     lines = len({(each.file, each.error.line) for each in refused})
     note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
     return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))
 
 
 def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[HostProgram]:
-    """Return all programs of a run: the user's program and the programs of the scene."""
     models = models_at(bench)
     named: list[tuple[str, Path]] = []
     if target.endswith(".toml"):

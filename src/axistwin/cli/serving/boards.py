@@ -18,7 +18,7 @@ NOT_ASKED = "not asked, as it may be another device: name it to ask"
 @click.option("--baud", default=250_000, show_default=True, metavar="N", help="Baud rate of the firmware.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def boards(ports: tuple[str, ...], baud: int, as_json: bool) -> int:
-    """List the serial ports of this computer.  For a motion board, also show the data of the board's firmware.
+    """List serial ports, with the firmware data of the motion boards.
 
     Without PORT, only boards with Klipper's USB vendor number are asked: a request could move another device.
     The exit code is 1 if a named port has no board.

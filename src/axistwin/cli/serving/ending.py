@@ -22,10 +22,9 @@ OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
 def ending() -> asyncio.Future[int]:
     """Return an asyncio future that is finished when this program receives Ctrl-C or SIGTERM.
 
-    The result of the future is the exit code of the program: 130 after Ctrl-C, 0 after SIGTERM.
-
-    The future raises an internal error of axistwin.  An operating system error for one client and a defect of a module
-    that only displays the bench are logged; the program continues.  Must be called within a running event loop.
+    The result of the future is the exit code of the program: 130 after Ctrl-C, 0 after SIGTERM.  The future raises an
+    internal error of axistwin.  An operating system error for one client and a defect of a module that only displays
+    the bench are logged; the program continues.  Must be called within a running event loop.
     """
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
@@ -38,7 +37,6 @@ def ending() -> asyncio.Future[int]:
 
 
 def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], None]) -> None:
-    """Call `callback` in the event loop when this process receives the operating system's signal `number`."""
     try:
         loop.add_signal_handler(number, callback)
     except NotImplementedError:  # On Windows, the event loop of asyncio has no signal handlers.
@@ -67,18 +65,12 @@ def _handle_exception(ended: asyncio.Future[int], context: dict[str, Any]) -> No
 
 
 def _is_own(error: BaseException) -> bool:
-    """True if the error began in the code of axistwin.
-
-    The result is False for errors of the panel (the display).  Such errors are only logged.
-    """
+    """True if the error was raised by a callback or task of axistwin, but not of the panel."""
     began_in = next((name for name in _modules(error) if not name.startswith("asyncio")), "")
     return began_in.startswith(OWN_MODULES) and not began_in.startswith(DISPLAY_MODULES)
 
 
 def _modules(error: BaseException) -> Iterator[str]:
-    """Yield the name of each module in the traceback of an error.
-
-    A dot is added to each name, e.g. `axistwin.panel.`.
-    """
+    """Yield the name of each module in the traceback of an error, with a dot at its end: `axistwin.panel.`."""
     for frame, _ in walk_tb(error.__traceback__):
         yield f"{frame.f_globals.get('__name__', '')}."

@@ -14,10 +14,7 @@ ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    """Yield examples of code that connects a host program to a controller, e.g. a line for pyserial.
-
-    `url`: port of the controller.  `line`: format of the host's serial line.
-    """
+    """Yield code that connects a host, e.g. by pyserial, to the port `url` with the format `line`."""
     url = _reachable(url)
     match url.scheme:
         case "tcp":
@@ -33,10 +30,7 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
 
 def bus(url: PortUrl) -> Iterator[str]:
-    """Yield lines that show how to access the bus of a board: by hand in a shell, or from a C program.
-
-    `url`: the address of the bus.
-    """
+    """Yield lines that show how to access the bus of a board by hand in a shell, and from a C program."""
     url = _reachable(url)
     yield f"by hand   nc {url.host} {url.port}     then: r 1"
     yield f"C         cc -I{quote(str(C_FILES))} HOST.c {quote(str(C_FILES / 'axistwin_bus.c'))} -o host"

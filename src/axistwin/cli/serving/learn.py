@@ -71,7 +71,6 @@ def _bench(model: str) -> Bench:
 
 
 def _load(file: Path) -> dict[str, int]:
-    """Read the file with the user's progress: for each model, the number of the last finished lesson."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -84,7 +83,6 @@ def _load(file: Path) -> dict[str, int]:
 
 
 def _save(file: Path, done: dict[str, int]) -> int:
-    """Save the user's progress, and return the exit code."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         write_file(file, json.dumps(done), f"cannot save your progress in {file}")

@@ -34,7 +34,7 @@ _OPTIONS = [
 
 
 def options(command: F) -> F:
-    """Add options to a click command: the common options of `axistwin ioc` and `axistwin opcua`."""
+    """Add the options of both commands."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -55,10 +55,7 @@ class Wanted:
 
     @classmethod
     def read(cls, what: str, model: str | None, given: Mapping[str, Any]) -> "Wanted":
-        """Return the checked command line options, e.g. `--speed 2`, as a `Wanted` object.
-
-        Raises UsageError for an invalid option.
-        """
+        """Return the checked command line options.  Raises UsageError for an invalid option."""
         is_scene = what.endswith(".toml")
         if is_scene and (model or given["baud"]):
             raise UsageError(

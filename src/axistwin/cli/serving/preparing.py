@@ -32,10 +32,7 @@ product(sys.argv[1]).prepare(None, 1)
 
 @contextmanager
 def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
-    """Start a background thread that compiles or loads the code of the emulated controllers.
-
-    Yields an event, which is set when all controllers are prepared.
-    """
+    """Prepare the code of the controllers in a background thread; yield an event that is set at its end."""
     models = Counter(controller.product.model for controller in bench.controllers.values())
     for model in models:
         if note := product(model).note():
@@ -51,8 +48,6 @@ def preparing(bench: Bench, speed: float | None) -> Iterator[Event]:
 
 
 class _Preparation:
-    """Compiles or loads the code of the controller models in a thread, one model after the other."""
-
     def __init__(self, models: Counter[str], speed: float | None) -> None:
         self._models, self._speed = models, speed
         self._stopped = Event()
@@ -60,14 +55,9 @@ class _Preparation:
         """Event that is set when all models are prepared."""
 
     def stop(self) -> None:
-        """Stop the thread after its present task, and end its child process."""
         self._stopped.set()
 
     def run(self) -> None:
-        """Load the compiled simulation code of each controller model.  Compile the code first if necessary.
-
-        The background thread executes this method.
-        """
         if self._stopped.wait(DELAY_S):
             return
         for model, number in self._models.items():
@@ -85,10 +75,7 @@ class _Preparation:
             logging.getLogger("axistwin").warning("%s", error)
 
     def _compile(self, model: str) -> None:
-        """Compile the simulation code for one controller model, e.g. a SmartMotor.
-
-        A child process stores the compiled code in the user's cache directory.
-        """
+        """Compile the code of one model; a child process stores it in the user's cache directory."""
         logging.getLogger("axistwin").info(
             "compiling for the %s takes some seconds, once for each version; until then it runs in plain Python", model
         )
@@ -102,10 +89,7 @@ class _Preparation:
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Let Python switch between threads more often during a `with` block, so that no thread waits long.
-
-    The garbage collector is off until the end of the block.
-    """
+    """Within a `with` block, let other threads run often, and delay garbage collection."""
     before_s = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
     gc.disable()

@@ -109,7 +109,6 @@ def _format(model: str | None, line: str | None) -> UartFormat:
 
 
 def _headers(device: str, model: str | None, line: UartFormat, on_for: float) -> dict[str, str]:
-    """Return the headers of the recording: model, line format, and date."""
     now = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
     return {
         "model": model or "",
@@ -120,10 +119,7 @@ def _headers(device: str, model: str | None, line: UartFormat, on_for: float) ->
 
 
 def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:
-    """Record each change of the control lines DTR and RTS.
-
-    A change by the host is recorded as an action, a change by the controller as a state.
-    """
+    """Record changes of control lines: those of the host as actions, those of the controller as states."""
     port = relay.port
     for subject, line in (("dtr", port.dtr_line), ("rts", port.rts_line)):
         line.subscribe(partial(_record_shown, recorder, name, subject))
@@ -150,7 +146,6 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 
 
 def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
-    """Write new data to the recording at regular intervals."""
     pacer.sync()
     if recorder.silent_ns > LF_NS:  # An answer of the controller is complete after 50 ms without a character.
         recorder.catch_up()

@@ -87,7 +87,6 @@ def _ms(ns: int | None) -> str:
 
 
 def _reply_text(act: Compared) -> str:
-    """Return one line of text: the data from the host, and the controller's reply, e.g. `> E\\r  < C\\r`."""
     words = act.expected if act.same else "differs"
     return "  ".join(_short(text) for text in (act.after, f"< {words}" if act.same else words) if text)
 
@@ -104,10 +103,7 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """Yield lines of text that compare the virtual controller with the recorded hardware.
-
-    The text gives the number of replies that differ from the recording, and the delays of the virtual controller.
-    """
+    """Yield the lines of the summary: number of differences, and delays of the twin."""
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"
     worst = comparison.worst
@@ -117,11 +113,7 @@ def summary(comparison: Comparison) -> Iterator[str]:
 
 
 def as_dict(comparison: Comparison) -> dict[str, object]:
-    """Return a dictionary that compares each reply of the virtual controller with the recorded reply.
-
-    The option `--json` prints the dictionary.  `later_ns`: delay of the twin; null if the delay is unknown or the bytes
-    differ.
-    """
+    """Return the comparison for `--json`.  `later_ns`: delay of the twin; null if unknown or if the bytes differ."""
     worst = comparison.worst
     return {
         "acts": [

@@ -174,10 +174,6 @@ def _served(
     *,
     with_panel: bool,
 ) -> what_is.Served:
-    """Read the arguments of `axistwin serve`, and return the model or scene with its ports.
-
-    Raises UsageError for an invalid argument.
-    """
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     second = [parse_as("tcp", text) for text in ports["rs485"]]
@@ -191,10 +187,6 @@ def _served(
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
-    """Return the panel for browsers, or None if the user has not requested a panel.
-
-    Raises UsageError for an invalid option, e.g. `--panel-token` without `--panel`.
-    """
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: add --panel, e.g. --panel 8080")
@@ -208,18 +200,12 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
 
 
 def _headers(model: str, options: tuple[str, ...], line: str | None) -> dict[str, str]:
-    """Return the header of a recording: model, options and line format.
-
-    `axistwin run` creates the same controller from the header.
-    """
     import shlex
 
     return {"model": model, "options": shlex.join(options), "line": line or ""}
 
 
 class _Files:
-    """The trace and the recording that `axistwin serve` writes."""
-
     def __init__(self) -> None:
         self._stack = ExitStack()
         self._catch_up: list[Callable[[], None]] = []
@@ -231,31 +217,23 @@ class _Files:
         self.close()
 
     def close(self) -> None:
-        """Write pending data to the trace and the recording, and close both files."""
         self._catch_up.clear()
         self._stack.close()
 
     def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
-        """Begin to write the trace and the recording."""
         begun = (self._stack.enter_context(writer) for writer in writers)
         self._catch_up = [catch_up for catch_up in begun if catch_up is not None]
 
     @property
     def open(self) -> bool:
-        """True if a trace or a recording is being written."""
         return bool(self._catch_up)
 
     def catch_up(self) -> None:
-        """Write pending data to the trace and the recording."""
         for catch_up in self._catch_up:
             catch_up()
 
     def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
-        """Return a callback that closes the trace file and the recording file when a new simulation begins.
-
-        The session calls the callback with `bench`, which has no effect, and with each later simulation.  The panel
-        starts a new simulation, e.g. when the user goes back in time.
-        """
+        """Return a callback that closes the files when a new simulation, another bench than `bench`, begins."""
 
         def end(another: Bench) -> None:
             if another is not bench and self.open:
@@ -272,10 +250,6 @@ class _Files:
 def _tracing(
     bench: Bench, path: str | None, signals: str | None, limit: int | None
 ) -> Iterator[Callable[[], None] | None]:
-    """Context manager that writes a trace.
-
-    Yields a function that writes pending data, or None if the user has not requested a trace.
-    """
     if path is None:
         yield None
         return
@@ -290,10 +264,6 @@ def _tracing(
 
 @contextmanager
 def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
-    """Context manager that records conversations.
-
-    Yields a function that writes pending data, or None if the user has not requested a recording.
-    """
     if path is None:
         yield None
         return
@@ -304,7 +274,6 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
 
 
 def _log_hints(bench: Bench) -> None:
-    """Log each new status hint of a controller, e.g. the reason why a move does not begin."""
     for name, controller in bench.controllers.items():
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
@@ -351,10 +320,6 @@ async def _serve(
 
 
 async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: float | None) -> None:
-    """Start the simulation of the controllers that `axistwin serve` serves.
-
-    `waits`: start when the first browser or host connects.  `to`: run at full speed to this time in seconds, and pause.
-    """
     if shown is not None and to is not None:
         await shown.session.advance_to(to)
     elif shown is not None:

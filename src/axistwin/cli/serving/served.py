@@ -18,10 +18,7 @@ Ports = list[tuple[str, PortUrl]]
 
 
 class Served(NamedTuple):
-    """A controller model or a scene that `axistwin serve` simulates, with the ports of the controllers.
-
-    Each call of `build` returns a bench with new controllers.
-    """
+    """A model or a scene with its ports.  Each call of `build` returns a new bench."""
 
     title: str
     build: Callable[[], Bench]
@@ -37,10 +34,7 @@ class Served(NamedTuple):
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """Return the controller model `name` with its ports.
-
-    `given`: ports of the controller; if there are none, any free port.  `second`: ports of the RS-485 channel.
-    """
+    """Return a model to serve on the given ports, or on any free port."""
 
     def build() -> Bench:
         bench = Bench()
@@ -58,10 +52,7 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
-    """Load a scene from a file, and return the scene with its ports.
-
-    `given`: ports that replace the scene's own ports.  `alone`: the scene may have no ports.
-    """
+    """Load a scene.  `given`: ports that replace the scene's own; `alone`: the scene may have no ports."""
     # Import `Scene` only for a scene file (.toml), not for a model name such as if1, because the import is slow.
     from axistwin.scenes.scene import Scene
 

@@ -16,9 +16,7 @@ def log_to_stderr(level: int) -> None:
 
 
 class Sparing(logging.Filter):
-    """Log filter that limits the number of log records of each logger.
-
-    After the first records, only the number of records is reported.  The number is reported at 16, 32, 64, …
+    """Log filter that passes the first records of each logger, later only their count at 16, 32, 64, … records.
 
     Limited are records with a traceback and all records of libraries, but not one-line records of axistwin.
     """

@@ -90,8 +90,6 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
 
 
 class _Run:
-    """One run of `axistwin stand-in`, with its boards, its driver and its journal."""
-
     def __init__(
         self, bench: Bench, plan: reading.Plan, positions: dict[str, int] | None, panel: str | None, *, quiet: bool
     ) -> None:
@@ -140,7 +138,6 @@ class _Run:
 
     @contextmanager
     def _page(self) -> Iterator[None]:
-        """Serve the page with the stop button, if the user wants one."""
         page = None if self._panel is None else StopPage(self._panel, self._state, self._stop_from_page)
         try:
             if page is not None:
@@ -151,7 +148,6 @@ class _Run:
                 page.close()
 
     def _close(self, journal: Journal) -> bool:
-        """Close all ports, and write the positions; return False if they cannot be written."""
         self._ending, written = True, True
         self._server.close()
         for sender in self._senders:
@@ -170,10 +166,7 @@ class _Run:
 
     @contextmanager
     def _real_time(self) -> Iterator[None]:
-        """Context manager that gives this process real-time priority, unless LinuxCNC drives the motors.
-
-        LinuxCNC's HAL has its own priority, and its processes must not inherit the priority of this process.
-        """
+        """Run with real-time priority, except for LinuxCNC, whose processes must not inherit the priority."""
         if any(isinstance(sender, HalSender) for sender in self._senders):
             yield
             return
@@ -215,10 +208,7 @@ class _Run:
             self._refused.watch(self.bench)
 
     def _state(self) -> dict[str, Any]:
-        """Return the values that the web page of `axistwin stand-in` shows, e.g. the positions of the motors.
-
-        Called in any thread, so this method reads only objects that other threads replace as a whole.
-        """
+        """Return the values of the page.  Called in any thread: reads only what other threads replace as a whole."""
         stopped = frozenset().union(*(sender.stopped for sender in self._senders))
         live = [axis for axis in self._driver.axes if axis.rpartition(".")[0] not in stopped]
         if not self._driver.live:
@@ -228,12 +218,11 @@ class _Run:
         return {"state": state, "live": bool(live), "reason": reasons, "positions": self._positions}
 
     def _stop_from_page(self) -> None:
-        """Stop all motors when the user clicks the stop button of the page.  Any thread may call this function."""
+        """Stop all motors.  Called in any thread."""
         for sender in self._senders:
             sender.stop("stopped from the page")
 
     async def _end(self) -> None:
-        """Stop the motors, read their positions, and switch the drives off."""
         if not self._driver.failed:
             self._driver.stop("end of the run")
             for _ in range(50):
@@ -247,10 +236,6 @@ class _Run:
         await asyncio.sleep(0.05)
 
     async def _change_or(self, other: asyncio.Future[int] | Coroutine[None, None, None]) -> None:
-        """Wait until a motion board reports an event, or until the awaitable `other` is done.
-
-        `other`: a pause, or the future that is done at the end of the program.
-        """
         self._changed.clear()
         waiting = {asyncio.ensure_future(self._changed.wait()), asyncio.ensure_future(other)}
         _, pending = await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
@@ -291,7 +276,6 @@ def _echo(text: str) -> None:
 
 
 def _read_words(said: Callable[[str], None]) -> None:
-    """Pass each line that the user types to a function (the parameter `said`)."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:

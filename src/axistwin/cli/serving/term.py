@@ -149,10 +149,7 @@ async def _virtual(
 
 
 async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
-    """Open a terminal in which the user works through a lesson.
-
-    Returns True if the user has finished the lesson, and the exit code.
-    """
+    """Open a terminal for a lesson.  Return True if the lesson has been finished, and the exit code."""
     from axistwin.sessions.session import Session
     from axistwin.terminal.virtual import BoardEnd, SerialEnd
 
@@ -185,7 +182,6 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
 
 
 async def _watch(commands: LocalCommands, lines: Lines) -> None:
-    """Check the user's progress in a lesson at regular intervals; close the terminal after the last step."""
     while not commands.check_lesson():
         await asyncio.sleep(LOOK_S)
     lines.put_nowait(None)
@@ -211,7 +207,6 @@ async def _with_person(
     keyboard: str,
     virtual: "VirtualEnd | None" = None,
 ) -> int:
-    """Process the lines from the standard input, which is the keyboard, a pipe or a file."""
     if not _edited():
         return await _converse(screen, commands, _typed(lines), end, keyboard)
     from prompt_toolkit.patch_stdout import patch_stdout
@@ -232,7 +227,6 @@ async def _with_person(
 
 
 def _edited() -> bool:
-    """True if stdin and stdout are a terminal on which the user can edit lines."""
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "") not in ("", "dumb")
 
 
@@ -248,10 +242,7 @@ def _greet(what: str) -> None:
 
 
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
-    """Initialise a virtual IF1 or IF2 before the user types the first line.
-
-    The initialisation takes only virtual time.
-    """
+    """Initialise the controller before the first line; no real time passes."""
     ends = (
         controller.serial.subscribe_sent(screen.show_sent),
         controller.serial.subscribe_received(lambda byte, _: screen.show_received(bytes([byte]))),
@@ -265,7 +256,6 @@ def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
 
 
 async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str) -> int:
-    """Execute the terminal's own commands and send all other lines to the controller, until the input ends."""
     screen.prompt()
     while (line := await lines.get()) is not None:
         if isinstance(line, LinkError):
@@ -293,14 +283,12 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """Convert a typed line to the 7-bit codes of a national character set, e.g. `Ä` to 5Bh in the German set."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
 
 
 def _typed(lines: Lines | None = None) -> Lines:
-    """Return a queue that receives each line of stdin."""
     lines = lines or Lines()
     Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
     return lines

@@ -78,10 +78,6 @@ def _answers(given: dict[str, str | None], *, asking: bool) -> Answers:
 
 
 def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
-    """Ask the user a question, and repeat the question until the answer is valid.
-
-    Raises UsageError if stdin ends (end of file) before a valid answer.
-    """
     while True:
         try:
             return read(click.prompt(question, default=default, err=True))

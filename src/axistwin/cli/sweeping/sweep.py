@@ -124,10 +124,7 @@ def _from_options(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design,
 
 
 def path_and_values(option: str, text: str) -> tuple[str, str]:
-    """Split an argument PATH=VALUES into its two parts.
-
-    Raises UsageError if PATH or the equals sign is missing.
-    """
+    """Split an argument PATH=VALUES into its two parts.  Raises UsageError if PATH or the equals sign is missing."""
     path, equals, values = text.partition("=")
     if not equals or not path:
         raise UsageError(f"invalid --{option} {text!r}: expected PATH=VALUES, e.g. table.X.load.torque=0.05..0.4:8")
@@ -135,10 +132,7 @@ def path_and_values(option: str, text: str) -> tuple[str, str]:
 
 
 def named(option: str, text: str) -> tuple[str, str]:
-    """Split an option's argument into a name and an expression, e.g. `end: final table.X.position`.
-
-    Raises UsageError if the colon is missing or if the name contains a space.
-    """
+    """Split `end: final table.X.position` into name and expression.  Raises UsageError if it has no valid name."""
     name, colon, sentence = text.partition(":")
     if not colon or " " in name.strip():
         raise UsageError(
@@ -162,7 +156,6 @@ def _has_parts(out: Path) -> bool:
 
 
 def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
-    """Print a summary of the sweep's results as text or JSON, and return the exit code."""
     table = journal.read(out)
     found = summary(table, journal.plan_of(table))
     if as_json:
@@ -185,7 +178,6 @@ def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show a progress bar on the terminal, with the number of failing runs and the remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -141,7 +141,6 @@ def _words(trial: Trial) -> str:
 
 @contextmanager
 def _progress() -> Iterator[Progress | None]:
-    """Show a progress bar on the terminal, with the best score and the remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

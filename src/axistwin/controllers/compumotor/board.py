@@ -50,7 +50,7 @@ class Board(State):
         self._processes = [clock.process(self._obey_all()), clock.process(self._take())]
 
     def power_off(self) -> None:
-        """Switch the board off: stop the motor at once, and end all simulation processes of the board."""
+        """Stop all motion and all procedures at once."""
         self._die()
         self.handshake.close()
 
@@ -68,10 +68,7 @@ class Board(State):
         return len(self._queue.items)
 
     def fail(self) -> None:
-        """Set the board to its failed state: the alarm LED is on, and only a reset ends the state.
-
-        Until the reset, the outputs are in high impedance.
-        """
+        """Raise the board monitor alarm: LED on, outputs in high impedance; only a reset clears the alarm."""
         self._die()
         for name in FLOATING:
             self.pins[name].set(self.options.high_impedance)
@@ -142,10 +139,7 @@ class Board(State):
             self.refuse(data, self._hindrance(command))
 
     def accepts(self, command: Opcode) -> bool:
-        """True if the present state of the board allows this command of the host.
-
-        The attributes of the command decide.
-        """
+        """True if the board accepts this command of the host now; the command's attributes decide."""
         needed = _needed(self.in_streaming_mode, self.sequencer.running, self.stream.performing)
         return needed in command.accepted and not self.excludes(command)
 
@@ -165,10 +159,7 @@ class Board(State):
         return "the move, search or joystick before has not ended: wait for its end, or end it by 73 or 70"
 
     def refresh(self) -> None:
-        """Update the output signals of the board after the board's state has changed, e.g. at the end of a move.
-
-        The state of position tracking and of the motor shutdown is updated, too.
-        """
+        """Update outputs and position tracking after a change of state."""
         tracking.refresh(self)
         self.outputs.refresh()
         self.shutdown.refresh()
@@ -192,10 +183,6 @@ class Board(State):
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 
     def _joystick_moves(self, begins: bool) -> None:
-        """Handle the start or the end of a motion that the joystick controls.
-
-        Command 11h enables the joystick.
-        """
         if not self.alive:
             return
         tracking.joystick_moves(self, begins)
@@ -207,10 +194,6 @@ class Board(State):
 
 @lru_cache(maxsize=8)
 def _needed(in_streaming_mode: bool, during_sequence: bool, during_streaming: bool) -> Accept:
-    """Return the attributes that a command must have to be accepted, e.g. `Accept.STREAMING` in a streaming mode.
-
-    The board ignores a command of the host that does not have these attributes.
-    """
     needed = Accept.STREAMING if in_streaming_mode else Accept.INDEXER
     if during_sequence:
         needed |= Accept.DURING_SEQUENCE

@@ -43,7 +43,7 @@ ENCODER_STEP_NS = 229
 
 
 class Card:
-    """A card of type 1810 or 1811.  The power of the card can be switched on and off."""
+    """An 1810 or 1811, with or without power."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, axis: StepperAxis, options: Options, *, encoder: bool
@@ -84,22 +84,14 @@ class Card:
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
-        """True while the board outputs a pulse in the given direction.
-
-        `side`: +1 for the output CW STEP, -1 for the output CCW STEP.  A pulse is a low level.  Without power there are
-        no pulses.
-        """
+        """True while the board has power and CW STEP (+1) or CCW STEP (-1) outputs a pulse, which is a low level."""
         return self._board is not None and self._board.steps(side)
 
     def _encoder_direction(self) -> bool:
-        """Return the level of the output DIRECTION OUT, which shows the direction of the encoder.
-
-        The output is high in the + direction.  Jumper JU17 inverts the level.
-        """
+        """Return the level of DIRECTION OUT: high in the encoder's positive direction; JU17 inverts it."""
         return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 
     def _busy(self) -> bool:
-        """True while the motor moves, a sequence or stream is performed, or commands wait in the queue."""
         board = self._board
         return board is not None and (
             board.moving or board.stream.performing or board.sequencer.running or bool(board.queued)
@@ -126,10 +118,7 @@ class Card:
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the text of each stored sequence.
-
-        The dictionary is empty while the power is off.
-        """
+        """Return the text of each stored sequence.  The dictionary is empty while the power is off."""
         return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
@@ -181,7 +170,6 @@ BEING_DEFINED = ", being defined"
 
 
 def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
-    """Return the stored sequences (1 to 15) as text, including a sequence that is being defined."""
     performed = board.sequencer.number if board.sequencer.running else 0
     found = {}
     for number in board.sequences:
@@ -208,7 +196,6 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 
 def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    """Check the commands that a host sends, and return the diagnostics."""
     from axistwin.controllers.compumotor.checker.program import check
 
     return check(commands, sessions)
@@ -261,10 +248,6 @@ PRODUCTS = {
 
 
 def _phase(board: Board) -> str:
-    """Return the present stage of the motion, e.g. "accelerating", "constant" or "rest".
-
-    The result is "joystick" while a joystick moves the motor.
-    """
     return "joystick" if board.joystick.moving else board.pulses.phase.name.lower()
 
 

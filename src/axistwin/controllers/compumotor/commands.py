@@ -216,10 +216,7 @@ COMMANDS_1810 = COMMANDS_1811.without(*(c.code for c in COMMANDS_1811 if Accept.
 
 
 def installed(commands: CommandSet, options: Options) -> CommandSet:
-    """Apply the options of a board to its command set, and return the resulting command set.
-
-    The options `encoder_commands` and `interrupt_command` change the commands of the board.
-    """
+    """Return the commands of a board with the options `encoder_commands` (1810 only) and `interrupt_command`."""
     if commands is COMMANDS_1810:
         if options.encoder_commands == "performed":
             commands = COMMANDS_1811.without(DEADBAND)

@@ -19,11 +19,7 @@ LONGEST = 16
 
 
 class Accept(Flag):
-    """Conditions under which the board accepts a command, e.g. only in indexer mode.
-
-    At most two SINGULAR commands are in progress: one that the host has sent, and one that a sequence has begun.
-    Chapter Command attributes.
-    """
+    """The attributes of a command (chapter Command attributes), which decide when a command is performed."""
 
     SINGULAR = auto()  # The host cannot start a second SINGULAR command, e.g. a move, before the first has ended.
     INDEXER = auto()  # INDEXER marks commands that are valid in indexer mode.
@@ -57,10 +53,7 @@ class Ranges(Number):
     """Parameter type: one byte with velocity range (upper nibble) and acceleration range (lower nibble)."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Convert a parameter byte to a velocity range and an acceleration range.
-
-        Return None if one of these ranges does not exist.
-        """
+        """Return the velocity and the acceleration range of a byte; None if one of them does not exist."""
         velocity, acceleration = divmod(data[0], 0x10)
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
@@ -71,10 +64,7 @@ class Ranges(Number):
 
 @dataclass(frozen=True)
 class StreamedVelocity(Number):
-    """Parameter type: two bytes with a direction and a velocity.
-
-    Bit 15 is the direction (1 = CCW).  Bits 0 to 14 are the velocity in units of effective clock / 65536.
-    """
+    """Parameter type: bit 15 is CCW, bits 0 to 14 are the velocity in units of effective clock / 65536."""
 
     def __str__(self) -> str:
         return f"{self.name} 0…{CCW - 1} {self.unit}, CCW {CCW} more"
@@ -137,16 +127,12 @@ class Opcode(Command):
 
     @cached_property
     def _places(self) -> tuple[tuple[Number, int, int], ...]:
-        """Parameters of the command, each with the start and end index of its bytes."""
         ends = tuple(accumulate(field.size for field in self.fields))
         return tuple(zip(self.fields, (0, *ends), ends, strict=False))
 
     @property
     def syntax(self) -> str:
-        """Syntax of the command: the opcode in hex and the parameters, e.g. `29 time[4]`.
-
-        A number in brackets is the size of the parameter in bytes.  Parameters of one byte have no such number.
-        """
+        """The opcode in hex, then the parameters, each with its size if that is not one byte."""
         parts = (f.form if f.size == 1 else f"{f.form}[{f.size}]" for f in self.fields)
         return " ".join((f"{self.opcode:02X}", *parts))
 

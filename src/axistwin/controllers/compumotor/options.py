@@ -13,7 +13,7 @@ Interrupt = Literal["message_ready", "input_ready", "failed"]
 
 @dataclass(frozen=True)
 class Options:
-    """Options of an 1810 or 1811, which are keyword arguments of `bench.add("1811", ...)`."""
+    """Keywords of `bench.add("1811", ...)`."""
 
     interrupts: tuple[Interrupt, ...] = ("message_ready",)
     """Conditions that interrupt the host, by jumpers: JU18 message_ready, JU20 input_ready, JU19 failed."""
@@ -104,10 +104,7 @@ class Options:
 
 @cache
 def _choices(option: str) -> tuple[str, ...]:
-    """Return the valid values of an option, e.g. "ramp" and "ignored" for the option `stop_after_stream`.
-
-    The values are read from the type hint of the option.  The result is cached, because Python reads type hints slowly.
-    """
+    """Return an option's values from its type hint; cached, because Python reads type hints slowly."""
     return get_args(get_type_hints(Options)[option])
 
 

@@ -43,10 +43,7 @@ JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Sta
 
 
 class Handshake:
-    """Handshake of a board with the host, by registers on the bus.
-
-    The object exists while the power is on.
-    """
+    """The board's side of the bus registers, while the power is on."""
 
     def __init__(self, clock: Clock, port: RegisterPort, pins: Mapping[str, Pin], options: Options) -> None:
         self.clock, self.port = clock, port
@@ -103,10 +100,7 @@ class Handshake:
             self._show()
 
     def _show(self) -> None:
-        """Update the status byte and the interrupt lines.
-
-        One interrupt line is common; the others belong to jumpers.
-        """
+        """Update the status byte and the interrupt lines: one is common, the others belong to jumpers."""
         status = self._status
         active = bool(status & self._jumpers) and not status & Status.MASKED
         self.port.status = status | Status.INTERRUPT if active else status
@@ -128,11 +122,7 @@ class Handshake:
             reported.succeed()
 
     def next_command(self, drain_ns: int) -> Procedure:
-        """Wait for the next command of the host, and return the bytes of this command.
-
-        The host sets bit 4 of the control byte CB (command ready).  Then the board reads the command from the input
-        data buffer IDB.
-        """
+        """Wait until the host sets CB bit 4 and the board has read the IDB.  Return the bytes."""
         yield self._command_event
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()

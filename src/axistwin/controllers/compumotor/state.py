@@ -44,10 +44,7 @@ IN_DEADBAND = 0x80
 
 
 class State(ABC):
-    """State of an 1810 or 1811 whose power is on.
-
-    The state consists of parts such as the pulse generator.
-    """
+    """State of an 1810 or 1811 whose power is on.  The state consists of parts such as the pulse generator."""
 
     def __init__(
         self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: StepperAxis,
@@ -103,7 +100,7 @@ class State(ABC):
 
     @abstractmethod
     def refresh(self) -> None:
-        """Update the output signals of the board after the board's state has changed, e.g. at the end of a move."""
+        """Update outputs and position tracking after a change of state."""
 
     @abstractmethod
     def begin_test(self) -> None:
@@ -111,7 +108,7 @@ class State(ABC):
 
     @abstractmethod
     def fail(self) -> None:
-        """Set the board to its failed state: the alarm LED is on, and only a reset ends the state."""
+        """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
         """Keep the processor busy for `duration_ns`.  Return an event that occurs when this time has elapsed."""
@@ -123,11 +120,7 @@ class State(ABC):
         self.handshake.send(bytes([opcode]) + data)
 
     def excludes(self, command: Opcode) -> bool:
-        """True if `command` cannot start before the host's previous command has ended.
-
-        The host's previous command then has the attribute SINGULAR: the command takes time, e.g. a move.  The result is
-        True only if `command` is also a SINGULAR command of indexer mode: a move, a search or the joystick.
-        """
+        """True if `command` must wait for the host's SINGULAR command: if it is a move, a search or the joystick."""
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
     def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner, data: bytes = b"") -> Procedure:
@@ -158,19 +151,13 @@ class State(ABC):
             self.on_refusal(Refusal(data, why))
 
     def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
-        """Record the start of a move.
-
-        `end`: end position of a preset move, in the pulse generator's count.
-        """
+        """Record the start of a move.  `end`: end position of a preset move, in the pulse generator's count."""
         sign = -1 if end is not None and end < self.pulses.position else +1
         self.motion = Motion(move, speed, end, self.motion.begun + 1, sign)
         self.events.happened(Happening.START, self.motion.begun)
 
     def blocked(self, sign: int) -> bool:
-        """True if the motor must not move in the direction `sign` (+1 or -1).
-
-        An active limit input or the shutdown of the motor prevents the motion.
-        """
+        """True if a limit or the shutdown prevents motion in the direction `sign`, +1 or -1."""
         return self.shutdown.on or self.limits.blocks(sign)
 
     @property
@@ -195,20 +182,13 @@ class State(ABC):
 
     @property
     def step_level(self) -> bool:
-        """Level of the STEP output.
-
-        While the joystick is enabled, the output has the level of the input STEP IN.  After a failure the output is in
-        high impedance.
-        """
+        """Level of the STEP output: that of STEP IN while the joystick is enabled; high impedance after a failure."""
         if self.handshake.failed:
             return self.options.high_impedance
         return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level
 
     def steps(self, side: int) -> bool:
-        """True while the board outputs a STEP pulse in the given direction of rotation.
-
-        `side`: +1 (CW) or -1 (CCW).
-        """
+        """True while the board outputs a STEP pulse on the side CW (+1) or CCW (-1)."""
         return not self.handshake.failed and self.pulses.physical == side and self.step_level
 
     @property
@@ -218,9 +198,5 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Convert a time to nanoseconds, e.g. 3 ms to 3,000,000 ns.
-
-    `amount`: the time, e.g. the value of the option `start_ms`.  `unit_ns`: unit of `amount` in nanoseconds, by default
-    one millisecond.
-    """
+    """Convert the time of an option to nanoseconds."""
     return round(amount * unit_ns)

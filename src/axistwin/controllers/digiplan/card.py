@@ -55,11 +55,11 @@ class NoBattery:
     """Memory of an IF1, which has no battery and therefore loses all data at power-off."""
 
     def load(self) -> bytes | None:
-        """Return no stored data (None), because an IF1 loses all data at power-off."""
+        """Return None: nothing is stored."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Store no data, because an IF1 loses all data at power-off."""
+        """Store nothing."""
 
 
 class Card:
@@ -97,7 +97,6 @@ class Card:
         return CalculatedPin(self.clock, f"{axis.lower()}_clock", level)
 
     def _busy(self) -> bool:
-        """True while the interface performs a task, e.g. a move, an output pulse or a ramp calculation."""
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     def _procedures(self) -> Sequence[Process]:
@@ -122,11 +121,7 @@ class Card:
             self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Return a hint for the user: the reason why no move begins.
-
-        Examples: the baud rate is not known yet, or a step waits for an input.  The hint is empty if there is no such
-        reason.
-        """
+        """Return why no move begins, e.g. that a step waits for an input; "" if there is no such reason."""
         if found := self.awaited():
             work, pin, level = found
             if self.pins[pin].held:
@@ -185,18 +180,8 @@ class Card:
 
 
 def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
-    """Connect each of the inputs DSR and CTS to the host, to an output of the interface, or to no signal.
-
-    The serial cable `cable` determines the connections.  The outputs are DTR and RTS.  The result contains the pins
-    that the interface reads.
-    """
-
     def line(pin: Pin, source: str) -> Pin:
-        """Connect one input of the interface, e.g. DSR, to its signal source.
-
-        `source`: "host" connects the pin to the host, "dtr" or "rts" to an output of the interface.  Without a source,
-        the pin is off.  Return the pin that the interface reads.
-        """
+        """Return DSR or CTS, connected to the host, to an output of the interface, or to nothing (then reset)."""
         if source == "host":
             return pin
         line = Pin(pin.clock, pin.name)
@@ -215,7 +200,6 @@ ORDERS = (
 
 
 def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
-    """Check the characters that a host sends to an IF1 or IF2, and return the diagnostics."""
     from axistwin.controllers.digiplan.checker.program import check
 
     return check(sessions, battery=battery)

@@ -52,10 +52,7 @@ def is_heeded(text: str) -> bool:
 
 
 class Interface(State):
-    """An IF1 or IF2 interface card whose power is on.
-
-    Each power-on creates a new object of this class.
-    """
+    """An IF1 or IF2 that has power."""
 
     def __init__(self, card: Hardware) -> None:
         self._kept = Retained.recall(card.store)
@@ -77,10 +74,7 @@ class Interface(State):
         self._live_process = self.clock.process(self._live())
 
     def power_off(self) -> None:
-        """Stop a move, a transmission and all other activities of the interface at power-off.
-
-        A locked IF2 saves its memory.
-        """
+        """Stop all motion, transmission and other work; a locked IF2 saves its memory."""
         kill(self._live_process)
         self.work.stop()
         self.transmitter.stop()
@@ -114,10 +108,6 @@ class Interface(State):
         self._begin_sequence()  # The interface starts the stored sequence automatically after each initialisation.
 
     def _obey_until_broken_in(self) -> Procedure:
-        """Execute the host's messages until the host sends the character `(`.
-
-        This character begins a new initialisation.
-        """
         while True:
             if self.muted:
                 yield from self.until_unmuted()
@@ -152,11 +142,7 @@ class Interface(State):
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
-        """Save the parameters and the stored sequence in the battery-backed memory.
-
-        Nothing is saved while the interface is unlocked, or during initialisation.  The command `[` locks the
-        interface.
-        """
+        """Store the memory if the interface is locked; during initialisation, leave the stored memory unchanged."""
         if self.locked and self.stage is Stage.READY:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
 
@@ -170,21 +156,14 @@ class Interface(State):
             Retained().save(self.store)
 
     def erase(self) -> None:
-        """Command `*` during initialisation: erase all parameters and the stored sequence.
-
-        The command also ends the locked state, in which the interface performs only status requests and the command
-        `]`.
-        """
+        """Command * during initialisation: erase parameters, sequence and lock."""
         self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
 
     @property
     def kept_sequence(self) -> str:
-        """The stored sequence, or an empty text if no sequence is stored.
-
-        The stored sequence is available even during the self-test.
-        """
+        """The stored sequence, "" if there is none; available even during the self-test."""
         return self._kept.sequence if self.stage is Stage.RESET else self.sequence
 
     def _process(self, character: int) -> Procedure | None:
@@ -217,11 +196,7 @@ class Interface(State):
         return None
 
     def _report_full(self, full: bool) -> None:
-        """Signal the host to stop or to resume sending, by DTR and optionally by X-off and X-on.
-
-        X-off and X-on need a data format with this flow control.  The host must stop when the buffer is filled to 80 %,
-        and may resume at 20 %.
-        """
+        """Stop the host when the buffer is 80 % full, and let the host continue at 20 %: by DTR, or X-off and X-on."""
         self.lines.dtr.set(not full)
         if self.stage is Stage.READY and self.frame.x_on_x_off:
             self.transmitter.send_flow_control(stop=full)
@@ -278,7 +253,6 @@ class Interface(State):
         return None
 
     def _drop_waiting(self) -> None:
-        """Cancel the work, and delete the held message and all that waits behind it."""
         if self.work.held is not None:
             self.buffer.drop_messages(self.frame.ends_message, is_heeded)
         self.work.cancel()
@@ -369,8 +343,5 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event that occurs when the requested move, run or sequence has begun.
-
-        From this event on, the interface reports that it is busy.
-        """
+        """Return an event after which the next status request reports busy, because the work has begun."""
         return self.clock.timeout(0)

@@ -40,11 +40,7 @@ class Accept(Flag):
 
 
 class Order(IntEnum):
-    """Required order of the commands within one message or one sequence step, e.g. command H before command X.
-
-    Each member is a group of commands.  Groups with lower numbers come first, e.g. HIGH (command H) before MOVE.
-    Chapter Combining inputs and outputs with move instructions.
-    """
+    """Order of commands in a message or step (chapter Combining inputs and outputs with move instructions)."""
 
     ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # A message may contain several MOVE commands.
 
@@ -72,19 +68,13 @@ class Instruction(Command):
 
 @dataclass(frozen=True)
 class Written(Field):
-    """Describes one parameter of a command, e.g. the distance in the command `X100`.
-
-    `pattern`: a regular expression with one group.
-    """
+    """One parameter of a command, e.g. the distance in `X100`.  `pattern`: an expression with one group."""
 
     pattern: str = r"(\d+)"
 
     @property
     def form(self) -> str:
-        """Notation of a command's parameter in help texts, e.g. `times`, or `[distance]` for an optional parameter.
-
-        The notation begins with a comma if the command needs a comma.
-        """
+        """Syntax of the parameter, with the comma before it if there is one."""
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
@@ -107,14 +97,11 @@ class Direction(Written):
 
     @property
     def form(self) -> str:
-        """Syntax of a direction in help texts: `[+|-]`, i.e. plus, minus or no sign."""
+        """Syntax of an optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """Convert an optional sign to a direction, +1 or -1.
-
-        Return the direction, and True because every direction is valid.
-        """
+        """Return +1 or -1; always in range."""
         return (-1 if text == "-" else +1), True
 
 
@@ -123,10 +110,7 @@ class Lines(Written):
     """Parameter type: the numbers of one or more inputs or outputs, one digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
-        """Convert digits to a list of input or output numbers, e.g. "13" to inputs 1 and 3.
-
-        Return the numbers, and whether all numbers are within the range.
-        """
+        """Return the numbers of the lines, and True if all are within the range."""
         digits = tuple(int(digit) for digit in text or "")
         return digits, all(self.allows(digit) for digit in digits)
 
@@ -176,10 +160,6 @@ class _Reader:
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int, end: int = 0, chapter: str = "") -> None:
-        """Record an error in the message that is being parsed, e.g. an unknown character.
-
-        The error begins at index `at` and ends before index `end`.
-        """
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > at else 0
         problem = Problem(rule, fault, self.places[at], message, chapter or rule.chapter, end=behind)
@@ -195,10 +175,7 @@ class _Reader:
         return True
 
     def _read_sequence(self, end: int) -> None:
-        """Parse a sequence of the form `:step:step: … :$`.
-
-        The message `:$` without a step runs the stored sequence again.
-        """
+        """Parse a sequence `:step:step: … :$`; without a step, `:$` runs the stored sequence again."""
         if not self.message.start or not self.text[:end].endswith(":"):
             self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
         while self.at < end:
@@ -242,10 +219,6 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Report text that belongs to no command, e.g. unknown characters.
-
-        The text is a number or unknown characters.  A number after unknown characters is skipped.
-        """
         if self.text[begin] in NUMBER:
             self._skip_number(end)
             self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
@@ -341,8 +314,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Handler without effect, for a character that is not a command, e.g. `:` between two steps.
-
-    The parser has already evaluated the character.  Such a character separates steps, starts or ends a message, or
-    belongs to a command.
-    """
+    """Do nothing, because the character is parsed together with another command."""

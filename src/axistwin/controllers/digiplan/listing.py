@@ -14,18 +14,12 @@ RAMP = {"speed_range": ">", "start_stop": "<", "acceleration": "^", "character_d
 
 @lru_cache(maxsize=64)
 def listed(sequence: str) -> tuple[str, ...]:
-    """Return the text of each step of a sequence, e.g. `X100` and `Y200` for the sequence `:X100:Y200:$`.
-
-    The result is empty if no sequence is stored.
-    """
+    """Return the steps of a sequence, each without the colons around it; empty if no sequence is stored."""
     return tuple(typed(step) for step in parse(sequence, COMMANDS).steps)
 
 
 def typed(step: Step) -> str:
-    """Return the commands of a sequence step as text, e.g. `H1X100`.
-
-    The commands are in the order that the manual requires.  Parsing the text gives the same step.
-    """
+    """Return the text of a step, with its commands in the manual's order; parsing the text gives the same step."""
     pulse, length = step.pulse, step.settings.get("pulse_length")
     parts = (
         _lines("H", step.high),
@@ -49,10 +43,6 @@ def _lines(command: str, numbers: Iterable[int]) -> str:
 
 
 def _move(step: Step) -> str:
-    """Return the move of a sequence step as text, e.g. `X100@400`.
-
-    The text contains the major axes, the distance, the minor axes after `/`, the speed, and the mode (`G` or `B`).
-    """
     settings = step.settings
     minor = f"/{_axes(step.minor, settings.get('minor_distance'))}" if step.interpolated else ""
     speed = f"@{settings['speed']}" if "speed" in settings else ""

@@ -21,7 +21,7 @@ CHOICES = {
 
 @dataclass(frozen=True)
 class Options:
-    """Options of an IF1 or IF2, which are keyword arguments of `bench.add("if1", ...)`."""
+    """Keywords of `bench.add("if1", ...)`."""
 
     wiring: Wiring = "5-wire"
     """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.

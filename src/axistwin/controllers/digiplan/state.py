@@ -24,10 +24,7 @@ from axistwin.units import to_ns
 
 
 class Stage(Enum):
-    """Stages of the initialisation: self-test, waiting for `(`, waiting for the data format, ready.
-
-    RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY.
-    """
+    """Stage of the initialisation: RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY."""
 
     RESET = "self-test"
     WAIT = "waiting for ("
@@ -97,13 +94,10 @@ class State(ABC):
 
     @abstractmethod
     def erase(self) -> None:
-        """Erase the parameters and the stored sequence, and unlock the communication with the host."""
+        """Erase parameters, sequence and lock."""
 
     def drop(self, hint: str) -> None:
-        """Report to the user why the interface ignores the characters of the host.
-
-        `hint`: the reason.  The same reason is not reported twice in succession.
-        """
+        """Report the reason for dropping characters of the host, unless that reason was reported last."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
@@ -141,20 +135,14 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters, e.g. the speed, that a move uses if the move begins now.
-
-        New ramp data apply only after the ramp has been calculated.
-        """
+        """Parameters of a move that begins now; new ramp data apply only after the ramp's calculation."""
         before = self._ramp_before
         if before is None:
             return self.parameters
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Begin to calculate the acceleration ramp from the present parameters.
-
-        The interface processes no characters during the calculation, which takes up to a second.
-        """
+        """Begin to calculate the ramp; the interface processes no characters for up to a second."""
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
@@ -168,6 +156,6 @@ class State(ABC):
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:
-        """Wait for the end of a ramp calculation, during which the interface processes no characters."""
+        """Wait until the ramp has been calculated."""
         if self.muted:
             yield self.clock.timeout(self._muted_until_ns - self.clock.now)

@@ -8,25 +8,18 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # not a programming error
-    """Exception that ends the move, run or sequence in progress.
-
-    The reason is an inhibited move or an invalid parameter.
-    """
+    """Raised to end the work in progress, because of an inhibited move or an invalid parameter."""
 
 
 class Fault(Enum):
-    """Kind of fault that an invalid message causes: a data fault, or a parameter out of range."""
+    """Kind of fault that a wrong message raises."""
 
     DATA = "data fault"
     RANGE = "out of range"
 
 
 class Problem(NamedTuple):
-    """A problem in a message from the host.
-
-    `position`: index of the problem in the text of the message.  `message`: description of the problem.  `chapter`:
-    chapter of the controller's manual.
-    """
+    """A problem of a message: its place (index into the text), a description, and the manual's chapter."""
 
     rule: Rule
     fault: Fault
@@ -41,11 +34,9 @@ class Problem(NamedTuple):
 
 @dataclass
 class Step:
-    """Commands of one step of a sequence.
+    """One direct message, or one step of a sequence; its fields are in the order of execution.
 
-    A message that is not a sequence is also one step.  The fields are in the order of execution.
-    Directions are +1 and -1.
-    A field that was not stated is None, False or empty.
+    Directions are +1 and -1.  A field that was not stated is None, False or empty.
     """
 
     settings: dict[str, int] = field(default_factory=dict)
@@ -84,10 +75,7 @@ RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 
 @dataclass(frozen=True)
 class Parameters:
-    """Settings of an IF1 or IF2, e.g. the speed and the distance of a move.
-
-    A setting keeps its value until a message overwrites the value (manual, chapter Default values).
-    """
+    """Values that are kept until they are overwritten (chapter Default values)."""
 
     speed_range: int = 1
     speed: int = 400  # Speed in steps/s.
@@ -100,22 +88,13 @@ class Parameters:
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return a copy of the settings with the new values from a sequence step, e.g. a new speed.
-
-        `step`: a sequence step, or a message that is not a sequence.
-        """
+        """Return these parameters with the settings of the step."""
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """Return a copy of the motion parameters with a distance of 0.
-
-        `distance` and `minor_distance` are 0, because a run (continuous move) sets both distances to 0.
-        """
+        """Return these parameters with an index length of zero, as a run sets it."""
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """Return the motion parameters that are valid after a sequence step.
-
-        After a run (continuous move), the distance of a preset move is zero.
-        """
+        """Return the parameters after the step has begun; a run sets the index length to zero."""
         return self.after(step).without_index() if step.run else self.after(step)

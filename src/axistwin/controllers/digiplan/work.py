@@ -9,10 +9,7 @@ from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, inte
 
 
 class Work:
-    """Carries out moves, runs and sequences, one at a time.
-
-    A sequence can give control to the host.
-    """
+    """Carries out moves, runs and sequences, one at a time.  A sequence can give control to the host."""
 
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
@@ -25,18 +22,12 @@ class Work:
 
     @property
     def occupied(self) -> bool:
-        """True while a move, run or sequence is in progress.
-
-        False while the host has control of the sequence.
-        """
+        """True while a move, run or sequence is in progress.  False while the host has control of the sequence."""
         return self.process is not None and self.control is None
 
     @property
     def busy(self) -> bool:
-        """True while an axis moves, a move, run or sequence is in progress, or a message waits to be carried out.
-
-        A sequence that has given control to the host does not count as in progress.
-        """
+        """True while a move, run or sequence is in progress or a message waits; not while the host has control."""
         return self.occupied or self.held is not None or self.motion.running
 
     def begin(self, procedure: Procedure) -> None:
@@ -81,30 +72,18 @@ class Work:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Pause the sequence, and let the host send commands.  Return an event that occurs when a command arrives.
-
-        The value of the event is the command, as a step of a sequence.  The value is None if the host sends `%`, i.e.
-        lets the sequence continue.
-        """
+        """Give control to the host.  The returned event gets the host's next step, or None to continue the sequence."""
         self.control = self.clock.event()
         self._free()
         return self.control
 
     def take_control(self) -> Event | None:
-        """Transfer control of a paused sequence from the host back to the controller.
-
-        Return the event on which the sequence waits: the sequence continues when the caller triggers this event.
-        Return None if the host has no control.
-        """
+        """End the host's control; return the event that continues the sequence, or None without such control."""
         control, self.control = self.control, None
         return control
 
     def when_free(self, begin: Procedure) -> Procedure | None:
-        """Execute a message from the host as soon as the present move or sequence has ended.
-
-        `begin`: the procedure that executes the message.  If no move, run or sequence is in progress, return the
-        procedure `begin`.  Otherwise begin the procedure later, and return None.
-        """
+        """Return `begin` if no work is in progress; otherwise hold it until the work has finished, and return None."""
         if not self.occupied:
             return begin
         self.held = self.clock.process(self._hold(begin))

@@ -67,10 +67,7 @@ class SmartMotor:
         )  # fmt: skip
 
     def power(self, on: bool) -> None:
-        """Switch the motor on or off.
-
-        The processor runs only while the supply voltage is high enough.
-        """
+        """Switch the motor on or off.  The processor runs only while the supply voltage is high enough."""
         self._switched_on = on
         self._update_power()
 
@@ -98,10 +95,7 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """Return the reason why the motor does not move, and the remedy.
-
-        The text is empty if a move is possible.
-        """
+        """Return the reason why the motor does not move, and the remedy.  The text is empty if a move is possible."""
         if self._motor is None:
             return f"{self.ignoring()}: raise it, or lower the option reset_below_v" if self._switched_on else ""
         self._motor.catch_up(changing=False)
@@ -125,9 +119,7 @@ class SmartMotor:
         return ASLEEP if channel.asleep else ""
 
     def assign(self, name: str, value: int) -> None:
-        """Assign a value to a variable, array element, motion parameter or gain, e.g. to `a`, `al[3]`, `A` or `KP`.
-
-        A new gain takes effect immediately, because the command F is also executed.
+        """Set a variable such as `a` or `al[3]`, a motion parameter, or a gain, which F makes effective at once.
 
         Raises UsageError for an unknown name.
         """
@@ -141,19 +133,16 @@ class SmartMotor:
             self._motor.execute(self._motor.channels[0], "F")
 
     def _restart(self) -> None:
-        """Z: restart the motor as at power-up."""
         self.power(False)
         self.power(True)
 
     def _let_go(self) -> None:
-        """Change each user pin to an input, and engage the static brake, because the power is off."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)
 
 
 def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    """Check stored programs and the commands that a host sends.  Return all errors and warnings."""
     from axistwin.controllers.smartmotor.checker.program import check
 
     return check(sessions)

@@ -74,10 +74,7 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """Return a command handler that stores the value of a motion parameter, e.g. the handler of A=.
-
-    The handler sets the flag Bs if the value is outside the range of `field`.
-    """
+    """Return a handler that stores a parameter in a slot, within the range of its field."""
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 

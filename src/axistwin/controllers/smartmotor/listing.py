@@ -25,18 +25,12 @@ LINE = "line"
 
 
 def lines_of(text: str) -> tuple[str, ...]:
-    """Return the lines of a stored program.
-
-    In the memory of the motor, LF ends each line.
-    """
+    """Return the lines of a stored program.  In the memory of the motor, LF ends each line."""
     return tuple(text.removesuffix("\n").split("\n")) if text else ()
 
 
 class Rows(NamedTuple):
-    """The text lines of a program, and the line index of each statement.
-
-    The lines in `silent` contain no executable statement.
-    """
+    """The lines of a program, and the line of each statement; those in `silent` contain none."""
 
     lines: tuple[str, ...]
     of: tuple[int, ...]
@@ -44,10 +38,7 @@ class Rows(NamedTuple):
 
     @classmethod
     def of_program(cls, program: Program) -> "Rows":
-        """Return the lines of a program.
-
-        For a program with only one line, each statement is a line.
-        """
+        """Return the lines of a program.  For a program with only one line, each statement is a line."""
         lines = lines_of(program.text)
         of = tuple(place.line - 1 for place in program.places)
         if len(lines) == 1:
@@ -56,10 +47,7 @@ class Rows(NamedTuple):
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Select the program statements whose execution the motor must report, e.g. for a breakpoint.
-
-        Return the numbers of these statements.  `rows`: the lines that subscribers observe; None means all lines.
-        """
+        """Return the statements that must be announced to report the start of these lines; None means all lines."""
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
         if rows is None or any(len(numbers) > 1 for numbers in found):
@@ -67,10 +55,7 @@ class Rows(NamedTuple):
         return frozenset(number for numbers in found for number in numbers)
 
     def row(self, number: int) -> int | None:
-        """Return the index of the program line that contains a statement.
-
-        `number`: number of the statement.  Returns None for the end of the program.
-        """
+        """Return the line of a statement; None: the end of the program."""
         return self.of[number] if number < len(self.of) else None
 
 
@@ -84,10 +69,7 @@ class Lines:
         self._rows = Rows((), (), frozenset())
 
     def connect(self, motor: Motor) -> None:
-        """Begin to report the program lines that a motor executes.
-
-        The motor has just been switched on.  The program of the motor is not running yet.
-        """
+        """Connect to a processor whose power has been switched on and whose program is not running yet."""
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
         if self.progress.wanted is None or self.progress.wanted:
@@ -108,11 +90,7 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a function that converts the values of the register LINE from statement numbers to line numbers.
-
-        The function then passes all changes of registers to `follower`.  `names`: the observed registers.  Without the
-        register LINE, the result is `follower`.
-        """
+        """Return a follower that converts statement numbers to line numbers, from 1, for another follower."""
         if LINE not in names:
             return follower
         place = names.index(LINE)
@@ -124,10 +102,7 @@ class Lines:
         return convert
 
     def line(self, statement: int) -> int:
-        """Convert the number of a statement to the number of its line.
-
-        Both numbers begin at 1.  While no program runs, both are 0.
-        """
+        """Return the line number of a statement number, both from 1; 0 for no statement."""
         row = self.rows().row(statement - 1) if statement else None
         return 0 if row is None else row + 1
 
@@ -144,10 +119,7 @@ class Lines:
         return None if stopped else self.rows().row(motor.i[s.STATEMENT])
 
     def _begins(self, number: int) -> None:
-        """Notify subscribers when the motor begins to execute a program line.
-
-        Nothing is reported if the preceding statement was in the same line.
-        """
+        """Report the beginning of a line, unless the preceding statement was in the same line."""
         motor = self._motor
         assert motor is not None
         before, motor.statement_before = motor.statement_before, number
@@ -160,7 +132,6 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """Return a copy of the program with code that reports the execution of the observed program lines."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -169,11 +140,7 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace a motor's compiled program; a running program continues at the same statement.
-
-    `after`: another compiled copy of the same program.  The two copies report the execution of different program lines
-    to the simulation, e.g. of lines with breakpoints.
-    """
+    """Replace the program, even while running, by a program that differs only in its announcements."""
     if after is motor.program:
         return
     motor.catch_up()
@@ -186,11 +153,7 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Map the position of each statement in an old compiled program to the position in a new compiled program.
-
-    `before` and `after` are compiled copies of the same program.  Their code differs only in the operations that report
-    the execution of a statement.
-    """
+    """Return the place in a new code for each place in the old code; the codes differ only in announcements."""
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):
         moved[old + before.announcement(old)] = new + after.announcement(new)

@@ -54,10 +54,7 @@ RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
 
 @dataclass(frozen=True)
 class Fittings:
-    """The parts of a motor outside its processor, such as pins and serial ports.
-
-    These parts exist with and without power.
-    """
+    """The parts connected to the processor; these also exist without power."""
 
     axis: ServoAxis
     index: IndexLine
@@ -108,10 +105,7 @@ class Motor(Processor):
         self.on_refused_command(Refusal(text.encode("ascii", "replace"), why, channel=channel.number))
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary command from the host, e.g. the command that sets the acceleration A.
-
-        `code`: one of the keys of `RECORD_HANDLERS`.
-        """
+        """Execute a binary command, e.g. the acceleration A; `code`: a key of `RECORD_HANDLERS`."""
         self.catch_up()
         RECORD_HANDLERS[code](self, value)
         self.update_outputs()
@@ -132,21 +126,16 @@ class Motor(Processor):
 
     @property
     def program(self) -> Program:
-        """The motor's stored user program, in compiled form.
-
-        A compilation in progress is completed first.
-        """
+        """The motor's stored user program, in compiled form.  A compilation in progress is completed first."""
         if self._compilation is not None:
             self._compiled(self._compilation.result())
         return self._program
 
     def set_program(self, text: str) -> None:
-        """End the running program, and store a new program in the memory of the motor.
+        """End the running program and replace the program in the memory.
 
-        `text`: the source text of the new program.
-
-        The text is compiled at the present virtual time, in pieces, so that a long program does not block the
-        simulation for a long time.
+        The text is compiled in this nanosecond, in pieces, so that a long program is not one long step of the
+        simulation.
         """
         flow.end(self)
         self._compilation = Compilation(text)
@@ -165,10 +154,7 @@ class Motor(Processor):
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
-        """Replace the compiled program in the memory.
-
-        The place in a running program does not change.
-        """
+        """Replace the compiled program in the memory.  The place in a running program does not change."""
         self._program = program
         self.i[s.C2_PLACE] = program.labels.get(INPUT_2, -1)
         self.core.code = array("q", program.code)
@@ -180,10 +166,7 @@ class Motor(Processor):
             limits.update_flags(self)
 
     def power_off(self) -> None:
-        """Switch the power off, and let the shaft coast to rest.
-
-        Commands, program and protection stop.
-        """
+        """Switch the power off, and let the shaft coast to rest.  Commands, program and protection stop."""
         self.catch_up()
         self._inputs.close()
         for channel in self.channels:
@@ -214,10 +197,7 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Set up the physical model of the axis, i.e. of the motor and the load.
-
-        The present position of the shaft becomes 0.
-        """
+        """Set up motor and load; the shaft's present position becomes 0."""
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
@@ -235,10 +215,7 @@ class Motor(Processor):
         i[s.INDEX_HIGH] = i[s.INDEX_LOW] + turn
 
     def _boot(self) -> None:
-        """Start the stored program after power-up.
-
-        The program does not start if a channel has received a character since power-up.
-        """
+        """Start the stored program, unless a character has been received since power-up."""
         if self.powered and not any(channel.received for channel in self.channels):
             self.catch_up()
             flow.begin(self)
@@ -262,10 +239,7 @@ class Motor(Processor):
             self.send(answer.encode("ascii") + b"\r")
 
     def _fetch(self, number: int) -> None:
-        """Fetch the inputs that a statement of the program reads, e.g. a received character for GETCHR.
-
-        A negative `number` instead reports the start of the statement `~number`.
-        """
+        """Fetch the external values of a statement, or announce the statement (a negative number)."""
         if number >= 0:
             self.program.statements[number].fetch(self)
             return
@@ -273,10 +247,7 @@ class Motor(Processor):
         self.on_statement(~number)
 
     def _call(self) -> None:
-        """Call the subroutine C1 after a fault, or the subroutine C2 after a falling edge of pin G.
-
-        The manual describes both calls in table 7.1.  If both calls are pending, only C1 is called.
-        """
+        """Call C1 or C2 at the end of a statement; if both calls are pending, C2 is not called (table 7.1)."""
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
@@ -285,10 +256,7 @@ class Motor(Processor):
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
     def _go_edge(self) -> None:
-        """Handle a falling edge of pin G.
-
-        The edge performs G if the pin is the go input, and calls C2 with F=64.
-        """
+        """Handle a falling edge of pin G.  The edge performs G if the pin is the go input, and calls C2 with F=64."""
         i = self.i
         if i[s.GO_PIN] and not self.pins["G"].is_output:
             modes.go(self)

@@ -39,10 +39,7 @@ class Nonvolatile:
 
     @classmethod
     def load(cls, store: Store) -> "Nonvolatile":
-        """Read the saved contents of a motor's nonvolatile memory.
-
-        Returns the empty memory of a new motor if nothing has been saved.  Raises UsageError for an invalid file.
-        """
+        """Return the saved contents, those of a new motor without any.  Raises UsageError for an invalid file."""
         contents = store.load()
         if contents is None:
             return cls()

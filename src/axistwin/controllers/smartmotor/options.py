@@ -24,10 +24,7 @@ CHOICES: dict[str, tuple[str | int, ...]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """The options of a SmartMotor, such as `statements_per_sample`.
-
-    The options are the keyword arguments of `bench.add("smartmotor", ...)`.
-    """
+    """Keywords of `bench.add("smartmotor", ...)`."""
 
     statements_per_sample: int = 1
     """Statements of its program that the motor executes in a sample of 245,760 ns."""

@@ -53,7 +53,7 @@ class StoredProgram(Protocol):
 
     @property
     def labels(self) -> Mapping[int, int]:
-        """The index of each label in the compiled code; the keys are the numbers of the labels, e.g. 5 for C5."""
+        """Places of the labels in the code, by label."""
 
     @property
     def statements(self) -> Sequence[object]:
@@ -64,11 +64,7 @@ class StoredProgram(Protocol):
 
 
 class Processor(Dispatcher, ABC):
-    """Base class for the processor of a SmartMotor.
-
-    A processor exists only while the motor is switched on.  The handlers of the commands use this class to read and
-    change the state of the processor.
-    """
+    """The state of a processor that is switched on, and the operations of all chapters on it."""
 
     def __init__(
         self,
@@ -119,19 +115,10 @@ class Processor(Dispatcher, ABC):
         """Restart the motor as at power-up."""
 
     @abstractmethod
-    def _act(self, why: int) -> None:
-        """Handle events in the simulation of the motor, e.g. a fault.
-
-        The events have ended a series of servo samples.  `why`: one bit for each event.
-        """
+    def _act(self, why: int) -> None: ...
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the motor's state to the present time.
-
-        The result is the state after the latest servo sample.
-
-        `changing`: True if the caller changes the state afterwards.
-        """
+        """Advance the state to the last sample up to now.  `changing`: True if the caller will change the state."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
@@ -152,10 +139,7 @@ class Processor(Dispatcher, ABC):
             self.why_refused = why
 
     def overflow(self) -> None:
-        """Set the flag Bc after an overflow of received data.
-
-        The error is also stored for the report RCHN of the host's channel.
-        """
+        """Set Bc, and the error of RCHN, after an overflow of received data."""
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:
@@ -164,11 +148,8 @@ class Processor(Dispatcher, ABC):
             self.host.flag(error)
 
     def send(self, data: bytes, channel: int | None = None) -> None:
-        """Send the output of a command, e.g. of a report, to a serial channel.
-
-        The output of a host's command goes to the host, unless `channel` is given.
-
-        A program is blocked while too much output is waiting.
+        """Send the output of the statement in progress: to the host of a command, or to the program's channel.  A
+        program is blocked while too much output is waiting.
         """
         if self.host is not None and channel is None:
             self.host.send(data)

@@ -28,12 +28,7 @@ COSTLY = (*WHILE_RESTING, LINE)
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Return the names of all motor registers, each with the location of the register's value.
-
-    A location is a pair: an operation of the program interpreter, e.g. SLOT, and an index.
-
-    A read of the register RI does not clear Bi.
-    """
+    """Return each register's place: an operation, e.g. SLOT, and an index.  Reading RI does not clear Bi."""
     found = {
         _called(variable.name): (variable.operation, variable.place)
         for variable in TABLE
@@ -53,13 +48,7 @@ class _Following:
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Return a callback function that reports changes of selected motor registers to one subscriber.
-
-        The callback function receives changes of all observed registers.  The function reports only changes of the
-        registers that the subscriber has selected.
-
-        `names`: the names of all observed registers; a changed register is given by its index in this list.
-        """
+        """Return a follower of all these names, which forwards only the changes of some registers to this follower."""
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
         def report(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
@@ -79,10 +68,7 @@ class Registers:
         self._followings: list[_Following] = []
 
     def connect(self, motor: Motor | None) -> None:
-        """Connect the registers to a processor.
-
-        The processor has just been switched on; None disconnects the registers.
-        """
+        """Connect the registers to a processor that has just been switched on; None disconnects them."""
         self._motor = motor
         if motor is not None and self._followings:
             self._follow()
@@ -91,10 +77,7 @@ class Registers:
                 one.follower([self.clock.now] * count, range(count), [self._read(name) for name in one.names])
 
     def table(self) -> dict[str, Register]:
-        """Return all registers by name.
-
-        A register whose name in expressions differs has both names.
-        """
+        """Return all registers by name.  A register whose name in expressions differs has both names."""
         return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
@@ -120,11 +103,6 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Combine all subscriptions to motor registers into one.
-
-        Returns the names of all observed registers, and a callback function.  The function passes each change of a
-        register to all subscribers of this register.
-        """
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))
@@ -137,10 +115,7 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return the value of a motor register after the latest servo sample.
-
-        The value is 0 while the power is off.
-        """
+        """Return a register's value after the latest sample; 0 while the power is off."""
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)

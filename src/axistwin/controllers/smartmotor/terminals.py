@@ -14,9 +14,7 @@ from axistwin.sim.signal import Signal
 
 
 class EncoderPin(UserPin):
-    """Pin A or B, to which an external encoder can be connected.
-
-    The connected encoder sets the level of the pin.  A stronger source at the pin overrides the encoder.
+    """Pin A or B, with the level of the external encoder unless a stronger source sets the level.
 
     The encoder's level is read on demand.  The edges cause events only while `subscribe_edges` has subscribers.
     """
@@ -34,19 +32,13 @@ class EncoderPin(UserPin):
 
     @property
     def shows_encoder(self) -> bool:
-        """True if the external encoder determines the level of this pin.
-
-        An output, a wire or another source at the pin has priority.
-        """
+        """True if the external encoder sets the level."""
         free = not self._holds and self._lead is None and self._stage is None and self._wired is None
         return free and self._master.plugged
 
     @property
     def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the level of this pin must be computed at each read.
-
-        This is necessary while the external encoder determines the level.
-        """
+        """True if the level is read on demand."""
         return self.shows_encoder
 
     @property
@@ -59,17 +51,11 @@ class EncoderPin(UserPin):
 
     @property
     def volts(self) -> float:
-        """The voltage at the pin.
-
-        The voltage is 5 V or 0 V while the external encoder sets the level of the pin.
-        """
+        """The voltage at the terminal: 5 V or 0 V from an encoder."""
         return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
 
     def unplug(self) -> None:
-        """Disconnect the pin from the motor's processor.
-
-        Called when the motor is switched off.  The external encoder stays connected to the pin.
-        """
+        """Disconnect the processor, whose power is off; the encoder stays connected."""
         self.levels, self.on_wiring = quadrature, lambda: None
         self.refresh()
 
@@ -93,10 +79,7 @@ class EncoderPin(UserPin):
         return end
 
     def refresh(self) -> None:
-        """Report a change of the pin's signal level to the subscribers.
-
-        An event for the next encoder edge at the pin is scheduled, too.
-        """
+        """Report a change of level to the subscribers of edges, and arm the next edge."""
         if self._edges:
             level = self.level
             changed, self._last = level is not self._last, level
@@ -105,7 +88,6 @@ class EncoderPin(UserPin):
                 self._edges.emit(self)
 
     def _arm(self) -> None:
-        """Schedule an event for the next encoder edge at the pin, if a callback is subscribed to the pin's edges."""
         self._disarm()
         self._disarm = lambda: None
         if self._edges and self.shows_encoder:
@@ -115,19 +97,11 @@ class EncoderPin(UserPin):
                 self._arm_axis()
 
     def _next_count(self, way: int) -> int | None:
-        """Return the next encoder count at which the pin's level changes.
-
-        `way`: direction of the encoder, 1 or -1.  Returns None if the level is the same at the next two counts.
-        """
         count = self._master.count
         level = self._level_at(count)
         return next((count + way * n for n in (1, 2) if self._level_at(count + way * n) is not level), None)
 
     def _arm_run(self) -> None:
-        """Schedule the next edge of the external encoder at this pin.
-
-        The encoder turns at constant speed.
-        """
         run, clock = self._master.run, self.clock
         count = self._next_count(1 if run.counts > 0 else -1)
         if count is None or abs(count - run.base) > abs(run.counts) or clock.now >= run.end_ns:
@@ -149,10 +123,6 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Subscribe to two encoder edges at the pin: the next edge in forward motion, and the next in reverse motion.
-
-        The external encoder is mounted on an axis, which reports when the axis crosses the position of the edge.
-        """
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)
@@ -164,10 +134,7 @@ class EncoderPin(UserPin):
 
 
 class IndexLine(Pin):
-    """The encoder's index line, which is high at the index mark.
-
-    Without subscribers, the level is read on demand.
-    """
+    """The encoder's index line, which is high at the index mark.  Without subscribers, the level is read on demand."""
 
     restless = True
 
@@ -176,10 +143,7 @@ class IndexLine(Pin):
         self._motor: Processor | None = None
 
     def connect(self, motor: Processor | None) -> None:
-        """Connect the encoder's index signal to the motor's processor, which has just been switched on.
-
-        None disconnects the signal.
-        """
+        """Connect the index signal to a processor that has just been switched on; None disconnects it."""
         self._motor = motor
         if self._changes:
             self._report_changes()
@@ -192,10 +156,7 @@ class IndexLine(Pin):
 
     @property
     def level(self) -> bool:
-        """True if the shaft is at the index mark.
-
-        A forced level has priority.
-        """
+        """True if the shaft is at the index mark.  A forced level has priority."""
         motor = self._motor
         if self.driven or self._holds or motor is None:
             return super().level
@@ -203,10 +164,7 @@ class IndexLine(Pin):
         return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
-        """Force the index line to a level.
-
-        A rising edge captures the position, as an index mark does.
-        """
+        """Force the index line to a level.  A rising edge captures the position, as an index mark does."""
         before = self.level
         super().drive(level)
         self._force(bool(level), rising=bool(level) and not before)
@@ -217,10 +175,7 @@ class IndexLine(Pin):
         self._force(False, rising=False)
 
     def _force(self, on: bool, *, rising: bool) -> None:
-        """Switch the external signal at the motor's index input on or off.
-
-        A rising edge captures the position and sets Bi, as the index mark does.
-        """
+        """Force the index line.  A rising edge captures the position and sets Bi, as the index mark does."""
         if self._motor is None:
             return
         self._motor.catch_up()

@@ -47,10 +47,7 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class Channel(ChannelData):
-    """One process variable of the Channel Access server.
-
-    A record processes the writes of clients.  `put` is None for a channel that can only be read.
-    """
+    """One process variable; a record processes its writes.  `put` is None if it can only be read."""
 
     put: Put | None = None
 
@@ -86,11 +83,7 @@ class Channel(ChannelData):
                             await queue.put(SubscriptionUpdate(found, metadata, values, flags, None))
 
     async def write(self, value: Any, *, verify_value: bool = True, **metadata: Any) -> None:
-        """Write a value to the channel.
-
-        `verify_value`: True for a value from an EPICS client, which the function `put` processes; False for a new value
-        of the EPICS record, which is published.
-        """
+        """Process a write of a client, or (without `verify_value`) store and publish a value of the record."""
         if not verify_value:
             await super().write(value, verify_value=False, update_fields=False, **metadata)
         elif self.put is not None:
@@ -98,23 +91,23 @@ class Channel(ChannelData):
 
 
 class _Double(Channel, ChannelDouble):
-    """An EPICS channel (PV) with a floating-point value."""
+    pass
 
 
 class _Long(Channel, ChannelInteger):
-    """An EPICS channel (PV) with an integer value."""
+    pass
 
 
 class _Menu(Channel, ChannelEnum):
-    """An EPICS channel (PV) with an enumerated value, e.g. No or Yes."""
+    pass
 
 
 class _String(Channel, ChannelString):
-    """An EPICS channel (PV) with a short string as its value."""
+    pass
 
 
 class _Text(Channel, ChannelChar):
-    """An EPICS channel (PV) with a long string as its value."""
+    pass
 
 
 def _make(field: Field, value: Any, put: Put | None, alarm: ChannelAlarm, kind: str) -> Channel:
@@ -141,8 +134,6 @@ def _latin(value: Any) -> Any:
 
 
 class _Motor:
-    """The EPICS channels of a motor record: one channel for each field, e.g. `VAL`."""
-
     def __init__(self, record: MotorRecord) -> None:
         self._record = record
         self._alarm = ChannelAlarm(status=AlarmStatus.UDF, severity=AlarmSeverity.INVALID_ALARM)
@@ -168,7 +159,6 @@ class _Motor:
         await channel.write(menu[value] if menu else _latin(value), verify_value=False)
 
     async def describe(self) -> None:
-        """Publish the alarm, the unit, the precision and the position limits of the EPICS motor record."""
         record, values = self._record, self._record.values
         status, severity = AlarmStatus[record.alarm.status], MOTOR["SEVR"].menu.index(record.alarm.severity)
         if (self._alarm.status, self._alarm.severity) != (status, severity):
@@ -182,11 +172,7 @@ class _Motor:
 
 
 class _Circuit(VirtualCircuit):
-    """A client's connection to the Channel Access server.
-
-    After a write, the client receives the update of the value before the answer to the write.  An invalid message ends
-    the connection, and costs one line in the log of caproto, which the commands of axistwin limit.
-    """
+    """A client's connection.  Updates are sent at once, and before the answer to a write that caused them."""
 
     def refuse(self, what: str, error: Exception) -> None:
         """Disconnect a client that has sent an invalid message."""
@@ -245,7 +231,6 @@ class _Circuit(VirtualCircuit):
         await super()._start_write_task(write)
 
     async def send(self, *commands: Any) -> None:
-        """Send messages of Channel Access to the client."""
         if any(isinstance(command, WriteNotifyResponse) for command in commands):
             await self.context.subscription_queue.join()
             await self.subscription_queue.join()
@@ -282,8 +267,6 @@ class _Circuit(VirtualCircuit):
 
 
 class _Context(Context):
-    """A caproto server whose connections are objects of the class `_Circuit`."""
-
     CircuitClass = _Circuit
 
     async def tcp_handler(self, client: Any, addr: Any) -> None:
@@ -303,7 +286,6 @@ class _Context(Context):
             sub.circuit.refuse("subscription", error)
 
     async def subscription_queue_loop(self) -> None:
-        """Distribute updates to the connections of the clients, for ever."""
         while True:
             update = await self.subscription_queue.get()
             try:
@@ -313,10 +295,7 @@ class _Context(Context):
 
 
 class ChannelAccess:
-    """A server for Channel Access.
-
-    `port`: for UDP and TCP; if it is taken, the system chooses another TCP port.
-    """
+    """A server for Channel Access.  `port`: for UDP and TCP; if it is taken, the system chooses another TCP port."""
 
     def __init__(self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None) -> None:
         self._channels: dict[str, Channel] = {}
@@ -329,7 +308,7 @@ class ChannelAccess:
             os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Make the fields of an EPICS motor record available to clients, e.g. the field `VAL`."""
+        """Serve a motor record."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"]
@@ -337,10 +316,7 @@ class ChannelAccess:
             self._channels[called(record.name, name)] = channel
 
     def add_point(self, name: str, point: Point) -> None:
-        """Make a pin or a register available to EPICS clients.
-
-        A pin becomes a binary record, and a register becomes an integer record.
-        """
+        """Serve a pin as a binary record, a register as a long one."""
         field = Field(Kind.MENU, point.value or 0, NO_YES) if point.bit else Field(Kind.LONG, point.value or 0)
         alarm = ChannelAlarm(status=AlarmStatus.UDF, severity=AlarmSeverity.INVALID_ALARM)
 

@@ -92,18 +92,12 @@ def called(record: str, field: str) -> str:
 
 
 def decimals(per: Fraction) -> int:
-    """Return the number of decimals of positions, e.g. 3 if one count is 0.005 mm.
-
-    The length of one count is exact with this number of decimals.  The largest result is 6.  `per`: counts per unit.
-    """
+    """Return the decimals that one count needs, at most 6."""
     return next((n for n in range(MOST_DECIMALS) if (10**n / per).denominator == 1), MOST_DECIMALS)
 
 
 def checked(field: str, value: Any) -> Any:
-    """Convert a client's value to the data type of a field in an EPICS record, e.g. "1.5" to 1.5.
-
-    A choice of a menu is converted to its number.  Raises RefusedError for an invalid value.
-    """
+    """Convert a client's value, e.g. "1.5", or a menu's choice to its number.  Raises RefusedError."""
     found = MOTOR[field]
     try:
         match found.kind:

@@ -19,10 +19,7 @@ LONGEST_NAME = 60
 
 
 class Ioc:
-    """The EPICS records of all controllers of a machine.
-
-    Use an `Ioc` within a running event loop, after the machine's controllers have been connected.
-    """
+    """The EPICS records of all controllers of a machine; for use in a running event loop, once connected."""
 
     def __init__(self, machine: Machine, prefix: str) -> None:
         self.machine = machine
@@ -37,17 +34,14 @@ class Ioc:
 
     @property
     def names(self) -> list[str]:
-        """EPICS names of all axes (motor records), pins and registers, e.g. `LAB:if1:X` for an axis."""
+        """Names of all records."""
         return [*(motor.name for motor in self.motors), *self.points]
 
     @asynccontextmanager
     async def serving(
         self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None, *, pv_access: bool = False
     ) -> AsyncIterator[str]:
-        """Run the EPICS servers, and poll the controllers of the machine, during a `with` block.
-
-        Yields the address of the Channel Access server.
-        """
+        """Serve the records and poll the machine; yields the address of Channel Access."""
         # Suppress the log messages of the library caproto, e.g. about refused writes of EPICS clients.
         logging.getLogger("caproto").setLevel(logging.CRITICAL)
         warnings.filterwarnings("ignore", "ReadResponse was deprecated")  # about a client's request of old

@@ -29,10 +29,7 @@ Put = Callable[["MotorRecord", Any], Awaitable[None]]
 
 
 class MotorRecord:
-    """The fields of an EPICS motor record for one axis.
-
-    `observers` are called with each changed field; "" stands for the alarm and the metadata.
-    """
+    """The fields of a motor record; `observers` get each changed field, "" for alarm and metadata."""
 
     def __init__(self, axis: DrivenAxis, name: str, description: str) -> None:
         self.axis, self.name = axis, name
@@ -93,10 +90,7 @@ class MotorRecord:
         return field in PUTS
 
     async def put(self, field: str, value: Any) -> None:
-        """Write a value to a field of the EPICS motor record, e.g. `VAL`.
-
-        A write that starts a motion returns when the axis is at rest.  Raises DriverError if the write fails.
-        """
+        """Write a field; a motion returns when the axis is at rest.  Raises DriverError if the write fails."""
         if field not in PUTS:
             raise RefusedError(f"{field} cannot be written: expected a writable field, e.g. VAL")
         await PUTS[field](self, checked(field, value))
@@ -106,17 +100,13 @@ class MotorRecord:
             await observer(field, value)
 
     async def _set(self, **changed: Any) -> None:
-        """Change fields of the EPICS motor record, and send each new value to the clients."""
         for field, value in changed.items():
             if self.values[field] != value:
                 self.values[field] = value
                 await self._post(field, value)
 
     async def _move(self, user: float) -> None:
-        """Move the axis to a position in user coordinates.
-
-        In SET mode, the axis does not move.  Instead, `user` becomes the user coordinate of the present position.
-        """
+        """Move to a position in user coordinates; in SET mode, give the present position this coordinate."""
         dial = self._dial_of(user)
         if self.values["SET"]:
             await self._define(user, dial)
@@ -150,10 +140,7 @@ class MotorRecord:
         await self._follow_readback()
 
     async def _offset(self, offset: float) -> None:
-        """Change the offset OFF of the EPICS motor record.
-
-        The dial positions, which do not contain the offset, stay the same.
-        """
+        """Change OFF; the dial positions stay."""
         await self._set(OFF=offset)
         await self._refresh_limits()
         await self._follow_readback()
@@ -166,7 +153,6 @@ class MotorRecord:
         await self._post("", None)
 
     async def _follow_readback(self) -> None:
-        """Set the target fields VAL, DVAL and RVAL to the present position."""
         position = self.axis.status.position
         dial = self._dial(position)
         await self._set(VAL=self._user(dial), DVAL=dial, RVAL=float(round(position)))
@@ -201,10 +187,9 @@ class MotorRecord:
             await self._set(**{field: 0})
 
     def _jog_goal(self, direction: int) -> Goal | None:
-        """Return a jog as a move to the position limit, so that the axis comes to rest there; None at the limit.
+        """Return a jog as a move to the limit on the side `direction` (1: DHLM), to rest there; None at the limit.
 
-        `direction`: 1 towards DHLM, -1 towards DLLM.  Without limits, both are equal: then the jog is a run, as it is
-        while the position is lost.
+        Without limits (both equal), or while the position is lost, the jog is a run.
         """
         low, high = self.values["DLLM"], self.values["DHLM"]
         core, counts = self.axis.core, direction if self._per > 0 else -direction
@@ -279,10 +264,7 @@ class MotorRecord:
         await self._offset(self.values["OFF"])
 
     async def _resolution(self, value: float) -> None:
-        """Change the resolution MRES, which is the length of one count.
-
-        Velocities and limits are scaled with MRES, so that their values in counts stay the same.
-        """
+        """Change MRES, the length of a count; velocities and limits in counts stay the same."""
         self._at_rest("MRES")
         found = Fraction(value).limit_denominator(FINEST)
         if not found:
@@ -305,19 +287,13 @@ class MotorRecord:
             raise RefusedError(f"{field} cannot be changed during a motion: stop the axis first")
 
     async def _keep(self, field: str, value: Any) -> None:
-        """Store a client's value in a field of the EPICS motor record, without a command to the axis."""
         await self._set(**{field: value})
 
     async def _shown(self, field: str, value: Any) -> None:
-        """Change the unit (field EGU) or the number of decimals (field PREC)."""
         await self._set(**{field: value})
         await self._post("", None)
 
     async def _poll(self, on: int) -> None:
-        """Read the status of the axis from the controller now, instead of at the next regular poll.
-
-        A call with `on=0` has no effect.
-        """
         if on:
             self.axis.station.wake()
             await self.axis.station.polled()
@@ -333,10 +309,7 @@ class MotorRecord:
     # Polls
 
     async def _update(self) -> None:
-        """Publish the state of the axis.
-
-        At the end of a motion, the last readback position is published first, then DMOV=1.
-        """
+        """Publish the axis's state; at the end of a motion first the last readback, then DMOV=1."""
         axis, status = self.axis, self.axis.status
         moving = status.moving
         await self._set_alarm(status)
@@ -369,10 +342,7 @@ class MotorRecord:
             await self._set(DIFF=self.values["VAL"] - user, RDIF=self.values["RVAL"] - raw)
 
     async def _ended(self) -> None:
-        """Update the EPICS motor record after a motion of the axis has ended.
-
-        VAL is set to the position, unless a move has reached its target.
-        """
+        """Update the record after a motion; VAL becomes the position, unless a move has reached its target."""
         goal = self.axis.ended
         if goal is None or goal.target is None or goal.failure:
             await self._follow_readback()

@@ -25,11 +25,6 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class _Channel:
-    """A channel of the EPICS protocol PV Access.
-
-    If `put` is None, clients can only read the channel.
-    """
-
     def __init__(self, field: Field, value: Any, put: Put | None) -> None:
         self._menu, self._put = field.menu, put
         self._nt = NTEnum() if field.menu else NTScalar(CODES[field.kind], display=True)
@@ -37,7 +32,6 @@ class _Channel:
         self.pv = SharedPV(nt=self._nt, initial=self._nt.wrap(initial), handler=self)
 
     async def put(self, pv: SharedPV, operation: ServerOperation) -> None:  # noqa: ARG002
-        """Process a client's write to the channel."""
         if self._put is None:
             operation.done(error="this field can only be read")
             return
@@ -53,7 +47,6 @@ class _Channel:
             operation.done()
 
     def post(self, value: Any, alarm: Alarm, extra: dict[str, Any]) -> None:
-        """Send a new value, the alarm and the present time to the clients of the EPICS channel."""
         changed = self.pv.current().raw
         changed.unmark()
         if self._menu:
@@ -71,8 +64,6 @@ class _Channel:
 
 
 class _Motor:
-    """The EPICS channels of a motor record: one channel for each field, e.g. `VAL`."""
-
     def __init__(self, record: MotorRecord) -> None:
         self._record = record
         self.channels = {name: self._channel(name, field) for name, field in MOTOR.items()}
@@ -85,10 +76,7 @@ class _Motor:
         return _Channel(field, self._record.values[name], put if self._record.writable(name) else None)
 
     async def post(self, name: str, value: Any) -> None:
-        """Send the value of one field of the EPICS motor record to the clients.
-
-        `name`: the name of the field.  If the name is empty, send the alarm and the metadata.
-        """
+        """Publish a field; "": the alarm and the metadata."""
         record = self._record
         if name:
             self.channels[name].post(value, record.alarm, {})
@@ -100,10 +88,7 @@ class _Motor:
 
 
 class PvAccess:
-    """A server for PV Access.
-
-    Use within a running event loop: `with server.open():`.
-    """
+    """A server for PV Access.  Use within a running event loop: `with server.open():`."""
 
     def __init__(self, addresses: Sequence[str] = (LOOPBACK,), port: int | None = None) -> None:
         self._addresses, self._port = list(addresses), port
@@ -111,7 +96,7 @@ class PvAccess:
         self._channels: dict[str, SharedPV] = {}
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Make the fields of an EPICS motor record available to clients, e.g. the field `VAL`."""
+        """Serve a motor record."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"].pv
@@ -119,7 +104,7 @@ class PvAccess:
             self._channels[called(record.name, name)] = channel.pv
 
     def add_point(self, name: str, point: Point) -> None:
-        """Make a controller's pin or register available to EPICS clients as a PV Access channel."""
+        """Serve a pin or a register."""
         field = Field(Kind.MENU, 0, NO_YES) if point.bit else Field(Kind.LONG, 0)
 
         async def put(value: Any) -> None:
@@ -134,10 +119,7 @@ class PvAccess:
         self._channels[name] = channel.pv
 
     async def open(self) -> Server:
-        """Start a server that publishes the state of the motors.  Return the server.
-
-        The server serves clients until the caller stops the server.  Raises OSError if it cannot listen.
-        """
+        """Start and return the server, which runs until the caller stops it.  Raises OSError if it cannot listen."""
         for motor in self._motors:
             await motor.post("", None)
         here = all(address == LOOPBACK for address in self._addresses)

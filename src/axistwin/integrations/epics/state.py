@@ -19,10 +19,7 @@ class Alarm:
 
 
 def alarm_of(status: Status, error: str, failure: str) -> tuple[Alarm, str]:
-    """Return the alarm of an axis, and the reason of this alarm.
-
-    `error`: the reason why the controller does not answer; `failure`: why the last motion has failed.
-    """
+    """Return alarm and reason.  `error`: why the controller is silent; `failure`: why a motion has failed."""
     if error:
         return Alarm("COMM", "INVALID"), error
     if status.lost:
@@ -33,7 +30,7 @@ def alarm_of(status: Status, error: str, failure: str) -> tuple[Alarm, str]:
 
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
-    """Return the value of the field MSTA: the status bits of a motor record."""
+    """Return MSTA."""
     bits = {
         DIRECTION: forward,
         DONE: not busy,

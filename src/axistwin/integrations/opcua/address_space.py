@@ -79,10 +79,7 @@ class AddressSpace:
     async def add_variable(
         self, parent: Node, names: tuple[str, ...], kind: ua.VariantType, value: Any, write: Write | None = None
     ) -> Node:
-        """Create an OPC UA variable under the node `parent`.
-
-        Clients can write the variable if the function `write` is given.
-        """
+        """Create a variable under the node `parent`; clients can write it if `write` is given."""
         found = await parent.add_variable(*self._id(*names), ua.Variant(value, kind, is_array=isinstance(value, list)))
         if write is not None:
             await found.set_writable()
@@ -148,7 +145,7 @@ class AxisNodes:
         self._last: Goal | None = None
 
     async def build(self, axes: Node, station: str, name: str) -> None:
-        """Create the OPC UA nodes of the axis: variables, e.g. `Position`, and methods, e.g. `MoveTo`."""
+        """Create the nodes."""
         space, names = self._space, (station, "Axes", name)
         parent = await axes.add_object(ua.NodeId(f"{station}.{name}", space._index), f"{space._index}:{name}")
         core, per = self._axis.core, abs(self._scale.counts_per_unit)
@@ -181,7 +178,6 @@ class AxisNodes:
     # Values
 
     def _values(self) -> dict[str, tuple[Any, int]]:
-        """Return the value and the status code of each variable of the axis."""
         axis = self._axis
         status = self._scale.status(axis.status)
         code = NO_ANSWER if axis.error else LOST if status.lost else ESTIMATED if status.estimated else GOOD
@@ -218,10 +214,7 @@ class AxisNodes:
     # Methods
 
     async def _begin(self, goal: Goal) -> None:
-        """Request a motion, and wait a short time for its start.
-
-        The motion may start later, e.g. if another axis is moving.
-        """
+        """Request a motion, and wait shortly for its start; another axis may delay it for longer."""
         self._error = ""
         self._axis.status.known_position() if goal.target is not None else None
         await self._axis.begin(goal)

@@ -117,8 +117,6 @@ class _Sessions(InternalServer):
 
 
 class _Processor(UaProcessor):
-    """The services that a client requests on its channel."""
-
     iserver: _Sessions
     session: InternalSession | None
 

@@ -144,10 +144,9 @@ class Rules(SimpleRoleRuleset):
 async def secure(server: Server, users: bool, folder: Path | None, host: str) -> None:
     """Set up the login and the encryption of an OPC UA server.
 
-    With `users`, a client must log in with a name and a password.
-
-    With a folder, messages are signed and encrypted with `key.pem` and `certificate.der` in the folder; missing files
-    are made.  If the folder has a subfolder `trusted`, only clients with certificates in it can connect.
+    With `users`, a client must log in with a name and a password.  With a folder, messages are signed and encrypted
+    with `key.pem` and `certificate.der` in the folder; missing files are made.  If the folder has a subfolder
+    `trusted`, only clients with certificates in it can connect.
     """
     if users:
         server.set_identity_tokens([ua.UserNameIdentityToken])

@@ -21,10 +21,7 @@ async def serving(
     users: Mapping[str, Account] | None = None,
     certificates: Path | None = None,
 ) -> AsyncIterator[str]:
-    """Start an OPC UA server for a machine, and yield the server's URL.
-
-    The controllers of the machine are polled while the server runs.  The machine must have been opened.
-    """
+    """Serve a machine that has been opened, and poll its controllers; yield the server's URL."""
     # Suppress the log messages of the library asyncua, e.g. about each refused request of a client.
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)
     server = GuardedServer(None if users is None else Users(users))

@@ -20,10 +20,7 @@ class Port(Protocol):
 
 
 class Advancer(ABC):
-    """Advances virtual time, and afterwards sends the pending output of the controllers to the clients.
-
-    `plan` counts events that start or stop virtual time, or change its speed.
-    """
+    """Advances the clock of one bench.  `plan` counts events that start or stop virtual time, or change its speed."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -42,7 +39,7 @@ class Advancer(ABC):
         """At full speed virtual time reaches at least this value, even if no event is due."""
 
     def request_flush(self, port: Port) -> None:
-        """Register a port whose pending output is sent to the client after the next advance of virtual time."""
+        """Flush this port after the bench has been advanced."""
         self._to_flush.append(port)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
@@ -50,12 +47,9 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """Advance virtual time for a short period of real time, then send the pending output to the clients.
+        """Advance the bench by one slice with `advance(over)`, outside the pacer's own advances; then flush the ports.
 
-        The period is one `Slice`.  `advance(over)` advances the bench, outside the pacer's own advances.
-
-        `advance` must return at the end of a nanosecond, soon after `over()` has become True.  Return the result of
-        `advance`.
+        `advance` must return at the end of a nanosecond, soon after `over()` is True.  Return the result of `advance`.
         """
         limit = Slice()
         found: list[T] = []
@@ -66,11 +60,7 @@ class Advancer(ABC):
         return found[0]
 
     def run(self, advance: Callable[[], None]) -> None:
-        """Advance virtual time with the function `advance`.
-
-        Meanwhile, an event may start or stop virtual time, or change the speed of virtual time.  Such a change takes
-        effect after the advance.
-        """
+        """Advance the bench; then call `follow_plan` if an event has changed `plan`."""
         plan, self.advancing = self.plan, True
         self.passes += 1
         try:
@@ -89,10 +79,6 @@ class Advancer(ABC):
             self.follow_plan()
 
     def _succeeds(self, advance: Callable[[], None]) -> bool:
-        """Call `advance()` and return True.  If the call raises AxistwinError, report the error and return False.
-
-        The function `on_failure` reports the error.  Without this function, the error is raised.
-        """
         try:
             advance()
         except AxistwinError as error:

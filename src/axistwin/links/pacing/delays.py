@@ -21,10 +21,7 @@ class Delays:
             self.most_late_s = max(self.most_late_s, late_s)
 
     def report(self) -> str | None:
-        """Return a text about the delays of virtual time, e.g. "fell behind the wall clock 3 times, by 40 ms at most".
-
-        Return None if virtual time has never fallen behind the wall clock.
-        """
+        """Return one line about the overruns; None if there were none."""
         if not self.overruns:
             return None
         times = "once" if self.overruns == 1 else f"{self.overruns} times"

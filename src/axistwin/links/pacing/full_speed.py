@@ -7,11 +7,7 @@ from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:
-    """Advances virtual time as fast as possible.
-
-    Virtual time pauses while no event is scheduled, except background events that repeat for ever.  The bench runs in
-    slices of real time.  After `cancel` the object cannot be used again.
-    """
+    """Advances a bench while events are due, in slices.  After `cancel` the object cannot be used again."""
 
     behind_s = 0.0
     """Delay against the wall clock in seconds, which is 0 at full speed."""
@@ -25,10 +21,7 @@ class FullSpeed:
         """This function does nothing: at full speed, virtual time does not follow the wall clock."""
 
     def work(self) -> None:
-        """Advance virtual time as far as possible in about 2 ms of real time.
-
-        Nothing is done if the next advance is already planned.
-        """
+        """Run a slice, unless the next slice is already planned."""
         if self._next is None:
             self._slice()
 

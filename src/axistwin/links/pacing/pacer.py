@@ -22,10 +22,7 @@ T = TypeVar("T")
 
 
 class Pacer(Advancer):
-    """A pacer advances virtual time in proportion to real time, or as fast as the computer can.
-
-    `speed`: ratio of virtual time to real time, e.g. 2; None: as fast as the computer can.
-    """
+    """Advances the clock of one bench at `speed` times real time; None: as fast as possible."""
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
         super().__init__(clock)
@@ -56,30 +53,21 @@ class Pacer(Advancer):
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Start virtual time; an asyncio event loop then advances the simulation.
-
-        `loop`: the event loop; None selects the event loop that calls this method.
-        """
+        """Start virtual time, paced by the clock of `loop`; None: of the running event loop."""
         self.clock.patient = False
         self._loop = loop or asyncio.get_running_loop()
         self._restart()
         self.work()
 
     def stop(self) -> None:
-        """Stop virtual time.
-
-        If virtual time is stopped during an advance, the other events of the present nanosecond are still executed.
-        """
+        """Stop virtual time; during an advance, the other events of this nanosecond are still executed."""
         was_running = self.running
         self._cancel()
         if was_running and not self.advancing:
             self.flush()
 
     def pace(self, clock: Clock) -> None:
-        """Replace the virtual clock of this pacer by `clock`.
-
-        Do not call this method while virtual time is advancing.
-        """
+        """Replace this pacer's virtual clock; not to be called while virtual time is advancing."""
         clock.patient = self.clock.patient
         self.clock = clock
         if self.running:
@@ -87,10 +75,7 @@ class Pacer(Advancer):
             self.follow_plan()
 
     def sync(self) -> None:
-        """Let virtual time catch up with the wall clock, and execute all due events of the simulation.
-
-        Must be called before each input, e.g. before a host's data are passed to a serial port.
-        """
+        """Advance virtual time to now, and execute all due events; must be called before each input."""
         if self.advancing:
             return
         if self._drive is not None:
@@ -99,10 +84,7 @@ class Pacer(Advancer):
             self.run(self.finish)
 
     def work(self) -> None:
-        """Execute all events that are due now.
-
-        Must be called after each input, e.g. after a host's data have been passed to a serial port.
-        """
+        """Execute all events that are due now; must be called after each input."""
         if self.advancing:
             return
         if self._drive is not None:
@@ -112,12 +94,10 @@ class Pacer(Advancer):
             self.flush()
 
     def inspect(self, read: Callable[[], T]) -> T:
-        """Execute all due events of the simulation.  Then call the function `read` and return its result.
+        """Advance virtual time to now, call `read`, and plan the next advance again.  Return the result of `read`.
 
-        After the call of `read`, the pacer plans the next advance of virtual time.
-
-        The pacer sleeps while no event is due, even while a motor moves.  A SmartMotor computes a block of samples
-        ahead.  After a read of its state, the motor plans this block again, and an event may become due earlier.
+        The pacer sleeps while no event is due, even while a motor moves.  Reading the state of a SmartMotor makes the
+        motor plan its block again, so that an event may become due earlier.
         """
         self.work()
         try:
@@ -126,30 +106,20 @@ class Pacer(Advancer):
             self.work()
 
     def follow_plan(self) -> None:
-        """Schedule the next advance of virtual time.
-
-        Called after virtual time has been started or stopped, or after its speed has been changed.
-        """
+        """Apply the change that an event has requested: a new speed, or a stop."""
         if self._drive is not None:
             self._drive.resume()
 
     @property
     def behind_s(self) -> float:
-        """Seconds by which virtual time was behind the wall clock at the last advance of virtual time.
-
-        The result is 0 if virtual time does not follow the wall clock.
-        """
+        """Delay of the bench against the wall clock at the last advance, in seconds; 0 at full speed."""
         return 0.0 if self._drive is None else self._drive.behind_s
 
     def report(self) -> str | None:
-        """Return a text about delays of virtual time, e.g. "fell behind the wall clock once, by 40 ms at most".
-
-        Return None if virtual time has never fallen behind the wall clock.
-        """
+        """Return one line about delays against the wall clock; None if there were none."""
         return self.delays.report()
 
     def _restart(self) -> None:
-        """Create a new `RealTime` or `FullSpeed` object, which advances virtual time at the present speed."""
         assert self._loop is not None
         self._cancel()
         if self._speed is None:

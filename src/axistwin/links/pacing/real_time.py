@@ -14,10 +14,7 @@ MAX_LAG_S = 1.0
 
 
 class RealTime:
-    """Lets virtual time follow real time at a constant speed, e.g. twice as fast as real time for `speed` 2.
-
-    The advance begins at the present time of the bench.  After `cancel` the object cannot be used again.
-    """
+    """Advances a bench at `speed` times real time, from now; not to be used again after `cancel`."""
 
     def __init__(self, bench: Advancer, loop: asyncio.AbstractEventLoop, speed: float, delays: Delays) -> None:
         self._bench, self._clock, self._loop = bench, bench.clock, loop
@@ -34,10 +31,7 @@ class RealTime:
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Advance virtual time until virtual time matches the wall clock.
-
-        The computation takes at most one slice of real time.
-        """
+        """Catch up with the wall clock, for at most one slice of real time."""
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
@@ -62,7 +56,6 @@ class RealTime:
             self._next.cancel()
 
     def _target_ns(self, wall_s: float) -> int:
-        """Return the virtual time that corresponds to a time of the wall clock."""
         return min(self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S), MOST_NS - 1)
 
     def _real_s(self, duration_ns: int) -> float:
@@ -85,10 +78,7 @@ class RealTime:
             clock.run_to(target_ns)
 
     def _plan_next(self) -> None:
-        """Set a timer that advances virtual time when the next event is due.
-
-        If the event is not due yet, the timer expires not earlier than `BLOCK_S` seconds after the last advance.
-        """
+        """Plan the next advance for the time of the next event, but not earlier than `BLOCK_S` after the last."""
         due_ns = self._clock.next_event_ns()
         if self._ended or due_ns is None:
             return

@@ -7,17 +7,11 @@ SLICE_S = 0.002
 
 
 class Slice:
-    """A timer that expires after 2 ms of real time.  The simulation pauses when the timer expires.
-
-    The 2 ms (`SLICE_S`) begin when the timer is created.
-    """
+    """A slice of real time that begins when the object is created."""
 
     def __init__(self) -> None:
         self._end_s = perf_counter() + SLICE_S
 
     def over(self) -> bool:
-        """True if `SLICE_S` seconds of real time have passed since this timer was created.
-
-        The simulation then pauses, so that sockets are served.
-        """
+        """True if the slice has ended, so that sockets must be served."""
         return perf_counter() >= self._end_s

@@ -8,10 +8,7 @@ MAX_SPEED = 1e6
 
 
 def read_speed(text: str) -> float | None:
-    """Parse a speed of virtual time, e.g. `10` (ten times real time) or `max` (as fast as possible).
-
-    `max` becomes None; the largest number is 1,000,000.  Raises UsageError for an invalid speed.
-    """
+    """Parse a speed: a number up to 1,000,000, or `"max"`, which becomes None.  Raises UsageError."""
     if text == "max":
         return None
     try:
@@ -22,10 +19,7 @@ def read_speed(text: str) -> float | None:
 
 
 def checked_speed(speed: float | None, text: str = "") -> float | None:
-    """Return `speed`, or raise UsageError if the speed is out of range.
-
-    `text`: the speed as the user has written it.
-    """
+    """Return `speed`.  Raises UsageError if it is out of range.  `text`: the speed as the user wrote it."""
     if speed is None or 0 < speed <= MAX_SPEED:
         return speed
     given_speed = shortened(text or f"{speed:g}")

@@ -10,10 +10,7 @@ from axistwin.controllers.product import Listing
 
 
 class Lines(Element, component="listing.js"):
-    """Page element that shows the listing of a stored program.
-
-    `toggle(index)` is called when the user clicks a line number.
-    """
+    """Shows the listing of a program; `toggle(index)` is called for a click on a line number."""
 
     def __init__(self, toggle: Callable[[int], None]) -> None:
         super().__init__()
@@ -28,10 +25,7 @@ class Lines(Element, component="listing.js"):
         self.on("ready", self._begin_again, [])
 
     def show(self, listing: Listing, *, follow: bool) -> None:
-        """Show the listing of a program, and mark the line that is being executed.
-
-        `follow`: scroll to the running line.
-        """
+        """Show a program, and mark its running line; `follow`: scroll to this line."""
         if listing.lines is not self.lines and listing.lines != self.lines:
             self._props["lines"], self._props["silent"] = list(listing.lines), sorted(listing.silent)
             self._props["label"] = listing.title
@@ -54,10 +48,6 @@ class Lines(Element, component="listing.js"):
             self._toggle(line)
 
     def _begin_again(self) -> None:
-        """Send the present program line and all breakpoints to the browser.
-
-        This function is called after the browser has built the program listing.
-        """
         self.run_method("run", self.running, self._follow)
         self.run_method("breaks", self.on_breaks, self.off_breaks)
 

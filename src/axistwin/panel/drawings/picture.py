@@ -35,10 +35,6 @@ class Picture(Element, component="picture.js"):
             self.drawing.click(event.args)
 
     def _begin_again(self) -> None:
-        """Send the complete state of the drawing to the web browser.
-
-        Called when the browser has loaded the drawing.
-        """
         self._show(self.drawing.everything())
 
     def _displayed_contents(self, *, only_visible: bool) -> list[Any]:

@@ -63,10 +63,6 @@ class Table3D:
         self.scene.move_camera(x=x, y=y, z=0.6 * DISTANCE, look_at_x=0, look_at_y=0, look_at_z=0.3, duration=0.3)
 
     def _drill(self, trail: Trail, tool: str) -> None:
-        """Draw a hole in the plate of the X-Y table at each place where the tool has drilled.
-
-        Drawn holes that are no longer in `trail` are erased.
-        """
         places = trail.places.get(tool, {})
         if trail is not self._trail or len(self._holes) > MOST_PLACES or not self._holes.issubset(places):
             self._trail = trail

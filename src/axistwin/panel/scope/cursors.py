@@ -11,10 +11,7 @@ from axistwin.units import MS, US, S
 
 @dataclass(frozen=True)
 class Reading:
-    """Values of a signal at the cursors A and B, and statistics between the cursors.
-
-    NaN stands for an unknown value.
-    """
+    """Values of a signal at two cursors and between them; NaN: unknown."""
 
     a: float
     b: float
@@ -29,11 +26,7 @@ class Reading:
 
 
 def value_at(track: Track, time_ns: int) -> float:
-    """Return the value of a signal at a given time.
-
-    Changes at this time are included.
-    Returns NaN if the exact value is unknown, within a merged interval.
-    """
+    """Return the value of a signal at a time, after all changes at this time; NaN within a merged interval."""
     rows = track.rows(time_ns, time_ns + 1)
     place = int(rows.begin.searchsorted(time_ns, "right")) - 1
     if place < 0 or rows.end[place] > time_ns:
@@ -71,10 +64,7 @@ def _mean(track: Track, from_ns: int, to_ns: int) -> float:
 
 
 def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int | None:
-    """Return the time of the nearest signal change before or after `time_ns`.
-
-    Returns None if all changes are more than `within_ns` away.
-    """
+    """Return the nearest signal change before or after `time_ns`; None if none is within `within_ns`."""
     found: list[int] = []
     for track in tracks:
         begins = track.rows(time_ns - within_ns - 1, time_ns + within_ns + 1).begin
@@ -87,11 +77,7 @@ def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int |
 
 
 def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None:
-    """Return the time of the first signal change between `time_ns` and `upto_ns`.
-
-    If `upto_ns` is earlier than `time_ns`, the search goes backwards.
-    Returns None if no signal changes between the two times.
-    """
+    """Search from `time_ns` to `upto_ns`, forward or backward; return the time of the first change found."""
     found: list[int] = []
     for track in tracks:
         begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns) + 1).begin

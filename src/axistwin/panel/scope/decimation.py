@@ -21,10 +21,7 @@ FEW = 4
 
 @dataclass(frozen=True)
 class Window:
-    """Least and greatest value of a signal in each pixel column of a plot.
-
-    Pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN stands for an unknown value.
-    """
+    """Values of a signal for each pixel; pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN: unknown."""
 
     edges: Times
     low: Numbers
@@ -55,10 +52,7 @@ class _Pixels:
 
 
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
-    """Return the data to plot a signal from `from_ns` to `to_ns`.
-
-    Values after `now_ns` are unknown.
-    """
+    """Return the data to plot a signal from `from_ns` to `to_ns`.  Values after `now_ns` are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
     # The last change before the start of the plot determines the signal's value at the start.
     rows = track.rows(from_ns - 1, min(to_ns, now_ns) + 1)
@@ -70,11 +64,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the points of the line that shows a signal in a plot.
-
-    The plot begins at the time `from_ns` and ends at `to_ns`.  Many changes are reduced to the smallest and the largest
-    value of each pixel.
-    """
+    """Return the line of a track from `from_ns` to `to_ns`; many changes are reduced to the extremes of each pixel."""
     until_ns = min(to_ns, now_ns)
     rows = track.rows(from_ns, until_ns + 1)
     single = rows.begin is rows.end or np.array_equal(rows.begin, rows.end)
@@ -109,11 +99,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Plot compressed signal data as bands: each band shows the minimum and the maximum of one time interval.
-
-    To save memory, several old changes of a signal are compressed to one interval with a minimum and a maximum.
-    In each pixel column that the interval covers, the plot extends at least from the minimum to the maximum.
-    """
+    """Apply the extremes of each merged interval to all its pixels, because the exact times are unknown."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -129,10 +115,7 @@ def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np
 
 
 def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times, Numbers]:
-    """Return the points of a signal's line in the plot: at most two points per pixel column.
-
-    One more point is added at the end of the line.
-    """
+    """Return the points of a line: at most two points per pixel, and one point at the end."""
     times, values = np.empty((len(seen.low), 2), np.int64), np.full((len(seen.low), 2), np.nan)
     used = np.zeros(times.shape, bool)
     busy, single = seen.busy, seen.single
@@ -154,11 +137,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """Return the texts that a plot shows for a text signal, each with its start time.
-
-    The values of a text signal are texts, e.g. messages of the host.  The time span is divided into `most` equal
-    intervals.  The plot shows only the first text in each interval.
-    """
+    """Divide the time into `most` equal parts; return the first text in each part, with its start time."""
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
     firsts = [first for first, upto in pairwise(places) if first < upto]

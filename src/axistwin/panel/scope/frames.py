@@ -39,10 +39,7 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """Return the time that corresponds to 0 on the time axis, and the unit of the time axis.
-
-    The time and the unit are in nanoseconds; the unit is also returned by name.
-    """
+    """Choose the labels of the time axis: return the origin, the unit in ns, and the unit's name."""
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
     if abs(to_ns) < 1000 * span_ns or unit_ns == S:
@@ -52,10 +49,7 @@ def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
 
 
 def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
-    """Convert a time to a horizontal position on the oscilloscope screen, from 0 (left) to 1 (right).
-
-    Returns None for a time outside the screen.
-    """
+    """Return a time's place on the screen, from 0 (left) to 1 (right); None outside the screen."""
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 
 
@@ -92,25 +86,17 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
 
 
 def _range(meaning: Meaning, low: float, high: float) -> str:
-    """Format the least and the greatest value of a signal with their units."""
     told = f"{low:.9g} … {high:.9g} {meaning.unit}".rstrip()
     return f"{told} = {meaning.in_unit(low)} … {meaning.in_unit(high)}" if meaning.units is not None else told
 
 
 def _decoded(meaning: Meaning, text: str) -> str:
-    """Return a bus message and, on a second line of text, the meaning of the message.
-
-    A message without a known meaning is returned alone.
-    """
     words = meaning.words(text)
     return f"{text}\n{words}" if words else text
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
-    """Encode the plotted points of a signal as base 64 text; each point becomes two 16-bit numbers.
-
-    Times are scaled to 0 to `FULL`, values to 0 to `TOP`.
-    """
+    """Encode the points of a line in base 64: times scaled to 0 to `FULL`, values scaled to 0 to `TOP`."""
     (from_ns, to_ns), (low, high) = times_ns, values
     pairs = np.empty((len(seen.times), 2), "<u2")
     pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
@@ -123,10 +109,7 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the lower and the upper end of a signal's vertical axis in the plot.
-
-    The range of a level is 0 to 1; other ranges end at round numbers.
-    """
+    """Return the range of values for the drawing of a signal: 0 to 1 for levels, otherwise round numbers."""
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
     low = float(np.fmin.reduce(seen.values, initial=np.inf))
@@ -140,10 +123,6 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """Return the rounding step for both ends of a plot axis.  E.g. step 5 rounds 12 down to 10, and 72 up to 75.
-
-    The step is 1, 2 or 5 times a power of 10: the largest of these numbers that is at most `size` / 10.
-    `size`: the difference between the largest and the smallest value, e.g. 60 for the step 5.
-    """
+    """Return the largest number of the form 1, 2 or 5 × 10ⁿ that is not above a tenth of `size`."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

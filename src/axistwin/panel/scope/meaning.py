@@ -11,10 +11,7 @@ from axistwin.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
 
 @dataclass(frozen=True)
 class Meaning:
-    """Formats a signal's values as text, e.g. adds the unit mm to a number or decodes a bus message.
-
-    A signal with numbers has a unit; a signal with messages has a codec.
-    """
+    """The unit of a signal's values, and the codec of its messages."""
 
     unit: str = ""
     units: MachineUnits | None = None
@@ -41,10 +38,7 @@ PLAIN = Meaning()
 
 
 def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return one formatter for each signal, e.g. a formatter that adds the unit mm to the values.
-
-    Signals that have no unit and no codec are left out.
-    """
+    """Return the meaning of each signal that has a unit or messages in words, by name."""
     found = {signal.full: _meaning(bench, signal) for signal in signals}
     return {name: meaning for name, meaning in found.items() if meaning != PLAIN}
 
@@ -68,10 +62,7 @@ def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the most important signals of a scene.
-
-    These are the signals of the axes with a machine, of the wired terminals and of the messages.
-    """
+    """Return the signals that a scene uses: axes with a machine, wired terminals, messages of its hosts."""
     names = {signal.full for signal in signals}
     wired = [_terminal(end) for wire in bench.wires for end in wire]
     found = [*_motion(bench, signals), *dict.fromkeys(wired)]
@@ -80,10 +71,6 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
-    """Yield the names of the position signals and the velocity signals of axes.
-
-    The result includes only axes for which the scene has settings, e.g. a motor or a load.
-    """
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
     for signal in signals:
         if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):
@@ -96,11 +83,7 @@ def _terminal(terminal: str) -> str:
 
 
 def presets(bench: Bench, signals: Sequence[Signal]) -> Mapping[str, list[str]]:
-    """Return predefined selections of signals, e.g. "Motion" or "Messages".
-
-    The keys are the titles in the menu.
-    Empty selections are left out.
-    """
+    """Return useful selections of signals by title; empty selections are left out."""
     wired = {_terminal(end) for wire in bench.wires for end in wire}
     found = {
         "Scene": used(bench, signals),

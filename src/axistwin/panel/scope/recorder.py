@@ -33,10 +33,7 @@ class Record:
 
 
 class Recorder:
-    """Records all signals that the oscilloscope screens of a session show.
-
-    Call `attach` for each bench.
-    """
+    """Records all signals that the oscilloscope screens of a session show.  Call `attach` for each bench."""
 
     def __init__(self) -> None:
         self.record = Record()
@@ -54,7 +51,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Delete the recorded signals of the old simulation, and begin to record the signals of a new simulation."""
+        """Begin a new record for this bench."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -64,11 +61,7 @@ class Recorder:
         self._follow_wishes()
 
     def want(self, who: object, names: Sequence[str]) -> None:
-        """Record the signals of an oscilloscope screen.
-
-        `who`: the screen.
-        Raises UsageError if there are too many signals.
-        """
+        """Record the signals of the screen `who`.  Raises UsageError if there are too many signals."""
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
             raise UsageError(
@@ -79,10 +72,7 @@ class Recorder:
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Stop the recording for an oscilloscope screen that has been closed.
-
-        If no other screen is open, the recording continues.
-        """
+        """Stop recording for a closed screen; without any other open screen, the recording continues."""
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()
@@ -95,10 +85,7 @@ class Recorder:
         return self.record
 
     def frozen(self, names: Sequence[str]) -> Record:
-        """Return a copy of the record that contains only the signals `names`.
-
-        Later changes do not affect the copy.
-        """
+        """Return a copy of the record that contains only the signals `names`.  Later changes do not affect the copy."""
         tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
         return Record(self.record.now_ns, tracks, self.record.about, dict(self.record.begins))
 
@@ -118,10 +105,7 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """Delete old recordings of signals that are no longer on any screen.
-
-        The oldest recordings are deleted first.  Nothing is deleted while at most `MOST_SIGNALS` signals are stored.
-        """
+        """Delete recordings that no screen shows, the oldest first, down to `MOST_SIGNALS`."""
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]
         for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
@@ -139,7 +123,6 @@ class Recorder:
         self._stack.enter_context(tracer)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Add changes of signals to the record."""
         added = [self._add(part, texts) for part in parts if len(part.times)]
         if any(added):
             self.version += 1
@@ -147,10 +130,6 @@ class Recorder:
                 watcher()
 
     def _add(self, part: Part, texts: list[bytes]) -> bool:
-        """Append new values of one signal to the recording.
-
-        Return False if no value has been appended, e.g. because the signal has not changed.
-        """
         signal = self._recorded[part.signal]
         track = self.record.tracks[signal.full]
         self.record.now_ns = max(self.record.now_ns, int(part.times[-1]))

@@ -71,10 +71,6 @@ def saved(
 
 
 def _marks(cursors: Mapping[str, int]) -> list[Word]:
-    """Return a labelled vertical line for each cursor of the oscilloscope.
-
-    The label of the cursor B contains the time from A to B.
-    """
     marks = [Word(at_ns, name) for name, at_ns in cursors.items()]
     if len(marks) == 2:
         marks[1] = Word(marks[1].time_ns, f"B   B − A {duration(cursors['B'] - cursors['A'])}")
@@ -82,10 +78,7 @@ def _marks(cursors: Mapping[str, int]) -> list[Word]:
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """Return the start time in ns of the exact data of the given signals.  Older data are stored with less detail.
-
-    Of the older data, each time interval has e.g. the minimum and the maximum.
-    """
+    """Return the time after which the record contains every change of these signals."""
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -135,10 +128,6 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """Return the values of a signal between two times, for a saved picture of the oscilloscope screen.
-
-    Messages before the start of the picture are left out.
-    """
     if isinstance(track, Words):
         texts = _texts(track, signal, from_ns, to_ns)
         return texts if signal.register else replace(texts, first=b"")
@@ -158,10 +147,7 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Return the changes of a recorded signal as two arrays: the times and the values of the changes.
-
-    An interval of merged changes becomes changes to the first, least, greatest and last value of the interval.
-    """
+    """Convert rows to changes; a merged interval becomes its first, least, greatest and last value."""
     wide = rows.end > rows.begin
     width = rows.end - rows.begin
     times = np.stack((rows.begin, rows.begin + width // 3, rows.begin + 2 * width // 3, rows.end), 1)
@@ -173,10 +159,6 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
 
 
 def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int, about: dict[str, str]) -> Trace:
-    """Convert recorded signals to a `Trace` object, from which a chart can be drawn.
-
-    `path`: the path of the picture file.
-    """
     tracks = {}
     for piece in pieces:
         if piece.signal.kind == STEP:

@@ -28,10 +28,7 @@ SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2,
 
 @dataclass
 class Cursors:
-    """Times of the two cursors on an oscilloscope screen.
-
-    The time is None for a cursor that is not set.  Keys move the `active` cursor.
-    """
+    """Times of both cursors, None for one that is not set; keys move the `active` cursor."""
 
     a_ns: int | None = None
     b_ns: int | None = None
@@ -112,10 +109,7 @@ class Screen:
             self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
 
     def move_lane(self, place: int, to: int) -> None:
-        """Move a signal up or down on the screen.
-
-        Each signal is shown in a lane (a horizontal strip).  `place`: old number of the lane.  `to`: new number.
-        """
+        """Move the lane at an index to another index."""
         names = list(self.names)
         if 0 <= place < len(names):
             name = names.pop(place)
@@ -126,15 +120,12 @@ class Screen:
 
     @property
     def record(self) -> Record:
-        """The recorded signals that the screen shows.
-
-        While the screen is paused, the signals are a copy.
-        """
+        """The record that the screen shows."""
         return self.frozen or self.recorder.record
 
     @property
     def tracks(self) -> dict[str, Track]:
-        """History of each signal that the screen shows; the keys are signal names."""
+        """The shown signals by name."""
         return {name: self.record.tracks[name] for name in self.names if name in self.record.tracks}
 
     @property
@@ -150,18 +141,12 @@ class Screen:
         return to_ns - self.span_ns, to_ns
 
     def time_at(self, place: float) -> int:
-        """Return the time at a horizontal position on the screen.
-
-        `place`: the position, from 0 (left) to 1 (right).
-        """
+        """Return the time at a horizontal `place` on the screen, from 0 (left) to 1 (right)."""
         from_ns, to_ns = self.edges
         return from_ns + round((to_ns - from_ns) * place)
 
     def pause(self) -> None:
-        """Freeze the oscilloscope screen.
-
-        The screen then shows a copy of the recorded signals.
-        """
+        """Freeze the oscilloscope screen.  The screen then shows a copy of the recorded signals."""
         if self.frozen is None:
             self._to_ns = self.edges[1]
             self.frozen = self.recorder.frozen(self.names)
@@ -172,19 +157,13 @@ class Screen:
         self.arm()
 
     def zoom(self, factor: float, place: float = 0.5) -> None:
-        """Multiply the time span of the screen by `factor`.
-
-        The time at the horizontal position `place` stays at this position.
-        """
+        """Multiply the screen's time span by `factor`; the time at `place` stays there."""
         fixed_ns = self.time_at(place)
         self.span_ns = min(max(round(self.span_ns * factor), SHORTEST_NS), LONGEST_NS)
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
 
     def pan(self, part: float) -> None:
-        """Pause the oscilloscope, and show an earlier or a later time.
-
-        `part`: shift of the visible time range, as a fraction of the width of the screen.
-        """
+        """Pause the screen, and shift the visible time by a fraction of its length."""
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
@@ -225,28 +204,18 @@ class Screen:
 
     @property
     def _auto_has_timed_out(self) -> bool:
-        """True if the trigger mode is `AUTO` and no edge has been found for some time.
-
-        The limit is three times the visible time span.
-        """
+        """True if mode `AUTO` has found no edge for three times the visible time span."""
         late_ns = self.recorder.record.now_ns - (self.hit_ns or 0)
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _find_last(self) -> None:
-        """Find the newest edge of the trigger signal.
-
-        The data after the edge must be sufficient to fill the screen.
-        """
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             self.hit_ns = next(reversed(self.trigger.edges(track, self._searched_ns, upto_ns)), self.hit_ns)
             self._searched_ns = upto_ns + 1
 
     def _find_first(self) -> None:
-        """In the trigger mode `SINGLE`, pause the screen at the first edge in the new data.
-
-        The search is made before the new data are merged into intervals.
-        """
+        """Search new data for the first edge in mode `SINGLE`, before these data are merged into intervals."""
         if self.trigger.mode != SINGLE or self.frozen is not None:
             return
         track, upto_ns = self._triggering()
@@ -259,10 +228,6 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """Return the data for a trigger search: the recorded signal, and the end of the time range to search, in ns.
-
-        After a later edge, the recorded data do not fill the oscilloscope screen yet.
-        """
         record = self.recorder.record
         if record is not self._known:  # A new recording makes the trigger time of the old recording invalid.
             self._known, self.hit_ns, self._searched_ns = record, None, 0
@@ -286,10 +251,7 @@ class Screen:
         self.cursors.set(which, time_ns if edge is None else edge)
 
     def move_cursor(self, pixels: int) -> None:
-        """Move the active cursor by a number of pixels.
-
-        A cursor that is not set is put in the middle of the screen.
-        """
+        """Move the active cursor by pixels; one that is not set is put in the middle of the screen."""
         at_ns = self.cursors.active_ns
         moved_ns = self.time_at(0.5) if at_ns is None else at_ns + pixels * max(self.span_ns // self.pixels, 1)
         self.cursors.set(self.cursors.active, moved_ns)
@@ -304,10 +266,7 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """Return the names of the signals on a newly opened oscilloscope screen.
-
-    The list contains motion signals, messages and some levels.
-    """
+    """Return the signals of a newly opened screen: motion, messages and some levels."""
     motion: dict[str, str] = {}
     for signal in signals:
         if "." in signal.scope and (signal.kind == REAL or (signal.kind == COUNT and signal.scope not in motion)):
@@ -318,10 +277,7 @@ def first_choice(signals: Sequence[Signal]) -> list[str]:
 
 
 def searched(signals: Sequence[Signal], text: str) -> list[Signal]:
-    """Return the signals whose names match the text of a search field.
-
-    The text contains patterns or parts of names, separated by commas.
-    """
+    """Return the signals that match a search field: patterns or parts of names, separated by commas."""
     words = [word.strip() for word in text.split(",") if word.strip()]
     patterns = [word if any(sign in word for sign in "*?") else f"*{word}*" for word in words] or ["*"]
     return [s for s in signals if s.full in words or any(s.matches(pattern) for pattern in patterns)]

@@ -42,11 +42,7 @@ ZEROS.flags.writeable = False
 
 
 class Rows(NamedTuple):
-    """Table of a signal's history: each row describes the signal in one interval of time.
-
-    Each field is a column; the intervals are in order of time.
-    A single change is a row whose `begin` and `end` are equal.
-    """
+    """Intervals in order of time, as columns.  A single change is a row whose `begin` and `end` are equal."""
 
     begin: Times
     end: Times
@@ -59,7 +55,7 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return some rows of this table of signal values, e.g. the first ten rows if `part` is `slice(10)`."""
+        """Return the part of the rows that a slice selects."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
@@ -75,11 +71,7 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Summarise a signal's history: return e.g. the minimum and the maximum in each time interval.
-
-    Each interval has a length of `2 ** shift` ns.  A row of the history belongs to the interval in which the row
-    begins.
-    """
+    """Summarise rows by intervals of `2 ** shift` ns; a row belongs to the one in which it begins."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
@@ -104,10 +96,7 @@ NOTHING = changes(np.empty(0, np.int64), np.empty(0))
 
 
 class Track:
-    """The history of one signal.
-
-    NaN stands for values that were not recorded.
-    """
+    """The history of one signal.  NaN stands for values that were not recorded."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -124,14 +113,11 @@ class Track:
 
     @property
     def exact_ns(self) -> int:
-        """Start time in ns of the exact data of the signal.  Older data are stored with less detail, to save memory."""
+        """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> bool:
-        """Append samples to the signal's history; leave out each sample that repeats the previous value.
-
-        Return False if no sample has been appended.
-        """
+        """Append samples without repetitions of a value; return False if none has been appended."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -147,10 +133,7 @@ class Track:
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """Return the signal's history from `from_ns` to `to_ns` as a table of intervals.
-
-        The table also contains the last interval before `from_ns`, which determines the value at `from_ns`.
-        """
+        """Return all rows between `from_ns` and `to_ns`, and at least the last row before them."""
         times, values = self._times[: self._size], self._values[: self._size]
         if len(times) and times[0] <= from_ns:
             part = _part(times, from_ns, to_ns)
@@ -159,7 +142,7 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """Return a copy of the recorded signal; later changes of the signal do not affect the copy."""
+        """Return a copy that later changes do not affect."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -187,11 +170,6 @@ class Track:
         self._size = left
 
     def _keep_older(self, rows: Rows) -> None:
-        """Summarise the oldest changes of the signal: store e.g. the minimum and the maximum in each time interval.
-
-        The single changes are then deleted, to save memory.  The intervals have the first length in `SHIFTS`, or the
-        second length if the changes are rare.
-        """
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
         if level and len(self._older[0].begin):
@@ -200,11 +178,7 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """Store intervals of a signal's history; merge the oldest intervals if the memory is full.
-
-        `level`: index of the interval length in `SHIFTS`.  If the memory for this length is full, the older half of the
-        stored intervals is merged into intervals of the next length.
-        """
+        """Merge rows into intervals of this level; if the level is full, move its older half to the next level."""
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
         if over > 0 and level + 1 < len(SHIFTS):
@@ -217,10 +191,6 @@ class Track:
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Merge neighbouring intervals of a signal's history to save memory.
-
-        At most `ROWS` / 2 intervals are left.
-        """
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -232,19 +202,13 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
-    """Find the times from `from_ns` to `to_ns` in the array `times`, and return their index range.
-
-    The range also contains the last time at or before `from_ns`.
-    """
+    """Return the part from `from_ns` to `to_ns`, and at least the last time before them."""
     first = max(int(times.searchsorted(from_ns, "right")) - 1, 0)
     return slice(first, max(int(times.searchsorted(to_ns)), first + 1))
 
 
 class Words(Track):
-    """The history of a text signal.
-
-    The numeric value of the signal is 1 during a text, otherwise 0.
-    """
+    """The history of a text signal.  The numeric value of the signal is 1 during a text, otherwise 0."""
 
     def __init__(self, kind: str, growing: bool) -> None:
         super().__init__(kind)
@@ -259,29 +223,23 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Earliest time in ns from which all texts of the signal are stored.
-
-        Older texts may have been deleted, to save memory.
-        """
+        """Time after which all texts are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
-        """Append texts with their start times to the history of a text signal.
-
-        Return False if `texts` is empty.
-        """
+        """Append texts with their start times to the history of a text signal.  Return False if `texts` is empty."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
         return bool(texts)
 
     def at(self, time_ns: int) -> str:
-        """Return the value of a text signal at a time, e.g. a message; "" if the signal has no value."""
+        """Return the text at this time; "" without a text."""
         place = bisect(self.changes, time_ns, key=lambda change: change[0]) - 1
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """Return a copy of the recorded signal; later changes of the signal do not affect the copy."""
+        """Return a copy that later changes do not affect."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy
@@ -301,7 +259,6 @@ class Words(Track):
             self._forget()
 
     def _forget(self) -> None:
-        """Delete the oldest quarter of the recorded texts, to save memory."""
         del self.changes[: TEXTS // 4]
         self._forgotten_ns = self.changes[0][0]
         gone = bisect(self.begins, self._forgotten_ns) - 1

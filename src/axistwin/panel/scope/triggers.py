@@ -17,10 +17,7 @@ newest data.  `SINGLE`: show the first edge, and pause.
 
 @dataclass
 class Trigger:
-    """Settings of the oscilloscope's trigger.
-
-    `place`: horizontal position of the edge on the screen, from 0 (left) to 1 (right).
-    """
+    """Settings of the trigger.  `place`: position of the edge on the screen, from 0 (left) to 1 (right)."""
 
     mode: str = OFF
     signal: str = ""
@@ -36,9 +33,8 @@ class Trigger:
 
 
 def edges(rows: Rows, slope: str, value: float) -> Times:
-    """Return the times at which a signal crosses `value`.
+    """Return the times at which the values reach `value` from below (`UP`), or fall below `value` (`DOWN`).
 
-    `slope`: `UP` (the signal reaches `value` from below), `DOWN` (the signal falls below `value`) or `EITHER`.
     The time of an edge within a merged interval is the start of the interval.
     """
     before = np.concatenate(((np.nan,), rows.last[:-1]))

@@ -47,17 +47,11 @@ class Asides:
         return self._read(lambda: self._tutor.sending(data))
 
     def add(self, lines: Iterable[str]) -> None:
-        """Store messages of the tutor, which explains commands to the user.
-
-        The terminal shows the messages at its next update.  `lines`: the lines of text of the messages.
-        """
+        """Add comments of the tutor, which are shown after the present messages."""
         self._lines += lines
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Return the tutor's new comments as text for the terminal.
-
-        `said`: the new messages at the terminal.
-        """
+        """Return the tutor's new comments as text for the terminal.  `said`: the new messages at the terminal."""
         if self.on:
             for event in said:
                 if isinstance(event, Received) and event.time_ns <= self._until_ns:
@@ -66,10 +60,7 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Create the controls of the tutor in the web page, e.g. the button "Why?".
-
-        The tutor explains a controller to the user.  For example, "Why?" asks why nothing moves.
-        """
+        """Build the tutor's switch, and the buttons that ask the tutor questions."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -85,10 +76,7 @@ class Asides:
         breathe()
 
     def obey(self, command: str, words: str) -> Awaitable[None] | None:
-        """Execute a command of the terminal itself, e.g. `:why`.
-
-        Errors are shown on the page.
-        """
+        """Execute a command of the terminal itself, e.g. `:why`.  Errors are shown on the page."""
         context, name = self._context, self._name
         match command:
             case "why" | "next":
@@ -135,15 +123,10 @@ class Asides:
         await self._context.session.advance_to(self._context.session.seconds + seconds)
 
     def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
-        """Read the state of a controller at the present virtual time.
-
-        `ask`: the function that reads the state.  Return the result of `ask`.
-        """
         return self._context.session.inspect(ask)
 
     @property
     def _tutor(self) -> Tutor:
-        """The tutor, which explains the commands and answers of a controller to the user."""
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
             self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
@@ -183,13 +166,9 @@ class PanelRemedies(Remedies):
         return f"type  \\x{0x80 + number:02x}"
 
     def power(self, *words: str) -> str:
-        """Return an instruction for the user, e.g. `switch the power off (button power)`.
-
-        `words`: "off", "on", or both; the user switches the power in this sequence.
-        """
+        """Return `switch the power off (button power)`; `words`: "off", "on" or both, in this order."""
         return f"switch the power {' and '.join(words)} (button power)"
 
     def _button(self, pin: str) -> ButtonTable | None:
-        """Return the operator's button for the input `pin`; None if no button drives the input."""
         buttons = self._context.session.operator.button
         return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

@@ -65,10 +65,6 @@ def driving(context: Context) -> Refresh:
 
 
 def _clock(context: Context) -> Refresh:
-    """Build the display of virtual time.
-
-    The display has three decimals while the session runs, six decimals while it is paused.
-    """
     label = LiveText(tag="div", text="").classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:
@@ -78,7 +74,6 @@ def _clock(context: Context) -> Refresh:
 
 
 def _more(context: Context) -> None:
-    """Build the button that shows or hides the rarely used controls on a narrow screen."""
     settings = context.person.settings
 
     def show() -> None:
@@ -122,11 +117,7 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
-    """Perform the action of the button that is labelled `Run`, `Pause` or `Stop`.
-
-    `shown`: the label of the button at the time of the click, which selects the action.  The state of the session may
-    have changed since the click.
-    """
+    """Perform the action that the button named when the user clicked it, even if the state has changed since."""
     session = context.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
@@ -192,7 +183,6 @@ def _speed_text(speed: float | None) -> str:
 
 
 def _nearest(speed: float | None) -> int:
-    """Return the index of the speed in `SPEEDS` that is nearest to `speed`."""
     if speed is None:
         return len(SPEEDS) - 1
     return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
@@ -211,10 +201,6 @@ def _change_speed(context: Context, by: int) -> None:
 
 
 def _status(context: Context) -> Refresh:
-    """Build the status line: title of the scene, state of the simulation, and next planned action of the scene.
-
-    Screen readers announce the state of the simulation.
-    """
     ui.label(context.session.title).classes("title scene-title").mark("scene-title")
     words = ui.label().classes("state").props("role=status aria-live=polite data-test=state").mark("state")
     late = ui.label().classes("quiet late").mark("late")
@@ -230,10 +216,6 @@ def _status(context: Context) -> Refresh:
 
 
 def _planned(context: Context) -> Refresh:
-    """Build the display of the scene's next planned action.
-
-    A button advances virtual time to this action.
-    """
     text = ui.label().classes("quiet planned").mark("planned")
     at_s: float | None = None
 
@@ -276,7 +258,6 @@ def _deleted(context: Context) -> Refresh:
 
 
 def _figures(seconds: float) -> str:
-    """Format a number of seconds with commas between thousands and at most three decimals, e.g. `36,000` or `11.4`."""
     return f"{seconds:,.3f}".rstrip("0").rstrip(".")
 
 
@@ -345,10 +326,6 @@ def _seconds(moment: float | str) -> float:
 
 
 def _stems(bench: Bench) -> list[str]:
-    """Return the breakpoint conditions that the panel suggests, e.g. `table.X passes 0`.
-
-    See `fault_injection/triggers.py`.
-    """
     found = []
     for name, controller in bench.controllers.items():
         found += [f"{name}.{axis} passes 0" for axis in controller.axes]

@@ -26,10 +26,7 @@ CELSIUS = (-40, 150)
 
 
 def power(context: Context, name: str) -> Refresh:
-    """Build the power switch of a controller, and a field for the ambient temperature.
-
-    The field is left out if the controller has no ambient temperature.
-    """
+    """Build the power switch of a controller and, if it has one, the field of its ambient temperature."""
     controller = context.bench[name]
 
     def turn() -> None:
@@ -119,10 +116,7 @@ def _row(context: Context, fault: Fault) -> None:
 
 
 def _who(context: Context, spot: str) -> str:
-    """Return the name of the controller that a fault affects.
-
-    For a line with several motors, return the first motor.
-    """
+    """Return the controller that a fault affects; for a line with several motors, the first one."""
     own = spot.partition(".")[0]
     return own if own in context.bench.controllers else next(iter(context.bench.controllers))
 
@@ -135,8 +129,6 @@ def _shown(value: Any) -> str:
 
 
 class _Form:
-    """Form with which the user describes a new fault."""
-
     def __init__(self, context: Context) -> None:
         self._context = context
         with ui.element("div").classes("form"):
@@ -153,11 +145,9 @@ class _Form:
 
     @property
     def kind(self) -> Kind:
-        """The kind of fault that the user has selected."""
         return KINDS[str(self._kind.value)]
 
     def _build(self) -> None:
-        """Build the input fields for the parameters of the selected kind of fault."""
         self._own.clear()
         spots = self._spots()
         with self._own:
@@ -166,7 +156,6 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        """Return the names of the lines, pins, axes or controllers that the selected kind of fault can affect."""
         found = self._context.bench.faults.spots(self.kind.on)
         spots = {name: find() for name, find in found.items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))
@@ -189,10 +178,6 @@ class _Form:
 
 
 def _field(parameter: Parameter) -> ui.input | ui.select:
-    """Build the input field for a parameter of a fault.
-
-    The field shows the range and the default value.
-    """
     label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
     mark = f"fault-{parameter.name}"
     if parameter.sort in (Sort.LEVEL, Sort.WORD):

@@ -17,10 +17,7 @@ SELDOM = 5
 
 
 def front(context: Context, name: str) -> Refresh:
-    """Build the front panel of a controller, with its lamps and displays.
-
-    If the model describes its front panel, explanations and a list of all registers are added.
-    """
+    """Build the lamps, texts and readings of a front panel, their explanations, and the list of all registers."""
     controller = context.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:
@@ -33,10 +30,7 @@ def front(context: Context, name: str) -> Refresh:
 
 
 def generic(controller: Controller) -> tuple[Group, ...]:
-    """Return a front panel that shows all terminals and registers.
-
-    Used for a controller model without a description of its front panel.
-    """
+    """Return a front panel with all terminals and registers, for a model that describes none."""
     outputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if pin.is_output)
     inputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if not pin.is_output)
     registers = tuple(Word(name, name, name) for name in controller.registers)
@@ -53,18 +47,12 @@ NOTHING = object()
 
 
 class _Source:
-    """The source of a value on a front panel: an electrical terminal or a register."""
-
     def __init__(self, name: str) -> None:
         self._name = name
         self._known: int | str | object | None = NOTHING
         self.shows: list[Show] = []
 
     def refresh(self, controller: Controller) -> None:
-        """Read one value of the controller, and update the front panel if the value has changed.
-
-        The value is the level of an electrical terminal, or the contents of a register.
-        """
         value = controller.read(self._name)
         if value != self._known:
             self._known = value
@@ -131,10 +119,6 @@ def _plainly(readout: Readout) -> Show:
 
 
 def _registers(context: Context, name: str) -> Refresh:
-    """Build the list of all registers; the user can open and close the list.
-
-    The contents are built when the list is first opened.
-    """
     found = drawer(context, f"{name} registers", "All registers")
     sources: list[_Source] = []
 

@@ -17,9 +17,8 @@ ELSEWHERE = {
 
 
 def keys(press: Callable[[str, object], object]) -> None:
-    """Build the help dialog for the keyboard shortcuts, and handle the shortcuts.
+    """Build the help dialog with its button, and call `press(key, shown)` for each other shortcut.
 
-    `press(key, shown)` is called for each shortcut that does not open the dialog.
     `shown`: the text on the Run button, e.g. Pause, when the key was pressed.
     """
     with ui.dialog().mark("keys") as dialog, ui.card():

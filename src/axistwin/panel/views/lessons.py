@@ -63,12 +63,10 @@ class _View:
 
     @property
     def _done(self) -> int:
-        """Number of the last lesson that this user has finished."""
         text = str(self._context.person.settings.get(self._setting, ""))
         return min(int(text), len(self._course)) if text.isascii() and text.isdigit() else 0
 
     def _list(self) -> None:
-        """Show the titles of all lessons in the menu, with a mark at each finished lesson."""
         for number, (title, lesson) in enumerate(zip(self._titles, self._course, strict=True), start=1):
             title.text = f"{'✓ ' if number <= self._done else ''}{number}  {lesson.title}"
 
@@ -79,7 +77,6 @@ class _View:
         self._context.touch(lambda: self._all.end(self._name))
 
     def refresh(self) -> None:
-        """Show the next task of the lesson if the present task is done."""
         found = self._all.of(self._name)
         now = None if found is None else (found[0], found[1].step)
         if now == self._shown:
@@ -105,8 +102,5 @@ class _View:
 
 
 def on_the_page(task: str) -> str:
-    """Adapt the text of a lesson to the web page: `:drive input1 high` becomes `click the switch input1`.
-
-    On the web page, the user clicks a switch instead of typing the command.
-    """
+    """Adapt a lesson to the page: `:drive input1 high` becomes `click the switch input1`."""
     return _TYPED.sub(r"click the switch \2", task)

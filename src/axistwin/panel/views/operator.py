@@ -29,7 +29,6 @@ def _pin(context: Context, name: str) -> Pin:
 
 
 def _set(context: Context, name: str, level: str) -> None:
-    """Set an input to a level, and record this action of the operator."""
     who, _, pin = name.rpartition(".")
     context.session.do(who, pin, level)
 

@@ -19,10 +19,7 @@ WRITE = "axistwinState.write(Vue.toRaw(mounted_app.elements), {id}, {text})"
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Name an element of the web page, so that tests can find the element.
-
-    Other tasks run while a page is being built.
-    """
+    """Name an element, so that tests find it; other tasks run while a page is being built."""
     breathe()
     element.props["data-test"] = name
     element.mark(name)
@@ -65,11 +62,7 @@ class Key(TextElement):
 
 
 class LiveText(TextElement):
-    """A text element of a page whose text changes often, e.g. a position.
-
-    A new text is written into the page directly, because after an update of an element the browser draws all elements
-    again.
-    """
+    """A text that changes often, e.g. a position; written directly, because updates redraw all elements."""
 
     def _handle_text_change(self, text: str) -> None:
         self._text_to_model_text(text)
@@ -100,10 +93,7 @@ class Readout(LiveText):
 
 
 def drawer(context: Context, key: str, title: str) -> ui.expansion:
-    """Build a part of the page that the user can open and close.
-
-    The state of the part is stored for this user under `key`.
-    """
+    """Build a part that the user opens and closes; its state is stored for the user under `key`."""
     settings = context.person.settings
     found = ui.expansion(title, value=bool(settings.get(key)))
     found.on_value_change(lambda: settings.update({key: found.value}))

@@ -37,11 +37,7 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return the names of all terminals whose level an operator can set.
-
-    Each item is the list of one terminal's names.
-    A terminal can have several names.
-    """
+    """Return, for each terminal that an operator can drive, the list of its names."""
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
         if pin.drivable:
@@ -50,10 +46,6 @@ def inputs(controller: Controller) -> list[list[str]]:
 
 
 def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
-    """Build the controls of one terminal.
-
-    The row shows the level and its source; keys drive or release the terminal.
-    """
     pin_name = names[0]
     analog = isinstance(context.bench[name].pins[pin_name], UserPin)
     with ui.element("div").classes("switch analog" if analog else "switch") as row:
@@ -80,10 +72,6 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Return the name of the button to highlight: "low", "high" or "release" (if nothing drives the pin).
-
-    The buttons set the level of a terminal.  Returns "" at a voltage between low and high.
-    """
     if not pin.driven:
         return "release"
     if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
@@ -92,10 +80,6 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Return the cause of a terminal's level as one word, e.g. "wired" if a wire sets the level.
-
-    An empty text stands for an open terminal.
-    """
     if pin.held:
         return "stuck"
     if pin.driven:
@@ -113,10 +97,6 @@ def _key(context: Context, name: str, target: str, word: str) -> Key:
 
 
 def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], None]:
-    """Build a slider that sets the voltage of an analog input.
-
-    The row also shows the reading of the A/D converter.
-    """
     known: float | None = None
 
     def moved(event: events.GenericEventArguments) -> None:
@@ -144,7 +124,6 @@ def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], No
 
 
 def _host_line(context: Context, name: str, line: str) -> Refresh:
-    """Build the row that shows and sets the level of the host's output DTR or RTS."""
     with ui.element("div").classes("switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
         light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
@@ -162,7 +141,6 @@ def _host_line(context: Context, name: str, line: str) -> Refresh:
 
 
 def _encoder(context: Context, name: str) -> None:
-    """Build the controls that turn the external encoder by a number of counts in a given time."""
     with ui.row().classes("encoder items-center"):
         ui.label("External encoder")
         counts = called(ui.number("counts", value=2000, precision=0).props("dense"), f"{name}-master-counts")
@@ -179,11 +157,6 @@ def _encoder(context: Context, name: str) -> None:
 
 
 class _Joystick:
-    """Page element that imitates a joystick with spring return.
-
-    The mouse, a finger or the arrow keys deflect the joystick.
-    """
-
     def __init__(self, context: Context, name: str, most: int) -> None:
         self._context, self._name, self._most, self._client = context, name, most, ui.context.client
         self._held = 0
@@ -196,7 +169,6 @@ class _Joystick:
         self._client.on_disconnect(self._release)
 
     def refresh(self) -> None:
-        """Show the rate of the pulses that the joystick sends."""
         rate = self._context.bench.controllers[self._name].joystick.rate
         text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
         if self._label.text != text:

@@ -60,7 +60,6 @@ class _View:
         return self.context.bench[self.name]
 
     def refresh(self) -> None:
-        """Update the shown program: the listing, the number of the present line, and the breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -83,10 +82,6 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """Return the name of the program that the view shows.
-
-        If *follow* is on, this is the running program, otherwise the program that the user has selected.
-        """
         wanted = self.context.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
@@ -98,7 +93,6 @@ class _View:
     # Breakpoints
 
     def _toggle(self, index: int) -> None:
-        """Add a breakpoint at a line, or remove the breakpoint that the line already has."""
         session, sentence = self.context.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
@@ -152,8 +146,6 @@ class _View:
 
 
 class _Loading:
-    """Dialog that loads a program from a file or from pasted text."""
-
     def __init__(self, context: Context, name: str) -> None:
         self.context, self.name = context, name
         family = FAMILIES[context.bench[name].product.model]
@@ -175,13 +167,11 @@ class _Loading:
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:
-        """Open the dialog for loading a program, with empty fields."""
         self._upload.reset()
         self._text.value = ""
         self._dialog.open()
 
     def _refuse(self) -> None:
-        """Clear the text of the dialog, because the text is too long, and notify the user."""
         self._text.value = ""
         ui.notify(TOO_LONG, type="negative")
 
@@ -190,10 +180,6 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """Load the program from the dialog's text field into the controller.
-
-        A text that is too long is refused.  `event.args`: length of the text in the browser.
-        """
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()
@@ -207,7 +193,6 @@ class _Loading:
 
 
 async def _read(file: FileUpload) -> str:
-    """Return the text of an uploaded file, as of a file that a command reads."""
     data, _ = split_at_end(await file.read())
     return data.decode(encoding_of(data), "replace")
 

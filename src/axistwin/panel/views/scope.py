@@ -39,11 +39,7 @@ class Scopes:
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """Return the oscilloscope screen of a user who has opened the web page.
-
-        The number of open pages is stored for each screen.  A new screen shows the signals that the scene
-        uses, or motion signals.
-        """
+        """Count a newly opened page of this user, and return the user's screen; a new screen shows motion signals."""
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
             screen = person.settings["scope"] = Screen(self.recorder)
@@ -58,10 +54,7 @@ class Scopes:
         return screen
 
     def go(self, screen: Screen) -> None:
-        """Record that the user has left a page of the panel.
-
-        After the user's last page, the signals of the screen are no longer recorded.
-        """
+        """Count a closed page with this screen; when the last page is closed, stop recording the signals."""
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
@@ -78,8 +71,6 @@ def scope(context: Context) -> Refresh:
 
 
 class _Scope:
-    """The controls and the plot of the oscilloscope on one page."""
-
     def __init__(self, context: Context, screen: Screen, all_: Scopes) -> None:
         self._context, self.screen, self._all = context, screen, all_
         self._client = ui.context.client
@@ -103,7 +94,6 @@ class _Scope:
         )  # To save memory, empty the list of update functions when the page is closed.
 
     def refresh(self) -> None:
-        """Update the controls, and update the plot if its contents have changed."""
         screen = self.screen
         screen.recorder.catch_up()
         if screen.frozen is not None and to_seconds(screen.frozen.now_ns) > self._context.session.recorded_seconds:
@@ -126,14 +116,9 @@ class _Scope:
             execute(self._client, f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
 
     def _runs(self) -> bool:
-        """True while virtual time runs."""
         return self._context.actions.state is State.RUNNING
 
     def _shows_numbers(self) -> bool:
-        """True if it is time to update the oscilloscope's table of measured values.
-
-        While virtual time runs, only every `READOUT_EVERY`-th drawing of the oscilloscope updates the table.
-        """
         return self._frames % READOUT_EVERY == 0 or not self._runs()
 
     # Functions that handle messages from the browser
@@ -167,21 +152,13 @@ class _Scope:
                 self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
     def _lane(self, value: dict[str, Any]) -> str | None:
-        """Return the signal whose lane (horizontal strip) is under the pointer.
-
-        The result is None if the signals are overlaid in one diagram, or the pointer is not on a lane.
-        """
         names = self.screen.names
         if value.get("lane") is None or not self.screen.lanes or not names:
             return None
         return names[int(_number(value["lane"], 0, len(names) - 1, 0))]
 
     def _click(self, place: float, other: bool, lane: str | None) -> None:
-        """Move a cursor to the position that the user has clicked.
-
-        `other`: True for the cursor that is not active.
-        The first two clicks set A and B.
-        """
+        """Move the active, or the `other`, cursor to a click; the first two clicks set A and B."""
         cursors = self.screen.cursors
         which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
         self.screen.put_cursor(which, place, lane)
@@ -202,10 +179,7 @@ class _Scope:
     # Saving
 
     async def save(self, suffix: str, whole: bool) -> None:
-        """Save the shown signals in a file, which the browser downloads.
-
-        `whole`: True saves the complete record, False the visible time.
-        """
+        """Save the shown signals in a file for the browser; `whole`: the complete record, not the visible time."""
         screen = self.screen
         signals = {name: screen.recorder.signals[name] for name in screen.tracks}
         from_ns, to_ns = (0, screen.record.now_ns) if whole else screen.edges
@@ -254,10 +228,6 @@ SUFFIXES = (*TRACES, *PICTURES)
 
 
 def _number(value: Any, least: float, most: float, otherwise: float) -> float:
-    """Limit a number from the browser to the range from `least` to `most`.
-
-    Return `otherwise` if the browser has sent no number.
-    """
     if isinstance(value, int | float) and isfinite(value):
         return min(max(float(value), least), most)
     return otherwise

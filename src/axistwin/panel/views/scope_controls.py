@@ -154,10 +154,7 @@ def choice(screen: Screen) -> Refresh:
 
 
 def _lanes(screen: Screen) -> Callable[..., None]:
-    """Build the menu in which the user moves, shrinks and renames the lanes of the oscilloscope.
-
-    Returns a function that builds the rows for the present signals; `anew=False`: only if they have been built before.
-    """
+    """Build the menu of lanes; return a function that builds its rows; `anew=False`: only if built before."""
 
     def set_folded(name: str, folded: bool) -> None:
         (screen.folded.add if folded else screen.folded.discard)(name)
@@ -257,10 +254,6 @@ def trigger(screen: Screen) -> Refresh:
 
 
 def _mode(screen: Screen) -> Refresh:
-    """Build the control that selects the trigger mode.
-
-    A trigger without a signal gets the first signal of the screen.
-    """
     settings = screen.trigger
 
     def arm() -> None:
@@ -274,10 +267,9 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Connect an input element of the web page, e.g. a switch, to a setting of the oscilloscope.
+    """Store each new value of an input element in an attribute of `owner`, then call `then`.
 
-    Each new value of the element is stored in the attribute `name` of the object `owner`.  `then`: a function that is
-    called after each new value.  Returns a function that updates the element if the attribute has changed.
+    Returns a function that updates the element if the attribute has changed.
     """
 
     def set_() -> None:
@@ -388,10 +380,6 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
 
 
 def _with_unit(meaning: Meaning, value: float) -> str:
-    """Format a signal's value, followed by the same value in the machine unit, e.g. `1000 (12.50 mm)`.
-
-    The parentheses are left out if no machine unit is defined.
-    """
     told = "" if isnan(value) else meaning.in_unit(value)
     return f"{_shown(value)} ({told})" if told else _shown(value)
 

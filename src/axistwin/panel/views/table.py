@@ -15,10 +15,9 @@ TURN = 30.0
 
 
 def table(context: Context, name: str) -> Callable[[bool], None]:
-    """Build the drawing of the X-Y table that a controller moves.
+    """Build the X-Y table of a controller, if it has two axes with limited travel.
 
-    Nothing is built for a machine without an X-Y table (two axes with limited travel).  The returned function updates
-    the table; its argument is True for smooth transitions.
+    The returned function updates the table; its argument is True for smooth transitions.
     """
     names = table_axes(context.bench[name])
     if names is None:
@@ -43,10 +42,6 @@ def table(context: Context, name: str) -> Callable[[bool], None]:
 
 
 def _tool(context: Context, controller: Controller) -> Callable[[], str]:
-    """Build a drop-down list, in which the user selects the output that lowers the tool.
-
-    Returns a function that returns the selected output.
-    """
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
     options = {NO_TOOL: "no tool", **{name: name for name in outputs}}
@@ -62,8 +57,6 @@ def _tool(context: Context, controller: Controller) -> Callable[[], str]:
 
 
 class _Solid:
-    """3-D drawing of an X-Y table on a web page, with a toggle button that shows or hides the drawing."""
-
     def __init__(self, context: Context, controller: Controller, names: tuple[str, str]) -> None:
         self._context, self._name, self._names = context, controller.name, names
         self._key = f"{controller.name} 3-D"
@@ -72,12 +65,10 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """Add an empty element for the 3-D drawing to the page."""
         self._room = ui.element("div").classes("solid")
         self._make()
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Update the 3-D drawing if the user has switched the drawing on."""
         if self._view is not None:
             self._view.show(controller, trail, tool)
 

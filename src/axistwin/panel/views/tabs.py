@@ -12,7 +12,7 @@ Kinds = dict[str, Callable[[], Refresh]]
 
 
 def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
-    """Build the tabs of a web page, and open the tab that the user of the page opened most recently."""
+    """Build tabs, and open the tab that this user has opened last."""
     made: dict[str, Refresh | None] = {}
     setting = f"tab {name}"
     wanted = str(context.person.settings.get(setting, ""))

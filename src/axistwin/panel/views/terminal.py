@@ -28,10 +28,7 @@ REMEMBERED = 100
 
 
 def terminal(context: Context, name: str) -> Refresh:
-    """Build a text terminal for the messages of a controller or a serial line.
-
-    `name`: a controller, a second channel or a line with several motors.
-    """
+    """Build the terminal of an endpoint: a controller, its second channel, or a line with several motors."""
     whole = endpoints.at_a_bus(context.bench, name)
     known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
     asides = Asides(context, name) if known else None
@@ -59,10 +56,6 @@ def terminal(context: Context, name: str) -> Refresh:
 
 
 def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: Asides | None) -> Refresh:
-    """Return a function that prints new messages on the terminal's screen.
-
-    The function first clears the screen if the bench was replaced.
-    """
     talk, generation, count = context.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(context.bench, name), whole)
 
@@ -87,7 +80,6 @@ def _roll(context: Context, name: str, screen: ui.xterm, whole: bool, asides: As
 
 
 def _typed(context: Context, name: str, text: str) -> None:
-    """Send the characters that the user types on the terminal's screen, without changes."""
     if endpoints.at_a_bus(context.bench, name):
         ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
@@ -96,10 +88,6 @@ def _typed(context: Context, name: str, text: str) -> None:
 
 
 def _line(context: Context, name: str, whole: bool, asides: Asides | None) -> None:
-    """Build the input field in which the user types a line.
-
-    The Enter key sends the line.
-    """
     history = context.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
         hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for control characters"

@@ -40,10 +40,7 @@ MISSING = (
 
 
 def read(exchange: Exchange) -> Contents:
-    """Read all values, moves and sequences that the board reports.
-
-    Raises LinkError if the board does not answer or the motor is moving.
-    """
+    """Read all values, moves and sequences.  Raises LinkError if the board is silent or the motor moves."""
     _check(exchange)
     found = Contents(depends={_name(code) for code in DEPENDS}, missing=list(MISSING))
     for code in REQUESTS:
@@ -67,10 +64,7 @@ def read(exchange: Exchange) -> Contents:
 
 
 def _check(exchange: Exchange) -> None:
-    """Raise LinkError if the board does not answer, or the motor is moving.
-
-    90h and 8Ch are never stored in a sequence that is being defined.
-    """
+    """Raise LinkError if the board is silent or the motor moves, by 90h and 8Ch, which no sequence stores."""
     answers = {}
     for code in (MODE, MOVING):
         answer = exchange.ask(bytes((code,)), complete=lambda answer: len(answer) >= MESSAGE, patience_s=POWER_UP_S)
@@ -113,11 +107,7 @@ def _name(code: int) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Convert the saved data of a real board to actions and files of a scene.
-
-    The scene loads the data into a virtual board.  The actions set the levels of the trigger inputs, and load a file
-    with commands.
-    """
+    """Return the commands that give a new board the contents, and the levels of the triggers."""
     commands = list(_commands(contents, new))
     levels = int(contents.values[_name(0x94)] or "FF", 16)
     actions = [f"trigger{number} low" for number in range(2, 6) if not levels >> number & 1]
@@ -166,7 +156,6 @@ def _moves(changed: dict[str, str]) -> Iterator[bytes]:
 
 
 def _exact(command: bytes) -> bytes:
-    """Cut or zero-extend a board command to the length that its opcode requires."""
     known = COMMANDS.get(command[0])
     return known.string(command[1:].ljust(MESSAGE, b"\0")) if isinstance(known, Opcode) else command
 

@@ -23,10 +23,7 @@ class Contents:
     """Contents that the controller does not report, each with the place where they can be found."""
 
     def differences(self, twin: "Contents") -> dict[str, tuple[str, str]]:
-        """Return the values that differ between the controller and its twin, by name.
-
-        Values that depend on the machine are left out.
-        """
+        """Return the values that differ from the twin's, by name, without those of the machine."""
         found = {
             name: (value, twin.values.get(name, ""))
             for name, value in self.values.items()
@@ -51,10 +48,7 @@ class Restoring:
 
 @dataclass(frozen=True)
 class Reader:
-    """Functions that save and restore the programs and data of a controller.
-
-    Each family of controllers has its own functions.
-    """
+    """The family's part of a rescue."""
 
     read: Callable[[Exchange], Contents]
     """Reads all contents without motion.  Raises LinkError if the controller does not answer or is moving."""
@@ -65,6 +59,6 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    """Return the functions that save and restore the programs and data of a controller model."""
+    """Return the family's part of a rescue."""
     found: Reader = import_module(f"{__package__}.{FAMILIES[product(model).model]}").READER
     return found

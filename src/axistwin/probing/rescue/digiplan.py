@@ -31,10 +31,7 @@ LINE_OR_RESTART = "--line; if --line is correct, switch the interface off and on
 
 
 def read(exchange: Exchange) -> Contents:
-    """Read the answers of the interface to all status requests.
-
-    Raises LinkError if the interface does not answer or a motor is moving.
-    """
+    """Read all status requests.  Raises LinkError if the interface is silent or a motor moves."""
     end = terminator(exchange, SHORT_S)
     if end is None and exchange.heard:
         raise LinkError(
@@ -62,10 +59,7 @@ def read(exchange: Exchange) -> Contents:
 
 
 def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
-    """Return the terminator of messages, CR or LF, or None if the interface does not answer.
-
-    `exchange.echo` is set to True if the interface echoes.
-    """
+    """Return the terminator, CR or LF, and set `exchange.echo`; None without an answer."""
     for end in TERMINATORS:
         said = SPOIL + end
         exchange.echo, exchange.terminator = False, end
@@ -78,20 +72,13 @@ def terminator(exchange: Exchange, patience_s: float) -> bytes | None:
 
 
 def _format(exchange: Exchange, end: bytes) -> str:
-    """Return the message that sets the data format of the present connection, e.g. `U61`.
-
-    The message sets the terminator, the character format, the parity and the echo.
-    """
     line = exchange.line_format
     x2 = {"N": 2, "O": 5, "E": 6} if exchange.echo else {"N": 1, "O": 3, "E": 4}
     return f"{TERMINATORS[end]}{FRAMES[line.bytesize, int(line.stopbits)]}{x2[line.parity]}"
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the actions that set the inputs of the twin to the saved levels, e.g. `input1 low`.
-
-    `new`: contents of a new twin.  Only inputs with a different level need an action.
-    """
+    """Return the levels of the inputs."""
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(
@@ -104,10 +91,7 @@ def restore(contents: Contents, new: Contents) -> Restoring:
 
 
 def start(bench: Bench, contents: Contents) -> None:
-    """Set the data format of the simulated interface by a message, e.g. `U61`.
-
-    The simulated interface has the same data format as the real interface.
-    """
+    """Initialise the interface with the data format of the contents."""
     (controller,) = bench.controllers.values()
     port = controller.serial
     wanted = port.host.format

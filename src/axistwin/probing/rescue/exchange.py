@@ -85,10 +85,7 @@ class Exchange:
         return bool(answer) and answer[-1] & 0x7F == self.terminator[0]
 
     def line(self, said: bytes, patience_s: float = PATIENCE_S) -> str:
-        """Send a request, and return the answer as text without its terminator.
-
-        The text is empty if the controller does not answer.
-        """
+        """Send a request, and return the answer without its terminator; "" without an answer."""
         answer = bytes(byte & 0x7F for byte in self.ask(said, patience_s=patience_s))
         return answer.rstrip(b"\r\n").decode("latin-1")
 

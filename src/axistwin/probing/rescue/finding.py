@@ -33,7 +33,7 @@ Attempt = tuple[UartFormat, str, Test]
 
 @dataclass(frozen=True)
 class Found:
-    """Model and serial line format (baud rate, data bits, parity, stop bits) of a controller that answers."""
+    """A controller that answers."""
 
     model: str
     line: UartFormat | None = None
@@ -78,12 +78,9 @@ def _kind(model: str) -> str:
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:
-    """Yield each combination of a serial format and a controller model to try, e.g. `9600 8N2` with `if1`.
+    """Yield line formats, each with the kind of controller and its test, the most usual first.
 
-    Each combination comes with the test that detects the model.
-
-    The most usual line formats come first.  The first test of each kind cannot be taken for the open bracket of an
-    interface that has no baud rate yet.
+    The first test of each kind cannot be taken for the open bracket of an interface that has no baud rate yet.
     """
     usual = {kind: line or product(kind).line or UartFormat() for kind in kinds}
     for kind, fmt in usual.items():
@@ -94,34 +91,23 @@ def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -
 
 
 def _formats(kind: str) -> Iterator[UartFormat]:
-    """Yield the possible formats of a controller's serial line, e.g. `9600 8N2`; the most usual formats come first.
-
-    `kind`: the kind of controller, e.g. "if1".
-    """
     for bits, parity in FRAMES[kind]:
         for rate in RATES[kind]:
             yield UartFormat(rate, bits, parity, STOP_BITS[kind])
 
 
 def _motor(exchange: Exchange, first: bytes = smartmotor.FIRST) -> bool:
-    """True if a SmartMotor answers the request for the value of variable `a`.
-
-    The first report can end, and spoil, an incomplete command of another host.
-    """
+    """True if a SmartMotor reports variable `a`; the first report may end, and spoil, another host's command."""
     reported = partial(smartmotor.reported, first)
     return any(reported(exchange.ask(first, complete=reported, patience_s=PATIENCE_S)) for _ in range(2))
 
 
 def _interface(exchange: Exchange) -> bool:
-    """True if an IF1 or IF2 answers request E."""
     return digiplan.terminator(exchange, PATIENCE_S) is not None
 
 
 def _uninitialised(exchange: Exchange) -> bool:
-    """Raise LinkError if an IF1 or IF2 is waiting for its data format message, e.g. `U61`.
-
-    Otherwise the function returns False.
-    """
+    """Raise LinkError if an IF1 or IF2 waits for its data format message, e.g. `U61`; else return False."""
     if exchange.ask(b"(", patience_s=PATIENCE_S) == b"U\r":
         raise LinkError(
             "the interface has no data format yet: send the data format, e.g. U61, and run axistwin rescue again "

@@ -24,10 +24,7 @@ PORTS = {False: "tcp://127.0.0.1:5001", True: "bus://127.0.0.1:1811"}
 
 @dataclass
 class Rescue:
-    """Result of the command `axistwin rescue`: the data that the command has read from a controller.
-
-    The result also contains each value that differs between the controller and its virtual twin.
-    """
+    """The contents of a controller, and the values in which its twin differs."""
 
     found: Found
     contents: Contents
@@ -37,7 +34,7 @@ class Rescue:
     """Value of the controller and of the twin, by name."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return a summary of a controller's backup as data for a JSON file, e.g. the model and the saved values."""
+        """Return the rescue as data for a JSON file."""
         return {
             "model": self.found.model, "line": None if self.found.line is None else str(self.found.line),
             "values": self.contents.values, "depends on the machine": sorted(self.contents.depends),
@@ -85,10 +82,6 @@ def check_new(out: Path) -> None:
 
 
 def _saved_talk(exchange: Exchange, out: Path) -> Path | None:
-    """Save the recorded data as a file in the directory `out`, and return the path of the file.
-
-    Return None if no data were received, or if the file cannot be written.
-    """
     if not exchange.received:
         return None
     try:
@@ -100,7 +93,6 @@ def _saved_talk(exchange: Exchange, out: Path) -> Path | None:
 
 
 def _scratch(out: Path) -> Path:
-    """Create a temporary directory beside `out`, and return its path."""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         return Path(mkdtemp(prefix=f".{out.name}-", dir=out.parent))
@@ -114,10 +106,6 @@ def _write(directory: Path, files: dict[str, str]) -> None:
 
 
 def _scene(found: Found, contents: Contents) -> dict[str, str]:
-    """Return the scene file of the twin, and the files that the scene needs.
-
-    The keys are the names of the files, and the values are their texts.
-    """
     made = product(found.model)
     restoring = reader(found.model).restore(contents, new(found.model))
     controller: dict[str, Any] = {"model": found.model, "ports": [PORTS[made.line is None]]}
@@ -132,7 +120,7 @@ def _scene(found: Found, contents: Contents) -> dict[str, str]:
 
 @cache
 def new(model: str) -> Contents:
-    """Read and return the programs and data of a new virtual controller of the given model."""
+    """Return the contents of a new controller."""
     bench = Bench()
     end = VirtualEnd(bench, bench.add(model))
     family = reader(model)
@@ -141,7 +129,6 @@ def new(model: str) -> Contents:
 
 
 def _twin(directory: Path, found: Found, contents: Contents) -> Contents:
-    """Start a virtual controller from a saved scene file.  Return the programs and data of the virtual controller."""
     bench = Scene.load(directory / SCENE).build()
     (controller,) = bench.controllers.values()
     end = VirtualEnd(bench, controller)

@@ -34,10 +34,7 @@ MISSING = (
 
 
 def read(exchange: Exchange) -> Contents:
-    """Read the program, settings and variables of the motor.
-
-    Raises LinkError if the motor does not answer or is moving.
-    """
+    """Read program, settings and variables.  Raises LinkError if the motor is silent or moves."""
     _first(exchange)
     if exchange.needed(b"RBt\r", "the line format, e.g. --line '9600 8N1'") == "1":
         raise LinkError("the motor is moving: stop the motor, then run axistwin rescue again")
@@ -65,10 +62,7 @@ def read(exchange: Exchange) -> Contents:
 
 
 def reported(said: bytes, answer: bytes) -> bool:
-    """True if the answer contains only numbers, each followed by CR.
-
-    The answer may begin with an echo of the request.
-    """
+    """True if an answer, perhaps with an echo before it, contains only numbers, each with a CR."""
     lines = answer.removeprefix(said).split(b"\r")
     return len(lines) > 1 and not lines.pop() and all(line.removeprefix(b"-").isdigit() for line in lines)
 
@@ -88,10 +82,7 @@ def _first(exchange: Exchange) -> None:
 
 
 def _upload(exchange: Exchange, found: Contents) -> str:
-    """Read and return the source text of the motor's program.
-
-    Return "" for a locked program.  Raises LinkError if the data end before the end of the program.
-    """
+    """Read the program's source, "" if it is locked.  Raises LinkError if it ends too early."""
     text = b""
     for number in count():
         request = ACKNOWLEDGE if number else b"UPLOAD\r"
@@ -116,10 +107,7 @@ def _block(answer: bytes) -> bool:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Convert the data of a real motor to settings of a simulated motor.
-
-    The data are the program, the variables and the levels of the input pins.
-    """
+    """Return program, variables and levels of the inputs."""
     found = Restoring()
     values = contents.values
     if contents.program:

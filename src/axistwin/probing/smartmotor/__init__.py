@@ -43,10 +43,7 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
 
 
 def examine(end: End, _: Product) -> Condition:
-    """Read the state of the motor, e.g. the firmware version and the checksum of the stored program.
-
-    Raises LinkError if the motor does not answer or is moving.
-    """
+    """Read version, checksum and state of the motor.  Raises LinkError if it is silent or moves."""
     end.ask(SPOIL)
     answer = end.ask_again(b"RSP" + CR, rb"\d+/\d+\r")
     match = re.search(rb"(\d+)/(\d+)\r$", answer)
@@ -109,10 +106,7 @@ def answer_form(said: bytes, answer: bytes) -> bytes:
 
 
 def candidates(answers: Mapping[str, bytes]) -> dict[str, list[object]]:
-    """Suggest values for the twin's options `index_at` and `statements_per_sample`.
-
-    The values are calculated from the motor's answers.
-    """
+    """Suggest the twin's `index_at` and `statements_per_sample`, calculated from answers."""
     found: dict[str, list[object]] = {}
     index = re.findall(rb"-?\d+", answers.get("the index", b""))
     if len(index) > RI_AFTER and int(index[RI_AFTER]) > 0:

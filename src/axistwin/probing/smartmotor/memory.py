@@ -166,10 +166,7 @@ def loading(program: str) -> tuple[bytes, ...]:
 
 
 def sending(command: str, size: int) -> tuple[bytes, ...]:
-    """Return the requests that read `size` bytes from the motor.
-
-    They are the command, then one acknowledgement for each block that the motor sends.
-    """
+    """Return the requests that read `size` bytes: a command, then an acknowledgement for each block."""
     return command.encode() + CR, *((ACKNOWLEDGE,) * (size // BLOCK))
 
 
@@ -242,10 +239,6 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return test cases with a program that changes the settings of serial channel 0.
-
-    The program restores the settings after half a second.
-    """
     status = commands["Zf"].chapter
 
     def changed(name: str, label: int, *sent: str | bytes, code: str, then: tuple[str, ...]) -> Case:
@@ -265,10 +258,7 @@ def _channel(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def locking(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the test cases for the command that locks a stored program.
-
-    Loading another program ends the lock.
-    """
+    """Return the test cases for the command that locks a stored program.  Loading another program ends the lock."""
     section = commands["LOCKP"].chapter
     return [
         case("a locked program", section, *loading("RUN?\nEND\n"), "Zs LOCKP", "UPLOAD", "RBs", "Zs UP", "RBs",
@@ -280,10 +270,7 @@ def locking(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def save(end: End, condition: Condition) -> None:
-    """Save the variables and EEPROM bytes that the test cases change.
-
-    Raises LinkError if the motor does not report a value.
-    """
+    """Save the variables and EEPROM bytes that cases change.  Raises LinkError if one is not reported."""
     before = CONTENTS[condition.facts["checksum"].removesuffix(" P")]
     pointer = _number(end, b"PRINT(EPTR,#13)\r")
     values = {name: _number(end, b"R%s\r" % name.encode()) for name in SAVED}

@@ -114,11 +114,6 @@ def _limits(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return test cases for the pins of the motor.
-
-    Each pin is used first as an output, and then as an input.  Other cases use the special functions of pins, e.g. as a
-    limit input.
-    """
     found = []
     for pin in PINS:
         says = (f"RU{pin}", f"U{pin}=0", f"RU{pin}", f"U{pin}O", f"RU{pin} RU{pin}A", f"U{pin}=1 RU{pin} RU{pin}A",
@@ -200,11 +195,6 @@ def _point(position: int, clock: int) -> bytes:
 
 
 def _at_the_end(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the test cases that a probe of a SmartMotor performs last, e.g. stored programs with motion.
-
-    The very last test case is the reset by the command Z.
-    """
-
     def stored(name: str, code: str, *lines: str, bare: bool = False) -> Case:
         return case(name, commands[code].chapter, *lines, moves=True, bare=bare, stores=True, wait_s=MOVE_S)
 

@@ -30,10 +30,7 @@ def report(command: Instruction) -> bool:
 
 
 def still(text: str) -> bool:
-    """Return True if the given command or program statement never moves the motor.
-
-    The whitelist `STILL` decides.  Invalid text only sets Bs.
-    """
+    """Return True if a command never moves the motor (whitelist `STILL`); invalid text only sets Bs."""
     statement = read(text)
     if statement.problem is not None or statement.command is None:
         return True
@@ -41,10 +38,7 @@ def still(text: str) -> bool:
 
 
 def words(text: str) -> list[str]:
-    """Split a line into its commands.
-
-    A keyword such as IF stays together with its expression.
-    """
+    """Split a line into its commands.  A keyword such as IF stays together with its expression."""
     found: list[str] = []
     for word in text.split():
         if found and found[-1] in ("IF", "ELSEIF", "WHILE", "SWITCH", "CASE"):

@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
 
 class HalBoard:
-    """Controls real motors through LinuxCNC HAL (hardware abstraction layer) instead of a motion board.
-
-    Times are in seconds of the host's clock; `journal` receives one line for each action.
-    """
+    """The axes at HAL.  Times are those of the host in seconds; `journal` receives one line per action."""
 
     def __init__(
         self,
@@ -30,10 +27,7 @@ class HalBoard:
         journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
     ) -> None:
-        """Set up the axes of the HAL board.
-
-        `positions`: position of each axis at the start, in pulses; default 0.
-        """
+        """`positions`: net pulses at the start, by axis; 0 if left out."""
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self.commands: deque[dict[str, Any]] = deque([{"setup": wiring.setup()}])
         """Commands in order; the user of the board sends and removes them."""
@@ -106,10 +100,7 @@ class HalBoard:
         self._note(f"stopped {group} {reason}")
 
     def fail(self, reason: str) -> None:
-        """Record that the HAL board has failed, and report `reason` as the cause.
-
-        The board is not used until `restart` is called.
-        """
+        """Record and report that HAL has failed for this reason; it is not used until `restart`."""
         if not self.has_failed:
             self.ready, self.has_failed = False, True
             self.stopped |= set(self.wiring.groups)
@@ -119,10 +110,7 @@ class HalBoard:
     # Stopping and resuming the axes of a controller
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers immediately.
-
-        `groups`: names of the controllers; empty for all controllers.
-        """
+        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
         stopping = [group for group in groups or self.wiring.groups if group not in self._reasons]
         if self.ready and stopping:
             self._reasons |= dict.fromkeys(stopping, reason)
@@ -159,9 +147,8 @@ class HalBoard:
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
         """Queue the pulses of an axis for output by the board.
 
-        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
-
-        `direction` is +1 or -1.  Pulses beyond a limit stop the axes of the controller.
+        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.  `direction` is +1 or
+        -1.  Pulses beyond a limit stop the axes of the controller.
         """
         import numpy as np
 
@@ -181,10 +168,7 @@ class HalBoard:
             track.add(direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions of the axes up to the time `until_s` to the HAL component.
-
-        All pulses before `until_s` have been queued.
-        """
+        """Send the positions up to this time: all pulses before it have been queued."""
         if self.ready:
             knots = {}
             for axis, track in self._tracks.items():
@@ -196,9 +180,6 @@ class HalBoard:
             self.commands.append({"knots": knots, "upto": until_s - DELAY_S + self.horizon_s})
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Schedule a level change of an output.
-
-        The board changes the level at the time `at_s` plus the horizon, a constant delay.
-        """
+        """Set an output at `at_s` plus the horizon, a constant delay."""
         if self.ready:
             self.commands.append({"output": source, "level": level, "at": at_s + self.horizon_s})

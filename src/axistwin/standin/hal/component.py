@@ -36,7 +36,7 @@ class Axis:
         self.knots: deque[tuple[float, float]] = deque()
 
     def move(self, now_s: float) -> float:
-        """Update the position of the axis to the time `now_s`, and return the velocity in pulses/s."""
+        """Update the position; return the velocity in pulses/s."""
         knots, velocity = self.knots, 0.0
         while len(knots) > 1 and knots[1][0] <= now_s:
             knots.popleft()
@@ -59,11 +59,7 @@ class Group:
 
 
 class Motion:
-    """Calculates the motion of all axes.
-
-    The class uses no files or pipes.  `pins` has the values of the component's pins by name.  `reports` receives
-    objects for standard output.
-    """
+    """The component alone.  `pins`: values by name, as of a HAL component; `reports` receives its output."""
 
     def __init__(self, setup: dict[str, Any], pins: Any) -> None:
         self.pins, self.reports = pins, deque()  # type: Any, deque[dict[str, Any]]
@@ -161,7 +157,6 @@ class Motion:
         self.pins[f"{axis.name}.position-cmd"] = axis.position
 
     def _set(self, axis: Axis, position: float) -> None:
-        """Set the commanded position of an axis at rest."""
         axis.position = position
         axis.knots.clear()
         self.pins[f"{axis.name}.position-cmd"] = position
@@ -173,7 +168,6 @@ class Motion:
             self.pins[f"{axis.name}.enable"] = on
 
     def _stop(self, group: Group, now_s: float, *, by: str = "", late_s: float = 0.0) -> None:
-        """Stop the axes of a group, and disable their drives."""
         if group.running or not by:
             group.by, group.late_s = by, late_s
         if group.running:
@@ -184,11 +178,6 @@ class Motion:
             self._set(axis, axis.position)
 
     def _settle(self, group: Group, now_s: float) -> None:
-        """Report the positions at which a controller's motors have stopped.
-
-        `group`: the axes of the controller.  The report is sent when all motors of the group are at rest, at the latest
-        `MOST_STILL_S` seconds after the stop.
-        """
         feedback = [self.pins[f"{axis.name}.position-fb"] for axis in group.axes]
         if feedback != group.feedback:
             group.feedback, group.changed_s = feedback, now_s
@@ -234,7 +223,7 @@ def lines(pipe: int) -> Iterator[str | None]:
 
 
 def report(given: dict[str, Any]) -> None:
-    """Write a report as one line of JSON to standard output."""
+    """Write a report."""
     sys.stdout.write(json.dumps(given) + "\n")
     sys.stdout.flush()
 

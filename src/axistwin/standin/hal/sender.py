@@ -27,10 +27,9 @@ END_S = 2.0
 
 
 class HalSender:
-    """Starts the HAL component, sends commands to the component, and receives its reports.
+    """Serves the axes at HAL.  `deliver` is called in another thread with each event.
 
-    `deliver` is called in another thread with each event.  `prefix`: words before each command that uses HAL, such as
-    ("runuser", "-u", "cnc", "--").
+    `prefix`: words before each command that uses HAL, such as ("runuser", "-u", "cnc", "--").
     """
 
     def __init__(
@@ -64,7 +63,6 @@ class HalSender:
                 self._act(self._board.fail, ENDED)
 
     def _start_component(self) -> "subprocess.Popen[bytes]":
-        """Start the process of the HAL component.  Raises LinkError if the process cannot be started."""
         if os.geteuid() == 0 and not self._prefix:
             raise LinkError("LinuxCNC's rtapi_app cannot run as root: start axistwin as another user")
         code = resources.files(__package__).joinpath("component.py").read_text(encoding="utf-8")
@@ -84,7 +82,6 @@ class HalSender:
         return process
 
     def _prepare(self, first: bytes) -> None:
-        """Execute the HAL file and send the command `begin`.  Raises LinkError if HAL reports an error."""
         created = json.loads(first or b"{}")
         if "created" not in created:
             reason = created.get("error", INSTALL)
@@ -110,7 +107,6 @@ class HalSender:
             )
 
     def _halcmd(self, *words: str) -> str:
-        """Run the program halcmd and return its output.  Raises LinkError if halcmd fails."""
         folder = self.wiring.file.parent if self.wiring.file else None
         # With pipes instead of files, this function could block until LinuxCNC HAL ends.
         with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
@@ -128,11 +124,6 @@ class HalSender:
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:
-        """Call a function that queues commands, e.g. `stop`, and send these commands to the HAL component.
-
-        `act`: the function; `values`: its arguments.  Events of the board, e.g. a failure, are then passed to
-        `deliver`.
-        """
         with self._lock:
             act(*values)
             self._flush()
@@ -140,7 +131,6 @@ class HalSender:
             self._deliver(self, self._board.events.popleft())
 
     def _flush(self) -> None:
-        """Send all pending commands to the HAL component."""
         commands, process = self._board.commands, self._process
         if process is None or process.stdin is None:
             return
@@ -152,39 +142,24 @@ class HalSender:
             self._board.fail(ENDED)
 
     def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Queue the pulses of an axis for output by the board.
-
-        The board outputs each pulse at its time in `times_s` plus the horizon, a constant delay.
-        """
+        """Queue an axis's pulses; the board outputs each at its time in `times_s` plus the horizon."""
         self._act(self._board.queue, axis, direction, times_s)
 
     def complete(self, until_s: float) -> None:
-        """Send the positions of all axes up to the time `until_s` to the HAL component.
-
-        All pulses before `until_s` have been queued.
-        """
+        """Send the positions up to this time: all pulses before it have been queued."""
         self._act(self._board.complete, until_s)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Schedule a level change of an output.
-
-        The board changes the level at the time `at_s` plus the horizon, a constant delay.
-        """
+        """Set an output at `at_s` plus the horizon, a constant delay."""
         self._act(self._board.set_output, source, level, at_s)
 
     def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the given controllers immediately.
-
-        `groups`: names of the controllers; empty for all controllers.
-        """
+        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
         self._act(self._board.stop, reason, groups)
 
     @property
     def stopped(self) -> frozenset[str]:
-        """Names of the controllers whose axes are stopped.
-
-        Any thread may read this property.
-        """
+        """Names of the controllers whose axes are stopped.  Any thread may read this property."""
         return frozenset(tuple(self._board.stopped))
 
     def resume(self, group: str) -> None:

@@ -15,10 +15,7 @@ DELAY_S = 0.01
 
 
 class Track:
-    """The position of one axis over time, calculated from its pulses.
-
-    The position follows straight lines between knots; a knot is a point with a time and a position.
-    """
+    """The line of one axis; `position`: net pulses.  Times are in seconds."""
 
     def __init__(self, position: int = 0) -> None:
         import numpy as np
@@ -46,10 +43,7 @@ class Track:
         self.position, self.last_s = int(positions[-1]), float(times[-1])
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
-        """Return the positions of the axis since the previous call of `knots`, each with its time.
-
-        The list is empty if the axis has not moved.  All pulses before `until_s` must have been added.
-        """
+        """Return the next knots; [] without motion.  All pulses before `until_s` have been added."""
         import numpy as np
 
         end = int((until_s - DELAY_S) // STEP_S)

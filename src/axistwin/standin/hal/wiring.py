@@ -24,10 +24,7 @@ AXIS_PINS = (
 
 @dataclass(frozen=True)
 class HalWiring:
-    """The axes, inputs and outputs that are connected to LinuxCNC HAL.
-
-    `file` has the HAL commands that link the pins of the component.
-    """
+    """The axes, inputs and outputs at HAL; `file`: HAL commands that link the component's pins."""
 
     name: str
     axes: tuple[DrivenAxis, ...]
@@ -52,10 +49,7 @@ class HalWiring:
             yield f"{COMPONENT}.{output.source}", "bit out"
 
     def check(self) -> None:
-        """Check that no pin name is too long for HAL.
-
-        Raises UsageError, also for an input of another board.
-        """
+        """Check that no pin name is too long for HAL.  Raises UsageError, also for an input of another board."""
         for pin, _ in self.used():
             if len(pin) > MOST_NAME:
                 raise UsageError(f"the name of the HAL pin {pin} is too long: expected at most {MOST_NAME} characters")

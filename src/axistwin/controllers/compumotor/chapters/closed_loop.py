@@ -64,10 +64,7 @@ def end_on_stall(board: State, on: bool) -> None:
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: define the ratio of motor pulses to encoder pulses.
-
-    The ratio is `motor` : `encoder`, two positive numbers.  The board counts four encoder pulses for each encoder line.
-    """
+    """Command B0h: define the ratio of motor pulses to encoder pulses (encoder lines x 4); both are positive."""
     board.loop.ratio = motor, encoder
     wake(board)
 
@@ -106,19 +103,13 @@ def set_teeth(board: State, teeth: int) -> None:
 
 
 def set_deadband(board: State, deadband: int) -> None:
-    """Command B5h: define the deadband in encoder pulses.
-
-    State 80h is active while the error is within the deadband.  Valid on an 1811 only.
-    """
+    """Command B5h: define the deadband in encoder pulses.  State 80h: error within the deadband. 1811 only."""
     board.loop.deadband = deadband
     board.refresh()
 
 
 def relative_count(board: State) -> bytes:
-    """Command 98h: report the encoder pulses since the start of the present move.
-
-    If no move is in progress, the reply is the number of encoder pulses in the last move.
-    """
+    """Command 98h: encoder pulses since the start of the present move, or of the whole last move."""
     return position_bytes(board.loop.relative)
 
 
@@ -133,44 +124,28 @@ def absolute_count(board: State) -> bytes:
 
 
 def slip(board: State) -> bytes:
-    """Command 9Bh: report by how many rotor teeth the motor has slipped since the last command 30h.
-
-    Command 30h defines the present position as absolute zero.  The reply is 0 if B0h, B1h or B4h is missing.
-    """
+    """Command 9Bh: rotor teeth slipped since absolute zero was defined (30h); 0 without B0h, B1h and B4h."""
     return position_bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
 
 
 def ratio(board: State) -> bytes:
-    """Command 9Ch: report the ratio of motor pulses to encoder pulses.  The host defines the ratio by command B0h.
-
-    Before B0h, the reply consists of zeros.
-    """
+    """Command 9Ch: the ratio that B0h has defined; zeros before B0h."""
     motor, encoder = board.loop.ratio or (0, 0)
     return position_bytes(motor, 2) + position_bytes(encoder, 2)
 
 
 def resolution(board: State) -> bytes:
-    """Command 9Dh: report the motor pulses per revolution.  The host defines this number by command B1h.
-
-    Before B1h, the reply is 0.
-    """
+    """Command 9Dh: the motor pulses per revolution that B1h has defined; 0 before B1h."""
     return position_bytes(board.loop.resolution or 0)
 
 
 def sigma(board: State) -> bytes:
-    """Command 9Eh: report the backlash in motor pulses.  The host defines the backlash by command B2h.
-
-    Before B2h, the reply is 0.
-    """
+    """Command 9Eh: the backlash in motor pulses that B2h has defined; 0 before B2h."""
     return position_bytes(board.loop.sigma or 0)
 
 
 def law(board: State) -> bytes:
-    """Command 9Fh: report the formula for the velocity at which the motor corrects a position error.
-
-    The host selects the formula by command B3h.  The reply contains the algorithm, K, ranges and maximum velocity.
-    Before B3h, the reply consists of zeros.
-    """
+    """Command 9Fh: algorithm, K, range and maximum velocity that B3h has defined; zeros before B3h."""
     found = board.loop.law
     return (
         position_bytes(0)

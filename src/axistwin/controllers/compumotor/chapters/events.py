@@ -16,9 +16,6 @@ def arm(opcode: int, board: State, on: bool) -> None:
 
 
 def inhibit(board: State) -> None:
-    """Command AFh: disable all messages that commands A0h to ACh have enabled.
-
-    Commands A0h to ABh enable messages on events.  Command ACh enables messages on trigger inputs.
-    """
+    """Command AFh: disable the messages on events (A0h to ABh) and on trigger inputs (ACh)."""
     board.events.armed.clear()
     board.triggers.drop(0xAC)

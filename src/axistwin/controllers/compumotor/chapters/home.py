@@ -42,10 +42,7 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """Return the level of the home signal on the CW or CCW side of the HOME edge.
-
-        HOME is one edge of the signal at the pin `pin`.  `direction`: the side, CW (+1) or CCW (-1).
-        """
+        """Return the level that the pin has after the motor has passed the edge in this direction."""
         return self.active_level if direction == -self.edge else not self.active_level
 
 
@@ -76,11 +73,7 @@ class Search:
         self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
-        """Perform the search for HOME.
-
-        `start`: physical direction in which the search begins, +1 for CW or -1 for CCW.  HOME does not change if the
-        edge is not found.
-        """
+        """Perform the search, at first in physical direction `start`.  HOME changes only if the edge is found."""
         board, pulses, fast = self._board, self._board.pulses, continuous(self._speed)
         seen_at = yield from self._until_seen(fast, start)
         if seen_at is None and board.limits.blocks(self._sign(start)) and not board.motion.stopped:
@@ -101,10 +94,7 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move the motor back to `target`, the position at which the search has detected the HOME edge.
-
-        The motor has overshot this position while it decelerated.  Return True if the motor has arrived at `target`.
-        """
+        """Move back by the overshoot.  Return True if the motor has reached `target`."""
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:
@@ -123,10 +113,7 @@ class Search:
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the HOME edge is detected.  Return the motor position at the detection.
-
-        Return None if the motion ends before an edge has been detected.
-        """
+        """Move until the edge is found.  Return its position, or None if the motion ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
         if board.motion.stopped or board.blocked(sign):
@@ -146,11 +133,10 @@ class Search:
 
 
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
-    """Command 38h: define how a search finds HOME.
+    """Command 38h: define HOME by an edge and the active level of the home input, and the final approach to this edge.
 
-    HOME is an edge of the home input.  The other parameters are the active level of the home input, and the direction
-    and velocity of the final approach to the edge.  `percent`: velocity of the approach in percent of the default
-    velocity.  For 3Ah the level is that of HOME ENABLE, and the edge has no effect.
+    `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE,
+    and the edge has no effect.
     """
     board.home_definition = HomeDefinition(active_high, -1 if ccw_edge else +1, percent, -1 if final_ccw else +1)
 

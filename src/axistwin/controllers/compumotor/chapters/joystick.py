@@ -12,10 +12,7 @@ def disable_joystick(board: State) -> None:
 
 
 def enable_joystick(board: State) -> Procedure:
-    """Command 11h: begin joystick control, which lasts until command 10h.
-
-    Ignored while the motor is shut down or moving.
-    """
+    """Command 11h: begin joystick control, until command 10h.  Ignored while shut down or moving."""
     if board.shutdown.on or board.moving:
         return SHUT_DOWN if board.shutdown.on else IN_MOTION
     board.motion.end = None
@@ -46,10 +43,7 @@ def shut_down(board: State, on: bool) -> str | None:
 
 
 def enable_shutdown_input(board: State, on: bool) -> str | None:
-    """Command 13h: enable or disable the shutdown input.
-
-    Ignored if the joystick is enabled.
-    """
+    """Command 13h: enable or disable the shutdown input.  Ignored if the joystick is enabled."""
     if board.joystick.enabled:
         return IN_MOTION
     board.shutdown.input_enabled = on
@@ -58,10 +52,7 @@ def enable_shutdown_input(board: State, on: bool) -> str | None:
 
 
 def set_direction_sense(board: State, ccw_is_plus: bool) -> str | None:
-    """Command 14h: define CW (00) or CCW as the + direction.  Positions do not change.
-
-    Ignored while the motor is moving.
-    """
+    """Command 14h: define CW (00) or CCW as the + direction; positions stay.  Ignored while moving."""
     if board.occupied:
         return IN_MOTION
     board.pulses.cw_is_plus = not ccw_is_plus

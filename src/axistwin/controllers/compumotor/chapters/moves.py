@@ -49,18 +49,12 @@ def define(
 
 
 def delete(board: State, number: int) -> None:
-    """Command D7h: delete the move with the given number (1 to 255).
-
-    The command has no effect if this move is not defined.
-    """
+    """Command D7h: delete move 1 to 255; no effect if the move is not defined."""
     board.library.delete(number)
 
 
 def set_start_stop(board: State, velocity: int) -> None:
-    """Command D6h: define the start/stop velocity, in pulses/s, of all later moves.
-
-    The velocity is 0 after reset.
-    """
+    """Command D6h: define the start/stop velocity, in pulses/s, of all later moves.  The velocity is 0 after reset."""
     board.start_stop = velocity
 
 
@@ -105,18 +99,12 @@ def go_absolute(board: State, position: int) -> Procedure:
 
 
 def go_on(board: State, minus: bool) -> Procedure:
-    """Command 32h: begin a continuous move at default velocity and acceleration.
-
-    Ignored before command 31h has defined a default move.
-    """
+    """Command 32h: begin a continuous move at default velocity and acceleration.  Ignored before 31h."""
     return (yield from perform_default(board, Kind.CONTINUOUS, int(minus)))
 
 
 def perform_default(board: State, kind: Kind, target: int) -> Procedure:
-    """Perform a move at default velocity and acceleration.
-
-    Ignored before command 31h has defined a default move.
-    """
+    """Perform a move at default velocity and acceleration.  Ignored before command 31h has defined a default move."""
     if board.library.default.speed(board.start_stop) is None:
         return NO_DEFAULT
     move = replace(board.library.default, kind=kind, target=target)
@@ -177,10 +165,7 @@ def hindrance(board: State, move: Move) -> str | None:
 
 
 def preset_distance(board: State, move: Move) -> int:
-    """Return the number of pulses from the present position to the target of a preset move.
-
-    The sign of the number is the direction of the move.  0 means that the motor does not move.
-    """
+    """Return the signed distance of a relative or absolute move from the present position; 0: no motion."""
     if move.kind is Kind.RELATIVE:
         return move.target
     if abs(board.absolute) > FARTHEST_ABSOLUTE:
@@ -226,10 +211,7 @@ def _perform_continuous(board: State, move: Move, speed: Speed) -> Procedure:
 
 
 def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
-    """Perform a closed-loop move.
-
-    Ignored without a ratio (B0h), beyond the longest closed-loop move, or if motion is blocked.
-    """
+    """Perform a closed-loop move.  Ignored without a ratio (B0h), beyond the longest move, or if blocked."""
     loop = board.loop
     if loop.ratio is None:
         return "B0 (ratio) must be sent first"
@@ -274,10 +256,7 @@ def _until_performed(board: State, move: Move) -> Procedure:
 
 
 def _until(board: State, *phases: Phase) -> Procedure:
-    """Wait until the motion reaches one of the given phases, e.g. constant velocity or rest.
-
-    If the move is discontinued, the motor keeps its present velocity.
-    """
+    """Wait for one of these phases.  If the move is discontinued, the motor keeps its present velocity."""
     try:
         while board.pulses.phase not in phases:
             yield board.pulses.changed()

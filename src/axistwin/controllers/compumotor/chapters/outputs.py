@@ -13,10 +13,7 @@ def write_user_bits(board: State, bits: int) -> None:
 
 
 def write_bit(level: bool, offset: int, board: State, number: int) -> None:
-    """Commands 09h to 0Ch: set or clear a single output bit.
-
-    09h sets and 0Ah clears user status bit 0, 1 or 2.  0Bh sets and 0Ch clears programmable output 1 or 2.
-    """
+    """Commands 09h to 0Ch: set or clear user status bit 0 to 2, or programmable output 1 or 2."""
     board.outputs.write(number + offset, level)
 
 
@@ -27,10 +24,7 @@ def write_outputs(board: State, bits: int) -> None:
 
 
 def show_state(board: State, bit: int, state: int, active_high: bool) -> None:
-    """Command 0Fh: let an output bit (0 to 4) report a state of the board, e.g. that the motor is moving.
-
-    Undefined state codes are ignored.
-    """
+    """Command 0Fh: let output bit 0 to 4 show a state of the board.  Undefined state codes are ignored."""
     board.outputs.track(bit, state, active_high)
     board.refresh()
 

@@ -11,10 +11,7 @@ LEVEL_TRIGGERS = (2, 3, 4, 5)
 
 
 def position_bytes(number: int, size: int = 4) -> bytes:
-    """Return a number as bytes in two's complement, most significant byte first.
-
-    A number that is too large overflows.
-    """
+    """Return a number in two's complement, most significant byte first; a number that is too large overflows."""
     return (number % (1 << 8 * size)).to_bytes(size, "big")
 
 
@@ -29,20 +26,14 @@ def from_start(board: State) -> bytes:
 
 
 def from_end(board: State) -> bytes:
-    """Command 81h: report the remaining pulses of a preset move.
-
-    The number is negative beyond the end of the move, and 0 after other moves.
-    """
+    """Command 81h: the remaining pulses of a preset move, negative beyond its end; 0 after other moves."""
     end = board.motion.end
     missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
     return position_bytes(missing)
 
 
 def from_home(board: State) -> bytes:
-    """Command 82h: report the motor position relative to the home position (HOME), in pulses.
-
-    The position is sent in six bytes.  Until 39h or 3Ah finds HOME, HOME is the position at reset.
-    """
+    """Command 82h: position from HOME, six bytes.  Until 39h or 3Ah finds HOME, it is the position at reset."""
     return position_bytes(board.pulses.position - board.home, 6)
 
 
@@ -57,11 +48,9 @@ def direction(board: State) -> bytes:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: report the velocity range, the acceleration range and the present velocity.
+    """Command 85h: ranges and velocity number, always positive; in a streaming mode a streamed velocity.
 
-    The velocity is a number in units of the velocity range, and is always positive.  While the motor has the velocity
-    of its move, the reply contains the velocity number from the definition of the move.  In a streaming mode, the reply
-    contains the streamed velocity instead.
+    At the velocity of the move, the number is that of its definition.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -71,20 +60,13 @@ def velocity(board: State) -> bytes:
 
 
 def acceleration(board: State) -> bytes:
-    """Command 86h: report the acceleration of the present move.
-
-    The reply contains the velocity range, the acceleration range and the acceleration.  The ranges define the unit of
-    the acceleration.  If no move is in progress, the reply describes the last move.
-    """
+    """Command 86h: ranges and acceleration number of the present or most recent move."""
     move = board.motion.move or NO_MOVE
     return bytes([move.xy]) + move.acceleration.to_bytes(4, "big")
 
 
 def status(board: State) -> bytes:
-    """Command 88h: report one byte whose bits show the limits, the home input, and the state of the motion.
-
-    Bits 0 to 7: + limit, - limit, home, direction -, moving, constant velocity, accelerating, decelerating.
-    """
+    """Command 88h: limits + and -, home, direction, moving, constant velocity, accelerating, decelerating."""
     return bytes([move_bits(board)])
 
 
@@ -115,10 +97,7 @@ def home_switch(board: State) -> bytes:
 
 
 def _at_home_switch(board: State) -> bool:
-    """True while the home input is active.
-
-    The active level is high, unless 38h defines low as active.
-    """
+    """True while the home input is active.  The active level is high, unless 38h defines low as active."""
     active_high = board.home_definition is None or board.home_definition.active_high
     return board.pins["home"].level is active_high
 
@@ -129,27 +108,19 @@ def moving(board: State) -> bytes:
 
 
 def in_phase(phase: Phase, board: State) -> bytes:
-    """Commands 8Dh (constant velocity?), 8Eh (accelerating?), 8Fh (decelerating?): report FFh for yes, 00h for no.
-
-    `phase`: the phase of the motion that the command asks about.
-    """
+    """Commands 8Dh, 8Eh, 8Fh: FF at constant, non-zero velocity; accelerating; decelerating."""
     return YES if board.pulses.phase is phase else NO
 
 
 def mode(board: State) -> bytes:
-    """Command 90h: report the operating mode of the board: indexer mode or a streaming mode.
-
-    The reply is the opcode of the command that enters this mode.  In a streaming mode, the reply also contains the
-    parameters of this command.
-    """
+    """Command 90h: the opcode that entered the present mode, and for streaming modes the parameters."""
     return bytes([board.mode]) + (board.stream.setting.parameters if board.stream.setting else b"")
 
 
 def move_parameters(board: State, number: int) -> bytes | None:
-    """Command 91h: report the definition of the move with the given number (0 to 255).
+    """Command 91h: the definition of move 0 to 255; no reply for an undefined move.
 
-    If this move is not defined, the board sends no reply.  Move 0 is defined after reset, with velocity and
-    acceleration 0.  In a streaming mode, only move 0 is reported.
+    Move 0 is defined after reset, with velocity and acceleration 0.  While streaming, only move 0 is reported.
     """
     move = board.library[number]
     if move is None or (number and board.in_streaming_mode):
@@ -168,18 +139,12 @@ def triggers(board: State) -> bytes:
 
 
 def channel_z(board: State) -> bytes:
-    """Command 96h: report FFh while channel Z of the encoder is high, otherwise 00h.
-
-    If jumper JU16 inverts channel Z, the reply is FFh while channel Z is low.
-    """
+    """Command 96h: FF while channel Z of the encoder, as inverted by JU16, is high."""
     return YES if board.pins["channel_z"].level is not board.options.invert_z else NO
 
 
 def free_bytes(board: State) -> bytes:
-    """Command E2h: report the number of free bytes for sequences.
-
-    In a streaming mode, report the number of free bytes in the streaming buffer.
-    """
+    """Command E2h: the number of free bytes for sequences; while streaming, of the streaming buffer."""
     free = board.stream.free if board.in_streaming_mode else board.sequences.free
     return free.to_bytes(4, "big")
 

@@ -15,17 +15,12 @@ ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),),
 
 
 def test_switch(board: State) -> None:
-    """Command FFh: end all running and queued commands, and turn the motor one revolution in each direction.
-
-    After this test, the board needs a reset.
-    """
+    """Command FFh: stop all commands and perform the test function; only a reset ends it."""
     board.begin_test()
 
 
 def test(board: State) -> Procedure:
-    """Test the board: turn the motor one revolution CCW, then one revolution CW.
-
-    The step rate is 5,000 Hz, without ramps.  At the end, the board monitor alarm becomes active.
+    """Turn the motor one revolution CCW, then CW, at 5,000 Hz without ramps; then raise the board monitor alarm.
 
     A limit prevents the revolution in its direction: JU5 and JU6 must be installed if there are no switches.
     """

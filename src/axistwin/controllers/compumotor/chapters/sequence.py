@@ -14,40 +14,26 @@ LEVEL_RESPONSE_NS = 3 * MS
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
-    """Commands 20h and 21h: repeat the block of commands that follows in the sequence.
-
-    `count`: number of commands in the block, 1 to 255.  `times`: number of repetitions after 20h, 1 to 65,535.  Command
-    21h repeats the block until CONTINUE (48h).  Inside another loop, 20h and 21h are ignored.
-    """
+    """Commands 20h, 21h: repeat 1 to 255 commands, 1 to 65,535 times or until CONTINUE.  Ignored in a loop."""
     sequencer = board.sequencer
     if sequencer.loop is None:
         sequencer.loop = Loop(sequencer.at + 1, sequencer.at + count, times)
 
 
 def wait_for_continue(board: State, message: bool) -> Procedure:
-    """Command 28h: pause the sequence until the host sends the command CONTINUE (48h).
-
-    If `message` is True, the board sends a message to the host before the pause.
-    """
+    """Command 28h: wait for CONTINUE (48h); send a message first if `message` is True."""
     if message:
         board.send(0x28, b"")
     yield from board.sequencer.wait()
 
 
 def wait(unit_ns: int, board: State, count: int) -> Procedure:
-    """Commands 29h, 2Ah, 2Bh: wait for `count` milliseconds, seconds or minutes.
-
-    A count of 0 has no effect.
-    """
+    """Commands 29h, 2Ah, 2Bh: wait for `count` milliseconds, seconds or minutes.  A count of 0 has no effect."""
     yield board.clock.timeout(count * unit_ns)
 
 
 def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
-    """Command 2Ch: wait for the input `trigger`.
-
-    Triggers 1 and 6: wait for a rising edge.  Triggers 2 to 5: wait for a steady level, i.e. high if `high` is True,
-    otherwise low.
-    """
+    """Command 2Ch: wait for a rising edge of trigger 1 or 6, or for a steady level of triggers 2 to 5."""
     if trigger in EDGE_TRIGGERS:
         yield board.triggers.edge(trigger)
         return
@@ -77,10 +63,7 @@ def go_on(board: State) -> None:
 
 
 def begin(board: State, number: int) -> None:
-    """Command D9h: begin to define a sequence, which will contain the commands that follow, up to command D8h.
-
-    `number`: number of the sequence, 1 to 15.  Only commands with the attribute SEQUENCE are stored.
-    """
+    """Command D9h: store the commands up to D8h in sequence 1 to 15; only SEQUENCE commands are stored."""
     board.sequences.defining, board.sequences.buffers[number] = number, []
 
 
@@ -133,10 +116,9 @@ def _perform(board: State, buffer: list[Stored]) -> Procedure:
 
 
 def list_commands(board: State, number: int) -> Procedure | None:
-    """Command 92h: send the commands of the stored sequence `number` (1 to 15) to the host.
+    """Command 92h: send a message for each command of sequence 1 to 15, and one with the null command.
 
-    Each command is one message.  A message with the null command follows at the end.  Messages that the host has not
-    read are lost.  While the message queue is full, 92h remains in progress.
+    Messages that the host has not read are lost.  While the message queue is full, 92h remains in progress.
     """
     board.handshake.forget_messages()
     left = deque([*(stored.string for stored in board.sequences[number] or ()), b""])

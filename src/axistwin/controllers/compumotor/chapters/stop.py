@@ -15,11 +15,10 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 
 def stop_motion(board: State) -> None:
-    """Commands 70h and 74h: decelerate the motor to rest.
+    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, the same as 78h.
 
-    The acceleration is that of the present or last move.  The motor stops without deceleration in three cases: a stream
-    of velocities or distances is in progress, the motor corrects a position error, or no move has been performed since
-    reset.  After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
+    During a correction, or without a move since reset, the motor stops at once.  After a stream, the ramp is that of
+    the last move, unless the option `stop_after_stream` is "ignored".
     """
     pulses, speed = board.pulses, board.motion.speed
     if board.motion.streamed and not board.stream.performing and board.options.stop_after_stream == "ignored":
@@ -47,11 +46,7 @@ def suspend_sequence(board: State) -> None:
 
 
 def discontinue_singular(board: State) -> None:
-    """Commands 73h, 77h: end all commands in progress that have the attribute SINGULAR.
-
-    SINGULAR commands take time, e.g. moves.  At most two of them are in progress: one that the host has sent, and one
-    that the sequence has begun.  A moving motor keeps its velocity.
-    """
+    """Commands 73h, 77h: end the SINGULAR commands of host and sequence; a moving motor keeps its velocity."""
     board.host.end()
     board.sequence.end()
 
@@ -64,22 +59,14 @@ def kill_motion(board: State) -> None:
 
 
 def kill_sequence(board: State) -> None:
-    """Commands 79h, 7Dh: end the sequence in progress and its present command.
-
-    The present command has the attribute SINGULAR, e.g. a move.  Commands 79h and 7Dh are ignored if no sequence is in
-    progress.
-    """
+    """Commands 79h, 7Dh: end the sequence and its SINGULAR command.  Ignored without a sequence."""
     if board.sequencer.running:
         board.sequencer.end()
         board.sequence.end()
 
 
 def kill_and_suspend(board: State) -> None:
-    """Commands 7Ah, 7Eh: suspend the sequence in progress, and abort its present command, e.g. a move.
-
-    The present command has the attribute SINGULAR.  CONTINUE (48h) ends the suspension.  Commands 7Ah and 7Eh are
-    ignored if no sequence is in progress.
-    """
+    """Commands 7Ah, 7Eh: end its SINGULAR command, and suspend the sequence until CONTINUE, if there is one."""
     if board.sequencer.running:
         if board.sequencer.order is not Order.LEAVE:
             board.sequencer.order = Order.KILL
@@ -89,11 +76,10 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> str | None:
-    """Assign an action to a trigger input, e.g. by command 74h (stop on trigger).
+    """Commands 74h to 77h, 7Ch to 7Fh: perform `action` when trigger 1 or 6 becomes active, or no longer if `on` is
+    False.
 
-    The commands are 74h to 77h and 7Ch to 7Fh.  `trigger`: number of the trigger input, 1 or 6.  The board performs the
-    action when the input becomes active.  If `message` is True, the board also sends a message.  If `on` is False, the
-    assignment is removed.
+    If `message` is True, a message is sent, too.
     """
     busy = board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
     if busy is None:
@@ -109,8 +95,5 @@ def _respond(board: State, opcode: int, trigger: int, action: Callable[[State], 
 
 
 def interrupt_on_trigger(board: State, trigger: int, on: bool) -> str | None:
-    """Command ACh: send a message when trigger 1 or 6 becomes active.
-
-    A trigger has only one function, so the command is ignored if the trigger already has a function of another command.
-    """
+    """Command ACh: send a message when trigger 1 or 6 becomes active.  Ignored if it has another function."""
     return on_trigger(INTERRUPT_ON_TRIGGER, None, board, trigger, on, message=True)

@@ -66,11 +66,7 @@ class StreamOutput:
         stream.finish()
 
     def _run_ahead(self) -> None:
-        """Simulate several update periods of a velocity stream in one step, which makes the simulation faster.
-
-        All velocities of these update periods are in the present direction, and no other event occurs in the periods.
-        The pulses are the same as if each velocity were output separately.
-        """
+        """Simulate update periods of one direction, without another event, in one step, for speed; same pulses."""
         board, pulses = self._board, self._pulses
         if board.clock.free_ns <= self._period_ns:
             return
@@ -81,11 +77,7 @@ class StreamOutput:
             board.clock.skip(len(segments) * self._period_ns)
 
     def _ahead(self, most: int) -> list[Segment]:
-        """Convert the next velocities in the streaming buffer to segments of a velocity profile.
-
-        The velocities are removed from the buffer.  Only velocities in the present direction are converted, at most
-        `most` velocities.  Each segment has the duration of one update period.
-        """
+        """Remove up to `most` velocities of the present direction; return a segment of one period for each."""
         segments: list[Segment] = []
         setting, markers = self._setting, self._stream.markers
         direction = CCW if self._sign(CCW) == self._pulses.sign else 0
@@ -97,10 +89,7 @@ class StreamOutput:
         return segments
 
     def _output(self, entry: Entry) -> int | None:
-        """Output one entry of the streaming buffer, e.g. a velocity.
-
-        Return the time in ns until the output of the next entry.  Return None if the stream ends.
-        """
+        """Output one entry of the buffer.  Return the ns until the next one; None at the end of the stream."""
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
         (word,) = entry
@@ -117,19 +106,12 @@ class StreamOutput:
         return max(SHORTEST_NS, self._pulses.ns_until(distance)) if number & FASTEST else SHORTEST_NS
 
     def _sign(self, word: int) -> int:
-        """Return the direction of a streamed velocity or distance: +1 or -1.
-
-        Distances are signed + and -, velocities CW and CCW.
-        """
+        """Return the direction of a word, +1 or -1: distances are signed + and -, velocities CW and CCW."""
         plus = self._end is not None or self._pulses.cw_is_plus
         return -1 if plus == bool(word & CCW) else +1
 
     def _run(self, word: int) -> bool:
-        """Change the motor velocity to the next velocity that the host has sent in advance.
-
-        `word`: the velocity, or the distance for one update period.  Return False if the motion is blocked, e.g. by a
-        limit input.
-        """
+        """Change to the next velocity, or distance in one period, `word`; return False if motion is blocked."""
         pulses, rate, sign = self._pulses, _rate(self._setting, word), self._sign(word)
         if not rate:
             pulses.kill()
@@ -150,11 +132,7 @@ class StreamOutput:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Start the command that the host has assigned to a marker (a special number in the velocity stream).
-
-        The host assigns a command to a marker, e.g. to 7FF0h, by command EEh.  The stream continues while the
-        command is executed.  During this time, other markers are ignored.
-        """
+        """Start the command of a marker; the stream continues, and ignores other markers meanwhile."""
         if marker is None:
             return
         if self._stream.marker_process is None or not self._stream.marker_process.is_alive:
@@ -171,10 +149,7 @@ class StreamOutput:
 
 @lru_cache(maxsize=4096)
 def _rate(setting: Setting, word: int) -> Fraction:
-    """Convert a streamed velocity to a step rate in pulses/s.
-
-    In distance-time mode, `word` is a distance instead of a velocity: the number of pulses in one update period.
-    """
+    """Return the step rate in pulses/s; in distance-time mode, `word` is the pulses in one update period."""
     if setting.mode != DISTANCE_TIME:
         return setting.rate(word & FASTEST)
     distance = FULL - word if word & CCW else word
@@ -183,16 +158,11 @@ def _rate(setting: Setting, word: int) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def _segment(setting: Setting, word: int) -> Segment:
-    """Return a segment of a velocity profile: one streamed velocity for one update period."""
     return Segment(_rate(setting, word), setting.period)
 
 
 @lru_cache(maxsize=4096)
 def _endless(phase: Phase, setting: Setting, word: int) -> VelocityProfile:
-    """Return an endless velocity profile with one constant velocity.
-
-    `word`: the velocity, or the distance for one update period.
-    """
     return VelocityProfile(((phase, (Segment(_rate(setting, word), None),)),), setting.maximum, of_move=False)
 
 
@@ -232,11 +202,7 @@ def velocity_time(board: State, *numbers: int) -> str | None:
 
 
 def distance_time(board: State, count: int, *distances: int) -> str | None:
-    """Command E3h: store signed distances in pulses.  The board outputs one distance in each update period.
-
-    The host sends seven distances, of which the first `count` are stored.  The value 8001h ends the stream at velocity
-    zero.
-    """
+    """Command E3h: `count` of seven signed distances in pulses, each for one period; 8001h ends the stream."""
     return board.stream.store(DISTANCE_TIME, ((distance % FULL,) for distance in distances[:count]))
 
 
@@ -306,10 +272,7 @@ def kill_buffer(board: State) -> None:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h in a streaming mode: report the present velocity in units of the velocity resolution.
-
-    Bit 15 of the reply is 1 while the motor moves CCW.
-    """
+    """Command 85h in a streaming mode: a velocity number, with bit 15 set while moving CCW."""
     setting, pulses = board.stream.setting, board.pulses
     assert setting is not None
     number = min(round(pulses.rate / setting.resolution), FASTEST)

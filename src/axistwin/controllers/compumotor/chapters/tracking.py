@@ -21,10 +21,7 @@ UPDATE_NS = 2 * MS
 
 
 def phase_changed(board: State, phase: Phase) -> None:
-    """Update position tracking when a new phase of the motion begins, e.g. constant velocity or rest.
-
-    There is no effect while the motor corrects a position error.
-    """
+    """Update position tracking after a change of phase, except during a correction."""
     loop = board.loop
     if loop.owns_motion:
         return
@@ -36,10 +33,7 @@ def phase_changed(board: State, phase: Phase) -> None:
 
 
 def _end_move(board: State) -> None:
-    """Update the desired position at the end of a move.
-
-    The present position becomes the desired position, unless a closed-loop move has another target.
-    """
+    """Make the present position the desired position, unless a closed-loop move has another target."""
     loop = board.loop
     _detect_stall(board)
     loop.ended = loop.encoder.count
@@ -51,10 +45,7 @@ def _end_move(board: State) -> None:
 
 
 def joystick_moves(board: State, begins: bool) -> None:
-    """Record the start or the end of a motion that the joystick controls.
-
-    The manual counts such a motion as a move (command 11h).
-    """
+    """Record the start or the end of motion by joystick, which the manual counts as a move (command 11h)."""
     if begins:
         board.loop.leave_zero()
     else:
@@ -75,10 +66,7 @@ def refresh(board: State) -> None:
 
 
 def wake(board: State, skipped: int = 0) -> None:
-    """Schedule the next check of the position error if necessary, e.g. while the motor moves.
-
-    Checks follow at intervals of 2 ms; the next `skipped` checks are left out.
-    """
+    """Schedule the next check of the position error if necessary; of checks every 2 ms, leave out `skipped`."""
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True
         board.clock.call_later((skipped + 1) * UPDATE_NS, partial(_tick, board))
@@ -104,11 +92,10 @@ def _tick(board: State) -> None:
 
 
 def _without_effect(board: State) -> int:
-    """Return the number of upcoming stall checks that can be skipped, because the motor cannot stall so soon.
+    """Return how many stall checks, one every 2 ms, can be skipped for speed.
 
-    The position tracking reads the encoder and checks for a stall every 2 ms.  The simulation runs faster without
-    unnecessary checks.  The last check before any other event is never skipped, because this check reads the encoder.
-    Backlash makes the encoder count depend on earlier readings.
+    The last one before any other event is never skipped: it reads the encoder, whose count depends, by the backlash, on
+    earlier readings.
     """
     loop = board.loop
     skipped = (board.clock.free_ns - 1) // UPDATE_NS - 1

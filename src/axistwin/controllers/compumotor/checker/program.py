@@ -47,10 +47,7 @@ class Given:
 
 @dataclass
 class Definitions:
-    """Predicted state of the controller after the last checked command, e.g. the stored moves.
-
-    The state consists of moves, sequences, parameters and the operating mode.
-    """
+    """The board's definitions and its mode, after the commands that have been checked."""
 
     moves: dict[int, int] = field(default_factory=dict)
     """Opcode of the command that has defined each move, by number of the move."""
@@ -66,10 +63,7 @@ class Definitions:
 
 
 def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return all problems in the commands of a host, sorted by their position in the file.
-
-    Each line holds one command.
-    """
+    """Return all problems in a host's commands, one on each line, sorted by their position in the file."""
     found: set[Diagnostic] = set()
     for session in sessions:
         checker = _followed(commands, session)
@@ -79,10 +73,7 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
-    """Return all commands that the board accepts after the commands in `session`.
-
-    `session` need not contain commands other than the MODAL commands.
-    """
+    """Return the commands that the board accepts after those of this session."""
     defined = _followed(commands, session).defined
 
     def may_follow(accepted: Flag) -> bool:
@@ -108,7 +99,6 @@ class _Checker:
         """First byte of the command before, if that takes time."""
 
     def take(self, sent: Sequence[Sent]) -> None:
-        """Check one command of the host, and report its problems."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
             self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: ignored")
@@ -126,7 +116,6 @@ class _Checker:
             self._about(rules.DURING_MOVE, given, what)
 
     def _values(self, command: Opcode, sent: Sequence[Sent]) -> tuple[Any, ...] | None:
-        """Return the parameter values of a command.  If the values are wrong, report a problem and return None."""
         here = sent[1:]
         if len(sent) > LONGEST:
             self._say(rules.TOO_LONG, sent[LONGEST:], f"the command is too long: expected at most {LONGEST} bytes")
@@ -177,7 +166,6 @@ class _Checker:
             self._follow(given)
 
     def _value_rules(self, given: Given) -> None:
-        """Report invalid parameter values, e.g. a velocity above the maximum of the selected velocity range."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
@@ -222,7 +210,6 @@ class _Checker:
                 self._perform(given)
 
     def _perform(self, given: Given) -> None:
-        """Check a command of a program.  Store the moves and settings that the command defines."""
         opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
             defined.moves[values[0]] = opcode
@@ -355,10 +342,6 @@ class _Checker:
     def _about(
         self, rule: Rule, given: Given, message: str, sent: Sequence[Sent] | None = None, fix: Fix | None = None
     ) -> None:
-        """Report a problem in the given bytes of a command.
-
-        If `sent` is None, all bytes of the command are marked.  The diagnostic names the manual's chapter.
-        """
         self._say(rule, given.sent if sent is None else sent, message, given.command.chapter, fix)
 
     def _say(
@@ -368,10 +351,6 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return None if a command is valid in the present mode, otherwise the violated rule and an explanation.
-
-    Commands within the definition of a sequence are not checked here.
-    """
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "is valid in a sequence only"
     if not streaming and Accept.INDEXER not in accepted:

@@ -41,11 +41,7 @@ class Words:
     model: str = "1811"
 
     def read(self, text: str) -> bytes:
-        """Convert the text of a command to bytes.  Raise ProgramError if the text is wrong.
-
-        The text contains the bytes in hex, or the name of the command and its values.  The error contains the column,
-        counted from 1.
-        """
+        """Return the bytes of a command in hex or by its name.  Raise ProgramError with the column, counted from 1."""
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
@@ -66,10 +62,7 @@ class Words:
         return found
 
     def message(self, text: str) -> bytes:
-        """Convert a hex text such as `83 00 01` to a message of 16 bytes.  Missing bytes at the end are set to 0.
-
-        The result is empty if the text contains no bytes.
-        """
+        """Return the bytes of a message in hex, padded with zeros to the length of a message."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         data = bytes(placed.byte for placed in _hex(words))
         if len(data) > language.LONGEST:
@@ -240,12 +233,9 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if the board has answered command 85h (velocity request) in a streaming mode.
+    """True if an answer to 85h is a streamed velocity, because it is not a valid velocity of indexer mode.
 
-    In a streaming mode, the answer contains the velocity in two bytes.  In indexer mode, the answer contains ranges and
-    a velocity number instead.
-
-    A streamed velocity with the lower byte 0 can equal the answer for velocity 0 in indexer mode.
+    A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """
     return _RANGES.decode(data) is None or data[1] != 0
 

@@ -5,11 +5,7 @@ from enum import IntEnum
 
 
 class Happening(IntEnum):
-    """Kinds of events, e.g. the start of a move.  The host can request a message for each kind of event.
-
-    The value of a member is the opcode that requests a message for the next event of this kind.  The value + 1 requests
-    a message for every event of this kind.
-    """
+    """Events for which a host can request messages; value: opcode for the next event, value + 1: for every one."""
 
     START = 0xA0
     CONSTANT = 0xA2
@@ -24,7 +20,7 @@ OF_A_MOVE = (Happening.START, Happening.CONSTANT)
 
 
 class Events:
-    """Sends a message to the host when an event occurs, if the host has requested messages for this event."""
+    """Sends the messages that the host has requested for events."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send
@@ -37,10 +33,9 @@ class Events:
         """
 
     def happened(self, what: Happening, begun: int) -> None:
-        """Report the event `what` to the host, if the host has requested messages for this event.
+        """Send the requested messages for an event of move number `begun`.
 
-        `begun`: number of the move in which the event occurs.  The start and the constant velocity of a move that began
-        before the request cause no message.
+        The start and the constant velocity of a move that began before the request cause no message.
         """
         if what in ALARMS:
             self.on_fault(ALARMS[what])

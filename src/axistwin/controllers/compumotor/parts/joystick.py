@@ -8,10 +8,7 @@ from axistwin.sim.pins import Pin
 
 
 class Joystick:
-    """The connector for an 852 joystick.  While the joystick is enabled, the joystick's pulses drive the motor.
-
-    The board counts these pulses.
-    """
+    """The connector for an 852 joystick, whose pulses drive the motor and are counted while it is enabled."""
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator) -> None:
         self._pins, self._pulses = pins, pulses
@@ -68,12 +65,7 @@ class Joystick:
 
 
 class Shutdown:
-    """The board's shutdown state, in which the board performs no moves.
-
-    The name of the state is remote power shutdown.  The joystick or command 13h enables the shutdown input.  While the
-    input is enabled, the input begins and ends the shutdown.  While the input is disabled, command 12h begins and ends
-    the shutdown.
-    """
+    """Remote power shutdown, by the shutdown input if the joystick or 13h enables the input, else by command 12h."""
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:
         self._pins, self._pulses, self._joystick = pins, pulses, joystick
@@ -81,11 +73,7 @@ class Shutdown:
         self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
-        """Update the level of the board's output pin `shutdown`.
-
-        While the shutdown input is enabled, the input determines the level.  Otherwise, the last command 12h determines
-        the level.  A shutdown never begins while the motor is moving.
-        """
+        """Update the shutdown output; a moving motor is not shut down."""
         by_input = self._joystick.enabled or self.input_enabled
         wanted = not self._pins["shutdown_in"].level if by_input else self.commanded
         if not (wanted and (self._pulses.moving or self._joystick.moving)):

@@ -35,10 +35,7 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Step rate of a move at its programmed velocity, in pulses/s.
-
-        None if the velocity exceeds the maximum of the move's velocity range.
-        """
+        """Velocity in pulses/s; None if it is beyond the velocity range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property
@@ -54,11 +51,7 @@ class Move:
         return Speed(self.rate, per_second, VELOCITY_RANGES[self.ranges[0]], Fraction(start_stop))
 
     def definition(self, number: int) -> bytes:
-        """Return the data bytes that report the definition of a move to the host (command 91h).
-
-        The bytes are the type of the move, its number, its velocity and acceleration ranges, velocity, acceleration,
-        and target.
-        """
+        """Return the bytes that define the move: type, number, ranges, velocity, acceleration, target."""
         continuous = self.kind is Kind.CONTINUOUS
         target = bytes([self.target, 0, 0, 0]) if continuous else self.target.to_bytes(4, "big", signed=True)
         numbers = self.velocity.to_bytes(4, "big") + self.acceleration.to_bytes(4, "big")
@@ -70,10 +63,7 @@ NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
 
 
 class Library:
-    """Stores the moves that the host has defined in advance (pre-defined moves).
-
-    When the processor has no other work, it calculates ("crunches") these moves one by one.
-    """
+    """The pre-defined moves.  The processor calculates ("crunches") them one by one while it is idle."""
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
@@ -99,14 +89,11 @@ class Library:
 
     @property
     def crunched(self) -> bool:
-        """True if the board has finished the calculation ("crunching") of all moves that the host has defined."""
+        """True if all moves have been calculated."""
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:
-        """Return the time that the board still needs to calculate a move, in ns.
-
-        The board calculates a pre-defined move only once, so the next call for this move returns 0.
-        """
+        """Return the calculation time before this move can begin, and count the move as calculated."""
         ready_ns = self._ready_ns.get(number)
         if ready_ns is None:
             return self.calculation_ns
@@ -134,11 +121,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class HomeDefinition:
-    """Parameters of command 38h, which defines how the motor finds the home position.
-
-    `active_high`: active level of the home input; `edge`: side of the active region; `percent`: velocity of the final
-    approach in percent of the default velocity; `final`: direction of the final approach.
-    """
+    """The definition of HOME (38h).  `edge`: side of the active region; `final`: direction of the final approach."""
 
     active_high: bool
     edge: int
@@ -146,10 +129,7 @@ class HomeDefinition:
     final: int
 
     def rate(self, move: Move, velocities: VelocityRange) -> Fraction:
-        """Return the velocity of the final approach to HOME in pulses/s.
-
-        The velocity is a multiple of the range's resolution, and never 0.
-        """
+        """Return the velocity of the final approach in pulses/s: a multiple of the resolution, never 0."""
         unit = velocities.resolution
         wish = move.velocity * velocities.unit * self.percent / 100
         return max(unit, (2 * wish + unit) // (2 * unit) * unit)

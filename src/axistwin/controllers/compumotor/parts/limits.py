@@ -9,10 +9,7 @@ from axistwin.sim.pins import Pin
 
 
 class Limits:
-    """The CW limit input and the CCW limit input.  An input is active while its level is high.
-
-    The number of the CW limit is +1, and the number of the CCW limit is -1.
-    """
+    """The two limit inputs, active high: +1 is the CW limit, -1 the CCW limit."""
 
     def __init__(self, clock: Clock, pulses: PulseGenerator, cw: Pin, ccw: Pin, filter_ns: int) -> None:
         self.clock, self._pulses, self._filter_ns = clock, pulses, filter_ns

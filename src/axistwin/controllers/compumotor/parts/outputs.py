@@ -13,11 +13,7 @@ class Outputs:
     """The five output bits: the user status bits (0 to 2) and the programmable outputs (bits 3 and 4)."""
 
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
-        """Connect the output bits to the pins and to the status byte.
-
-        `states` contains one function for each state code of command 0Fh.
-        A function returns True if its state is active.
-        """
+        """`states`: for each state code of 0Fh, a function that returns True if the state is active."""
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
@@ -39,10 +35,7 @@ class Outputs:
             self._handshake.user_bits = self._handshake.user_bits & ~(1 << bit) | level << bit
 
     def track(self, bit: int, state: int, active_high: bool) -> None:
-        """Configure an output bit to indicate a state of the board, e.g. that the motor is moving.
-
-        `state`: code of the state, as in command 0Fh.  The code 00 removes the assignment.
-        """
+        """Let a bit show the state with this code; after code 00, the bit shows no state."""
         if state == NOTHING:
             self._tracked.pop(bit, None)
         elif state in self._states:
@@ -51,20 +44,14 @@ class Outputs:
 
     @property
     def in_use(self) -> bool:
-        """True if at least one output bit shows a state of the board, e.g. whether the motor is moving.
-
-        Command 0Fh assigns a state to an output bit.
-        """
+        """True if at least one output bit shows a state of the board (command 0Fh)."""
         return bool(self._tracked)
 
     def shows(self, state: int) -> bool:
-        """True if any output bit indicates the given state of the board, e.g. that the motor is moving.
-
-        Command 0Fh assigns a state to an output bit.
-        """
+        """True if any output bit shows this state of the board (command 0Fh)."""
         return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
-        """Update all output bits that indicate states of the board, e.g. that the motor is moving."""
+        """Update the bits that show a state."""
         for bit, (state, active_high) in self._tracked.items():
             self.write(bit, self._states[state]() is active_high)

@@ -10,11 +10,7 @@ from axistwin.sim.clock import Clock, Interrupt, Procedure, Process, interrupt, 
 
 
 class Owner:
-    """Source of commands: the host or a sequence.
-
-    Commands that take time, e.g. moves, have the attribute SINGULAR.  Each source can have only one SINGULAR command in
-    progress.
-    """
+    """The host or the sequence, as the source of a SINGULAR command."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -34,10 +30,7 @@ class Owner:
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
-        """Abort the command in progress, e.g. a move.
-
-        The command in progress has the attribute SINGULAR.
-        """
+        """Discontinue the SINGULAR command."""
         if self.singular is not None:
             interrupt(self.singular)
 

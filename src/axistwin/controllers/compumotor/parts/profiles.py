@@ -18,10 +18,7 @@ UPDATE = Fraction(1, 500)
 
 @dataclass(frozen=True)
 class Speed:
-    """Step rate, acceleration, velocity range and start/stop velocity of a move.
-
-    Rates are in pulses/s, the acceleration in pulses/s².  Command D6h defines the start/stop velocity.
-    """
+    """Step rate in pulses/s, acceleration in pulses/s², their velocity range, and the start/stop velocity (D6h)."""
 
     rate: Fraction
     acceleration: Fraction
@@ -30,10 +27,7 @@ class Speed:
 
     @property
     def base(self) -> Fraction:
-        """Start/stop velocity, rounded to the resolution of the velocity range.
-
-        Acceleration from rest begins at this velocity, and deceleration to rest ends at this velocity.
-        """
+        """The velocity at which ramps begin and end: a multiple of the range's resolution."""
         unit = self.range.resolution
         return (2 * self.start_stop + unit) // (2 * unit) * unit
 
@@ -44,10 +38,7 @@ def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tu
 
 @lru_cache(maxsize=64)
 def _way_up(speed: Speed) -> QuantisedRamp:
-    """Return the acceleration ramp from rest to the velocity of the move.
-
-    The ramp is empty if this velocity does not exceed the start/stop velocity.
-    """
+    """Return the acceleration from zero velocity to the rate; empty at or below the start/stop velocity."""
     base = speed.base
     if speed.rate <= base:
         return QuantisedRamp((), speed.rate, UPDATE)
@@ -75,10 +66,7 @@ def continuous(speed: Speed) -> VelocityProfile:
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the profile of a velocity change: a ramp to the new velocity, then endless motion at this velocity.
-
-    The ramp leads from the velocity `rate` to the velocity of `speed`.  `before`: the velocity range of `rate`.
-    """
+    """Return the ramp from `rate`, in velocity range `before`, to a rate above zero, then endless motion."""
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
     ramp: tuple[Segment, ...] = ()

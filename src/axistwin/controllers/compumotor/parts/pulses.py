@@ -33,10 +33,10 @@ MOST_SEGMENTS = 16
 
 @dataclass(frozen=True)
 class VelocityProfile:
-    """A velocity profile: the phases of a motion, e.g. acceleration, constant velocity and deceleration.
+    """A velocity profile, with its segments grouped by phase.
 
-    Each phase consists of segments.  `clock`: the highest pulse rate of the range, which sets the width of the STEP
-    pulse.  `of_move`: True for the profile of a move, whose constant velocity causes a message.
+    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: True for the
+    profile of a move, whose constant velocity causes a message.
     """
 
     phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
@@ -45,10 +45,7 @@ class VelocityProfile:
 
     @property
     def segments(self) -> Iterable[Segment]:
-        """All segments of this velocity profile, in chronological order.
-
-        Each phase, e.g. acceleration, consists of segments of constant pulse rate.
-        """
+        """The segments of all phases, in order of time."""
         return (segment for _, segments in self.phases for segment in segments)
 
     @cached_property
@@ -58,10 +55,7 @@ class VelocityProfile:
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """Start time of each phase in ns, counted from the start of the profile.
-
-        Phases of duration 0 are left out.
-        """
+        """Start time of each phase in ns, counted from the start of the profile.  Phases of duration 0 are left out."""
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -110,10 +104,7 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Motor position in pulses, counted from the last reset or power-up of the board.
-
-        Each pulse counts with the sign that its direction had at that time.
-        """
+        """Net number of pulses since the reset; each counts with the sign that its direction had at that time."""
         unmade = self.axis.unmade - self._unmade_at_reset
         return self._issued - (unmade if self.cw_is_plus else -unmade)
 
@@ -123,10 +114,7 @@ class PulseGenerator:
 
     @property
     def excursion(self) -> int:
-        """Number of pulses since the motor last started from zero velocity.
-
-        Pulses in the - direction are negative.
-        """
+        """Net pulses since the motor last left zero velocity."""
         return self.position - self._excursion_origin
 
     @property
@@ -135,10 +123,7 @@ class PulseGenerator:
         return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
-        """Return the time in ns that the present profile needs for the next `pulses` pulses.
-
-        `pulses`: at least 1.
-        """
+        """Return the time in ns that the present profile needs for the next `pulses` pulses.  `pulses`: at least 1."""
         count = self._output.pulses_by(self._elapsed_ns) + pulses
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
@@ -149,10 +134,7 @@ class PulseGenerator:
 
     @property
     def step_level(self) -> bool:
-        """Level of the STEP output, which is high for a short time at each pulse.
-
-        The pulse width is half a period of the maximum pulse rate.
-        """
+        """Level of STEP: high for half a period of the range's highest frequency after each pulse."""
         width_ns = int(S / (2 * self.velocity_profile.clock))
         return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
 
@@ -167,10 +149,7 @@ class PulseGenerator:
         return self._changed
 
     def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start a velocity profile.  The motor must be at rest.
-
-        `further`: True if the previous excursion continues.
-        """
+        """Start a velocity profile at rest; `further`: the previous excursion continues."""
         if not further:
             self._excursion_origin = self.position
         self.face(sign)
@@ -178,10 +157,7 @@ class PulseGenerator:
         self._follow(profile)
 
     def change(self, profile: VelocityProfile) -> None:
-        """Change to another velocity profile in the same direction.
-
-        The method has no effect if the last pulse has been output.
-        """
+        """Change to another profile in the same direction; ignored after the last pulse."""
         if self._output.over(self._elapsed_ns):
             return
         self._output = self._output.cut(self._elapsed_ns, profile.segments)
@@ -189,11 +165,11 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Start a velocity profile.  The profile replaces any motion in progress.
+        """Replace any motion by a velocity profile, without a ramp; in the same direction, the fraction of a pulse is
+        kept.
 
-        The velocity and the direction change without a ramp.  If the direction stays the same, the fraction of a pulse
-        is kept.  `sign`: direction, +1 or -1.
-        `further`: True if the previous excursion continues after a change of direction or zero velocity.
+        `sign`: direction, +1 or -1.  `further`: the previous excursion continues after a change of direction or zero
+        velocity.
         """
         if sign != self.sign:
             self.kill()
@@ -207,20 +183,13 @@ class PulseGenerator:
 
     @property
     def room(self) -> int:
-        """Maximum number of velocity segments that the method `append` accepts now.
-
-        Each segment outputs one velocity.  If the maximum is 0, velocities must be output one by one.
-        """
+        """Return how many segments `append` accepts now; 0: velocities must be output one by one."""
         if not (self.moving and self.axis.free):
             return 0
         return MOST_SEGMENTS - len(self._output.segments) or MOST_SEGMENTS
 
     def append(self, segments: Sequence[Segment]) -> None:
-        """Continue the present motion at new velocities, in the same direction.
-
-        `segments`: the velocities, in the order of their output.  The motor keeps the velocity of the last segment
-        until another profile begins.
-        """
+        """Continue at new velocities in the same direction; that of the last of the `segments` is kept."""
         added = (*segments[:-1], Segment(segments[-1].rate, None))
         if len(self._output.segments) < MOST_SEGMENTS:
             self._output = self._output.cut(self._elapsed_ns, added)
@@ -243,37 +212,25 @@ class PulseGenerator:
             self._enter(Phase.REST)
 
     def face(self, sign: int) -> None:
-        """Set the direction of the next pulses, and the level of the DIRECTION output.
-
-        The level is high for CW.
-        """
+        """Set the direction of the next pulses, and the level of the DIRECTION output.  The level is high for CW."""
         self._origin, self._output = self._issued, AT_REST
         self.sign = sign
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """Output one motor pulse during a motion that the joystick controls.
-
-        The step rate is calculated from the time since the previous pulse.
-        """
+        """Output one pulse of a motion by joystick; its rate follows from the time since the previous pulse."""
         self._origin = self._issued
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
         self._pulse_ns = self.clock.now
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Reset the pulse count of a motion to 0 when the joystick starts the motor from zero velocity.
-
-        The pulse count is the property `excursion`.
-        """
+        """Begin a new excursion under joystick control."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 
     def _continue(self, segments: Iterable[Segment]) -> None:
-        """Replace the present profile by a new profile that consists of the given segments.
-
-        The fraction of the present pulse is kept, so the pulses continue without a gap.
-        """
+        """Replace the present profile; the fraction of the present pulse is kept, so pulses continue without a gap."""
         pulses, fraction = self._output.phase_at(self._elapsed_ns)
         self._origin += self.sign * pulses
         self._begin(Profile(segments, fraction, self.rate))
@@ -309,11 +266,7 @@ class PulseGenerator:
 
 @lru_cache(maxsize=64)
 def one_pulse(since_ns: int | None) -> Profile:
-    """Return a profile that outputs a single pulse.
-
-    The pulse is in the next nanosecond.  The time since the previous pulse, `since_ns`, gives the step rate.  The
-    profile ends before a second pulse.
-    """
+    """Return a profile of one pulse in the next nanosecond; `since_ns` after the previous one gives its rate."""
     if not since_ns:
         return Profile((Segment(Fraction(S), Fraction(1, S)),))
     rate = Fraction(S, since_ns)

@@ -20,10 +20,7 @@ FULL = 65_536
 
 @dataclass(frozen=True)
 class VelocityRange:
-    """A velocity range of the board, with its lowest velocity and its clock frequency.
-
-    `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz.
-    """
+    """A velocity range.  `unit`: pulses/s for velocity number 1; `clock`: the effective clock in Hz."""
 
     unit: Fraction
     clock: Fraction
@@ -39,28 +36,18 @@ class VelocityRange:
         return self.clock / 2
 
     def rate(self, number: int) -> Fraction | None:
-        """Convert the velocity number in a command to a step rate in pulses/s.
-
-        The step rate is the number times the unit of the velocity range, rounded to a multiple of `resolution`.  Return
-        None if the number is too high.
-        """
+        """Return the pulse rate of a velocity number, rounded to the resolution; None beyond the range."""
         if number > self.highest:
             return None
         return ((2 * number * self.unit + self.resolution) // (2 * self.resolution)) * self.resolution
 
     @cached_property
     def highest(self) -> int:
-        """Highest velocity that a command may contain, in units of this velocity range.
-
-        This is the maximum step rate of the range, rounded: 1,092,267 for 1,092,266.67.
-        """
+        """Highest velocity number, which is the maximum rounded: 1,092,267 for 1,092,266.67."""
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:
-        """Divide a step rate by the unit of this velocity range, e.g. 0.1 pulses/s, and round to an integer.
-
-        The integer is a velocity number, as in a command.
-        """
+        """Return the velocity number nearest to a rate in pulses/s."""
         return round(rate / self.unit)
 
 
@@ -77,9 +64,6 @@ ACCELERATION_RANGES = (Fraction(1), Fraction(1, 10), Fraction(1, 100))
 
 
 def acceleration(ranges: tuple[int, int], number: int) -> Fraction:
-    """Convert the acceleration number in a command to an acceleration in pulses/s².
-
-    `ranges`: the velocity range and the acceleration range, which give the unit of the number.
-    """
+    """Return the acceleration in pulses/s² for an acceleration number."""
     velocity, per_second = ranges
     return number * VELOCITY_RANGES[velocity].unit * ACCELERATION_RANGES[per_second]

@@ -31,15 +31,11 @@ class Sequences:
         return self.buffers.get(number)
 
     def __iter__(self) -> Iterator[int]:
-        """Iterate over the numbers of the defined sequences, in ascending order."""
         return iter(sorted(self.buffers))
 
     @property
     def free(self) -> int:
-        """Number of free bytes in the memory for sequences.
-
-        Each stored command takes the length of its command string.
-        """
+        """Number of free bytes in the memory for sequences; each command takes the length of its string."""
         return self.memory - sum(len(stored.string) for buffer in self.buffers.values() for stored in buffer)
 
     def store(self, stored: Stored) -> None:
@@ -63,10 +59,7 @@ SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 @dataclass
 class Loop:
-    """A loop over the commands `first` to `last` of a sequence.
-
-    `left`: number of remaining passes, or None for a loop that only CONTINUE ends.
-    """
+    """A loop over commands `first` to `last`, repeated `left` more times; `left` None: until CONTINUE."""
 
     first: int
     last: int
@@ -117,10 +110,7 @@ class Sequencer:
             self.waiting.succeed()
 
     def advance(self, length: int) -> None:
-        """Go to the next command of the sequence, or back to the first command of the present loop.
-
-        `length`: number of commands in the sequence.
-        """
+        """Go to the next of the sequence's `length` commands, or back to the first one of the present loop."""
         loop = self.loop
         if loop is None or self.at < min(loop.last, length - 1):
             self.at += 1

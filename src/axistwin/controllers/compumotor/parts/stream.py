@@ -24,10 +24,7 @@ Entry = tuple[int, ...]
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A streaming mode and its parameters.
-
-    `alarm`: a number of bytes; `period_ms`: 0 in a mode without update rate.
-    """
+    """A streaming mode.  `alarm`: a number of bytes; `period_ms`: 0 in a mode without update rate."""
 
     mode: int
     base: int
@@ -42,34 +39,21 @@ class Setting:
 
     @cached_property
     def maximum(self) -> Fraction:
-        """Upper limit of the streamed velocity in pulses/s.
-
-        The highest velocity number gives a velocity below this limit.
-        """
+        """Upper limit of the streamed velocity in pulses/s, just above that of the highest number."""
         return self.clock / 2
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Smallest difference between two streamed velocities, in pulses/s.
-
-        A streamed velocity number n means n times this step rate.
-        """
+        """Rate of velocity number 1, in pulses/s."""
         return self.clock / FULL
 
     @cached_property
     def period(self) -> Fraction:
-        """Update period of the velocity stream, in seconds.
-
-        The board outputs one velocity or distance in each period.  In velocity-distance mode, which has no update
-        period, the value is 0.
-        """
+        """Update period in seconds, in which one velocity or distance is output; 0 in velocity-distance mode."""
         return Fraction(self.period_ms, 1000)
 
     def rate(self, number: int) -> Fraction:
-        """Convert a velocity from the controller's units to pulses/s.
-
-        `number`: the velocity in units of `resolution`.
-        """
+        """Convert a velocity `number`, in units of `resolution`, to pulses/s."""
         return Fraction(self.resolution.numerator * number, self.resolution.denominator)
 
     @property
@@ -81,10 +65,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Marker:
-    """A command that the board executes when a given number, e.g. 7FF0h, occurs in the velocity stream.
-
-    The host assigns the command and its parameter values to the number by command EEh.
-    """
+    """The command that is executed when a marker's value occurs in the stream."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -122,10 +103,7 @@ class Stream:
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
-        """Set the operating mode of the board: a streaming mode or indexer mode.
-
-        `setting`: the streaming mode with its parameters, or None for indexer mode.  The streaming buffer is emptied.
-        """
+        """Enter a streaming mode, or None for indexer mode, with an empty buffer."""
         self.setting = setting
         self.clear()
 
@@ -159,32 +137,20 @@ class Stream:
         return entry
 
     def without_alarm(self, most: int) -> list[Entry]:
-        """Return the first entries of the streaming buffer as a list.  The removal of these entries does not cause
-        the alarm "buffer empty".
-
-        The list contains at most `most` entries.  The entries stay in the buffer until the caller removes them.  The
-        board sends the alarm when the buffer is almost empty.  Each entry is one word.
-        """
+        """Return at most `most` words of the buffer whose removal, by the caller, causes no alarm "buffer empty"."""
         assert self.setting is not None
         if self._alarm_on:
             most = min(most, (self._used - self.setting.alarm - 1) // WORD)
         return list(islice(self._entries, max(0, most)))
 
     def drop(self, count: int) -> None:
-        """Remove the first `count` entries of the streaming buffer.
-
-        Each of these entries is one word.
-        """
+        """Remove the first `count` entries of the streaming buffer.  Each of these entries is one word."""
         self._used -= WORD * count
         for _ in range(count):
             self._entries.popleft()
 
     def alarm(self, left: int) -> None:
-        """Warn the host if the streaming buffer is almost empty.
-
-        `left`: number of bytes in the buffer.  The alarm "buffer empty" is sent when `left` falls to the threshold of
-        the alarm.
-        """
+        """Send the buffer empty alarm once, if the alarm is on and `left` bytes are within its threshold."""
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:
             self._alarm_on = False
@@ -196,10 +162,7 @@ class Stream:
         self._refresh()
 
     def finish(self) -> None:
-        """Record that the output of the streaming buffer has ended.
-
-        The process that outputs the contents of the buffer calls this method.
-        """
+        """Record the end of the stream; called by the process that performs the buffer."""
         self.process = None
         self._refresh()
 
@@ -212,11 +175,7 @@ class Stream:
             self._refresh()
 
     def abandon(self) -> None:
-        """Abort the output of the data in the streaming buffer.
-
-        Also stop a command that a marker has started.  A marker is a special value in the buffer that starts a command.
-        Called at power-off and before the test function.
-        """
+        """End the stream and the command of a marker, at power-off or for the test function."""
         for process in (self.process, self.marker_process):
             if process is not None and process is not self._clock.active_process:
                 kill(process)

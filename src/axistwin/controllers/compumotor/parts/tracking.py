@@ -19,10 +19,7 @@ def wrapped(count: int) -> int:
 
 @dataclass(frozen=True)
 class Law:
-    """Formula for the velocity at which the motor corrects a position error (command B3h).
-
-    `maximum` is in units of the velocity range in the upper nibble of `ranges`.
-    """
+    """The correction law of B3h.  `maximum` is in units of the velocity range in the upper nibble of `ranges`."""
 
     algorithm: int
     gain: int
@@ -30,10 +27,7 @@ class Law:
     maximum: int
 
     def velocity_profile(self, error: int) -> VelocityProfile:
-        """Return the velocity profile that corrects the position error `error`.
-
-        The profile is endless motion.  The velocity is at least the resolution of the velocity range.
-        """
+        """Return endless motion that corrects `error`, at least at the resolution of the velocity range."""
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
         return _endless(self.ranges >> 4, min(wish, self.maximum))
@@ -41,11 +35,7 @@ class Law:
 
 @lru_cache(maxsize=64)
 def _endless(velocity_range: int, number: int) -> VelocityProfile:
-    """Return the profile of a motion at constant velocity that does not end.
-
-    `number`: velocity number in the range `velocity_range`.  For a velocity of 0, the profile has the lowest velocity
-    of the range.
-    """
+    """Return endless motion at velocity `number`; instead of 0, the lowest velocity of the range."""
     velocities = VELOCITY_RANGES[velocity_range]
     rate = velocities.rate(number) or velocities.resolution
     return VelocityProfile(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)
@@ -83,10 +73,7 @@ class Encoder:
         return counts * physical * self._sense, pulses, deviation
 
     def face(self, sense: int) -> None:
-        """Define the direction in which the encoder counts up.  The present count does not change.
-
-        `sense`: +1 for CW, -1 for CCW.
-        """
+        """Define the direction in which the encoder counts up, +1 for CW or -1 for CCW; the count stays."""
         before, self._sense = self.count, sense * self._wired
         self._origin += before - self.count
 
@@ -101,17 +88,10 @@ class Use(Enum):
 
 
 class Tracking:
-    """Parameters and state of position tracking.
-
-    All positions are in encoder pulses.  The position at reset is 0.
-    """
+    """Parameters and state of position tracking.  All positions are in encoder pulses.  The position at reset is 0."""
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
-        """Connect the position tracking to a board's pulse output and encoder.
-
-        `moves`: True if the board can perform closed-loop moves.
-        An encoder or the option `encoder_commands` makes closed-loop moves available.
-        """
+        """`moves`: True if closed-loop moves are available, by an encoder or by the option `encoder_commands`."""
         self._pulses, self.encoder, self.moves = pulses, encoder, moves
         # Parameters
         self.ratio: tuple[int, int] | None = None
@@ -143,10 +123,7 @@ class Tracking:
 
     @property
     def relative(self) -> int:
-        """Encoder pulses since the start of the present move.
-
-        If no move is in progress: encoder pulses from the start to the end of the last move.
-        """
+        """Encoder pulses since the start of the present move, or of the whole last move."""
         return wrapped((self.encoder.count if self.ended is None else self.ended) - self._began)
 
     @property
@@ -156,35 +133,23 @@ class Tracking:
 
     @property
     def in_deadband(self) -> bool:
-        """True if the position error is within the deadband.
-
-        False if command B5h has not defined a deadband.
-        """
+        """True if the error is within a defined deadband (B5h)."""
         return self.deadband is not None and abs(self.error) <= self.deadband
 
     def slipped(self, pulses: int, counts: int) -> int:
-        """Return the slip between motor and encoder, as a number of rotor teeth.
-
-        The backlash is subtracted from the difference.
-        """
+        """Return the slip between motor and encoder, less the backlash, in rotor teeth."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
         return self._teeth(abs(self._difference(pulses, counts)))
 
     def _difference(self, pulses: int, counts: int) -> int:
-        """Return the difference between motor position and encoder position as an integer.
-
-        The unit is a motor pulse divided by the encoder pulses of the ratio.
-        """
+        """Return motor position less encoder position, in motor pulses divided by the ratio's encoder pulses."""
         assert self.ratio is not None
         motor, encoder = self.ratio
         return pulses * encoder - counts * motor
 
     def _teeth(self, difference: int) -> int:
-        """Return the slip in rotor teeth for a given difference between motor position and encoder position.
-
-        The backlash is subtracted from the difference.
-        """
+        """Return the slip, less the backlash, in rotor teeth."""
         assert self.ratio is not None and self.resolution and self.teeth
         encoder = self.ratio[1]
         beyond = difference - (self.sigma or 0) * encoder
@@ -202,20 +167,13 @@ class Tracking:
 
     @property
     def since_reference(self) -> tuple[int, int]:
-        """Motor pulses and encoder counts since the start of the move.
-
-        Valid only while `watches` is True.
-        """
+        """Motor pulses and encoder counts since the start of the move.  Valid only while `watches` is True."""
         assert self.reference is not None
         pulses, counts = self.reference
         return self._pulses.position - pulses, self.encoder.count - counts
 
     def cannot_stall(self, within_ns: int) -> bool:
-        """True if the simulation need not check for stalls in the next `within_ns` nanoseconds.
-
-        In this time, the board can detect no stall.  The result is valid only while the motion and the machine do not
-        change.
-        """
+        """True if no stall can be detected within `within_ns`; valid while motion and machine do not change."""
         if not self.watches:
             return True
         per_pulses = self.encoder.per_pulses(self._pulses.physical)
@@ -239,10 +197,7 @@ class Tracking:
 
     @property
     def owns_motion(self) -> bool:
-        """True if the latest motion corrects a position error.
-
-        The latest motion is the present motion, or the last motion of a motor at rest.
-        """
+        """True if the present or most recent motion is a correction."""
         return self._pulses.velocity_profile is self.correction
 
     @property
@@ -256,18 +211,12 @@ class Tracking:
             self._pulses.kill()
 
     def leave_zero(self) -> None:
-        """Record the start of a move when the motor leaves zero velocity.
-
-        There is no effect if a move is already in progress.
-        """
+        """Record the start of a move, unless a move is in progress."""
         if self.ended is not None:
             self.ended, self._began = None, self.encoder.count
             self.reference = self._pulses.position, self._began
 
     def define(self, position: int) -> None:
-        """Set the actual position and the desired position to `position`, in encoder pulses.
-
-        The motor does not move.
-        """
+        """Set actual and desired position to `position` encoder pulses; the motor does not move."""
         self.desired = self.encoder.count
         self.zero = self.desired - position

@@ -12,13 +12,10 @@ LOW_BEFORE_NS = 2 * MS
 
 
 class Triggers:
-    """Trigger inputs 1 and 6, and the actions that the host has assigned to them."""
+    """The functions of triggers 1 and 6."""
 
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
-        """Observe the trigger inputs `pins`.
-
-        `response_ns`: time in ns for which an input must stay high before its action is performed.
-        """
+        """Observe the inputs `pins`.  `response_ns`: time in ns for which an input must stay high."""
         self.clock, self._response_ns = clock, response_ns
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}
         """Actions that the host has assigned to trigger inputs.
@@ -37,10 +34,7 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Remove the actions that the host has assigned to the trigger inputs.
-
-        The events that `edge` has returned can then no longer occur.
-        """
+        """Remove all functions and all waits for triggers."""
         self._functions.clear()
         self._edges.clear()
 
@@ -60,18 +54,11 @@ class Triggers:
         return None
 
     def drop(self, opcode: int) -> None:
-        """Cancel all actions that a given command has assigned to trigger inputs.
-
-        `opcode`: opcode of this command.
-        """
+        """Switch the functions of this opcode off."""
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:
-        """Return an event of the simulation that occurs at the next valid rising edge of a trigger input.
-
-        A rising edge is valid if the input was low for some time before the edge, and stays high for some time after
-        the edge.
-        """
+        """Return the event that happens at the trigger's next valid edge."""
         if trigger not in self._edges:
             self._edges[trigger] = self.clock.event()
         return self._edges[trigger]

@@ -14,10 +14,7 @@ _BAUD_RATE = "a baud rate of an IF2, e.g. 9600"
 
 @dataclass(frozen=True)
 class Retained:
-    """Data that an IF2 keeps in its battery-backed memory while the power is off.
-
-    Only a locked IF2 keeps the data.
-    """
+    """Data that an IF2 keeps in its battery-backed memory while the power is off.  Only a locked IF2 keeps the data."""
 
     locked: bool = False
     baudrate: int = 9600
@@ -28,20 +25,14 @@ class Retained:
     """Format of the lock command.  The unlock command must have this format; None means that any format is valid."""
 
     def save(self, store: Store) -> None:
-        """Save the retained data, e.g. the baud rate, in the battery-backed memory.
-
-        The data are stored as JSON text.
-        """
+        """Save the retained data, e.g. the baud rate, in the battery-backed memory, as JSON."""
         import json
 
         store.save(json.dumps(asdict(self), indent=1).encode())
 
     @classmethod
     def recall(cls, memory_file: Store) -> "Retained":
-        """Load the data in the battery-backed memory of an IF2.  Return default values if the memory is empty.
-
-        Raises UsageError if the file is damaged.
-        """
+        """Load the memory of an IF2; defaults if it is empty.  Raises UsageError if the file is damaged."""
         contents = memory_file.load()
         if contents is None:
             return cls()

@@ -10,10 +10,7 @@ from axistwin.sim.serial import LevelAt
 
 
 class BreakIn:
-    """Detects the character `(` while the interface is locked.  The host sends `(` to start a new initialisation.
-
-    The character is in the interface's own format, or in the default format at any baud rate.
-    """
+    """Detects a `(` in the interface's own format and, while locked, in the default format at any baud rate."""
 
     def __init__(self, state: State) -> None:
         self._state = state
@@ -24,31 +21,18 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Enable or disable the detection of the character `(`, which starts a new initialisation.
-
-        During the detection, the character is also recognised in the default data format `U61`, and receive errors set
-        no fault bits.
-        """
+        """Start or stop detecting other formats; during detection errors are not flagged."""
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
 
     @property
     def _possible(self) -> bool:
-        """True if the interface accepts the character `(` as the start of a new initialisation.
-
-        Conditions: the interface is locked, DSR is active, and no axis moves.
-        """
         state = self._state
         held = state.lines.dsr.level and not state.uart.sending
         return state.locked and held and state.stage is Stage.READY and not state.motion.running
 
     def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Check if a received character is `(`, which starts a new initialisation.
-
-        The character is decoded in the interface's default data format.  Return the default format if the character is
-        `(`.  Return None for any other character, or if the default format equals the present format.  `low_ns`:
-        duration of the low level at the beginning of the character.  This duration gives the baud rate.
-        """
+        """Return the default format at the measured baud rate, if a `(` in this format could have this shape."""
         self._offered = None
         rate = baud_rate(low_ns) if self._possible else None
         if rate is not None:
@@ -59,11 +43,7 @@ class BreakIn:
         return self._offered
 
     def _intercept(self, byte: int) -> bool:
-        """Return True if the receive buffer must ignore the latest character from the host.
-
-        The buffer must ignore a character that the UART has decoded with the default data format.  If the character is
-        `(`, the UART keeps the default format, and the buffer begins with `(`.
-        """
+        """True if a character was read in another format; a `(` sets the UART to that format."""
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == BAUD_DETECT:
             self._state.uart.format = self._detected = other
@@ -71,10 +51,7 @@ class BreakIn:
         return other is not None
 
     def begins_with(self, character: int) -> bool:
-        """True if the received character begins a new initialisation.
-
-        In this case, the UART is set to the format of the character.
-        """
+        """True if a character begins a new initialisation; the UART then has the character's format."""
         if character & 0x7F != BAUD_DETECT or not (self._detected or self._possible):
             return False
         self._state.uart.format = self._detected or uart_format(self._state.baudrate, Frame())

@@ -14,10 +14,7 @@ PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7
 
 @dataclass(frozen=True)
 class Frame:
-    """Data format that the host selects by a message, e.g. `U61`.
-
-    `U` or `V` selects the terminator, x1 (1 to 8) the frame, x2 (1 to 9) parity, echo, and X-on/X-off.
-    """
+    """A data format: terminator `U` or `V`, x1 (frame) 1 to 8, x2 (parity, echo, X-on/X-off) 1 to 9."""
 
     terminator: str = "U"
     x1: int = 6
@@ -50,17 +47,12 @@ class Frame:
 
     @cached_property
     def _texts(self) -> bytes:
-        """Table that converts each byte of an answer to the host's data format.
-
-        The data format determines if bit 8 of a byte is set, cleared or unchanged.
-        """
         return bytes(map(self.text, range(256)))
 
     def raw(self, byte: int) -> int:
-        """Return a byte with its highest bit (80h) cleared or unchanged, as the data format requires.
+        """Return a byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits bit 8 does not exist.
 
-        The bit is cleared in data formats with seven data bits, and in data formats whose highest bit is always 0.  In
-        all other data formats, the byte does not change, because the quick status needs all eight bits.
+        The quick status needs all eight bits, so the byte is unchanged if the format fixes bit 8 at 1.
         """
         return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
 
@@ -71,10 +63,9 @@ class Frame:
 
 @dataclass(frozen=True)
 class MessageFormat:
-    """Serial format of a received message: baud rate, number of data bits, and parity.
+    """Format in which a message was received: baud rate, data bits, parity, bit 8 of the command and its terminator.
 
-    `eighth`: highest bit (bit 8) of the command, and highest bit of the terminator.  A receiver with 8 data bits and no
-    parity reads the parity bit of a 7-bit sender as bit 8.
+    An 8-bit receiver without parity finds the parity bit of a 7-bit sender in bit 8.
     """
 
     baudrate: int
@@ -84,11 +75,7 @@ class MessageFormat:
 
 
 def read_format(text: str, terminator: int) -> Frame | None:
-    """Return the data format that a message from the host selects, e.g. the message `U61`.
-
-    Return None if the message is invalid, or if `terminator` does not suit the format.  `terminator`: the character
-    that has ended the message.
-    """
+    """Return the data format of a message; None if the format or the terminator is wrong."""
     match = FORMAT_MESSAGE.fullmatch(text)
     if match is None:
         return None

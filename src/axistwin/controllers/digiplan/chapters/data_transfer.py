@@ -52,10 +52,7 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Set whether the interface accepts characters with receive errors, e.g. parity errors.
-
-        `on`: True to accept these characters, which is necessary only until the data format is known.
-        """
+        """Start or stop accepting characters with errors, as needed before the data format is known."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
@@ -80,10 +77,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first message in the buffer for which the function `wanted` returns True.
-
-        The list is empty if there is no such message.
-        """
+        """Remove and return the first message whose text fulfils `wanted`, with its terminator; "" if there is none."""
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:
@@ -198,11 +192,7 @@ class Transmitter:
         return self._message is not None
 
     def send(self, data: bytes) -> Procedure | None:
-        """Send characters to the host.
-
-        If the characters cannot be sent at once, return a procedure that sends them, otherwise None.  Sending waits for
-        the lines, for the inter-character delay, or for the UART.
-        """
+        """Send characters; return a procedure if that must wait for lines, delay or UART, otherwise None."""
         if not self.busy and not self.delay and (self.uart.instant or len(data) == 1):
             self.lines.rts.set(True)
             if self._clear_to_send and not self.uart.queue:
@@ -248,7 +238,6 @@ class Transmitter:
             self._transmit(bytes([left.pop(0)]))
 
     def _until_clear(self) -> Procedure:
-        """Wait until the inputs DSR and CTS are both active.  Then the next character can be sent."""
         self._held_back += 1
         try:
             while not self._clear_to_send:

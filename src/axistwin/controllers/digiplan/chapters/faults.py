@@ -12,10 +12,7 @@ from axistwin.sim.pins import Pin
 
 
 class MotionFault(IntFlag):
-    """Fault bits of the motion status K.  All faults except COMMUNICATION inhibit motion.
-
-    The bits are 16 to 128 of K.
-    """
+    """Fault bits 16 to 128 of the motion status K.  All except COMMUNICATION inhibit motion."""
 
     NONE = 0
     DRIVE = 16
@@ -80,18 +77,14 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def raise_line(self, fault: LineFault) -> None:
-        """Store a communication fault.
-
-        A communication fault does not inhibit motion, and does not switch the fault lamp on.
-        """
+        """Store a communication fault, which neither inhibits motion nor lights the fault lamp."""
         self.line |= fault
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear fault bits after command K or Q has reported the motion status.
+        """Clear the fault bits whose causes no longer exist, after an answer to K or Q.
 
-        A bit is cleared if the cause of the fault no longer exists.  LIMIT is always cleared, so that the axis can
-        leave the switch.  While locked, EMERGENCY_STOP stays set.
+        LIMIT is always cleared, so that the axis can leave the switch.  While locked, EMERGENCY_STOP stays set.
         """
         self.motion &= ~MotionFault.LIMIT
         if all(self.pins[name].level for name in DRIVES):
@@ -105,10 +98,7 @@ class Faults:
         self._show(bool(self.motion) or not all(self.pins[name].level for name in CLOSED))
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
-        """True if a fault inhibits a move in the given directions.
-
-        A move towards an open limit switch raises the limit fault again.
-        """
+        """True if a fault inhibits a move; towards an open limit switch, the limit fault is raised again."""
         ahead = (name for name, sign in LIMITS.items() if sign in directions.values())
         if not self.motion and not all(self.pins[name].level for name in ahead):
             self.raise_motion(MotionFault.LIMIT)
@@ -142,10 +132,7 @@ class StopInputs:
             unsubscribe()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
-        """True if no fault inhibits motion in the given directions.
-
-        The limit switches are normally closed.  A move towards an open limit switch raises the limit fault.
-        """
+        """True unless a fault, or an open limit switch in one of these directions, inhibits the motion."""
         self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
         return not self._faults.blocked(directions)
 
@@ -160,10 +147,7 @@ class StopInputs:
             self.on_stop()
 
     def _limit_stops(self, name: str) -> bool:
-        """True if the limit switch `name` stops the present motion.
-
-        A motion away from the switch continues.
-        """
+        """True if the limit switch `name` stops the present motion.  A motion away from the switch continues."""
         ahead = LIMITS[name] in self._motion.directions.values()
         behind = self._limits == "any motion" and name not in self._leaving
         return self._motion.running and (ahead or behind)

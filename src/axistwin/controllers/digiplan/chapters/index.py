@@ -61,18 +61,13 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if a preset move (index) must go beyond its target and then return, to compensate for backlash.
-
-    Conditions: the command B requests the correction, and the move is against the backlash direction.
-    """
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 
 
 def cancel(state: State) -> None:
-    """Command `#`: decelerate all axes to rest, and end all work in progress.
+    """Command #: stop every axis with deceleration, end a sequence, a wait or a pulse; the rest of the index is lost.
 
-    The work is e.g. a sequence, a wait or an output pulse.  The rest of an index is lost.  Characters before `#` in the
-    message are dropped.  Chapter Index mode instructions.
+    Characters before # in the message are dropped.  Chapter Index mode instructions.
     """
     state.work.cancel()

@@ -25,10 +25,7 @@ REINITIALISE_NS = 5 * MS
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
-    """Return the baud rate at which the host has sent the character `(`, or None for an unknown baud rate.
-
-    `low_ns`: time in ns for which the first bits of the character hold the line low.
-    """
+    """Return the baud rate at which `(` holds the line low for this time."""
     low, per = low_ns.numerator, low_ns.denominator  # Calculate with integers, because Python's `Fraction` is slow.
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
@@ -36,10 +33,7 @@ def baud_rate(low_ns: Fraction) -> int | None:
 
 
 def detect_baud_rate(state: State) -> Procedure:
-    """Wait for the character `(`, measure its baud rate, and set the UART to this baud rate.
-
-    Other characters are dropped.
-    """
+    """Wait for `(`, and set the UART to its baud rate; other characters are dropped."""
     uart, detected = state.uart, state.clock.event()
     measured: UartFormat | None = None
 
@@ -91,11 +85,11 @@ def set_data_format(state: State) -> Procedure:
 
 
 def _data_format(state: State) -> Procedure:
-    """Wait for a valid data format message from the host, e.g. `U61 <CR>`.  Return the data format.
+    """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`, and return its Frame.
 
-    The message has the form `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`.  Characters with framing errors are accepted, so
-    that a host can use its own format from the beginning.  The answer to each `(` is `U <CR>`; `*` erases the memory
-    and gets the same answer.  A wrong message is dropped without an answer; the host must repeat the whole message.
+    Characters with framing errors are accepted, so that a host can use its own format from the beginning.  Each `(`
+    is answered `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
+    answer; the host must repeat the whole message.
     """
     reader = FormatReader()
     while True:
@@ -123,10 +117,7 @@ class FormatReader:
         """True if the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
-        """Process one character of a message that selects the data format, e.g. `U61`.
-
-        Return the selected data format if the character ends a valid message, otherwise None.
-        """
+        """Return the data format if this character ends a valid message."""
         self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):
@@ -140,10 +131,9 @@ class FormatReader:
 
 
 def only_at_initialisation(_: Step) -> str:
-    """Commands `(`, `*`, `U`, `V`: valid only during the initialisation of the interface.
+    """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
 
-    The commands detect the baud rate, erase the memory, and set the data format.  After initialisation these commands
-    are a data fault.  While the interface is locked, `(` begins the initialisation again if DSR is active and no axis
-    moves.  Chapters Initialisation, Breaking into a locked state.
+    After initialisation they are a data fault.  While the interface is locked, `(` begins the initialisation again if
+    DSR is active and nothing moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

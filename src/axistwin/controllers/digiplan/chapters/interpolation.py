@@ -15,11 +15,11 @@ ONLY_RANGE = 1
 
 
 def minor_axis(step: Step) -> str | None:
-    """Command `/`: the axes after `/` are the minor axes of an interpolated move, e.g. axis Y in `X/Y$`.
+    """Command /: the next axes, one or two, are minor axes.
 
-    One or two minor axes follow.  The minor axis runs its own distance at speed x minor / major.  The speed must be at
-    most 10,000 steps/s, the acceleration at least 5000 steps/s², the major distance at most 65,535 steps, the speed
-    range 1; otherwise the move is out of range. Chapter Linear interpolation mode.
+    The minor axis runs its own distance at speed x minor / major.  Speed up to 10,000 steps/s, acceleration from 5000
+    steps/s², major distance up to 65,535 steps, speed range 1; otherwise out of range.
+    Chapter Linear interpolation mode.
     """
     if step.interpolated:
         return "/ is repeated"
@@ -30,10 +30,7 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """Return a Problem if an interpolated move is out of range, otherwise None.
-
-    Interpolated moves have limits of speed, acceleration, distances and speed range.
-    """
+    """Return the problem of an interpolated move that breaks a constraint of the manual; otherwise None."""
     p = parameters
     if p.speed > MOST_SPEED:
         about, text = "speed", f"speed {p.speed} is above {MOST_SPEED} steps/s"
@@ -53,10 +50,7 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Return a Problem if a move violates a limit, e.g. the maximum speed; otherwise None.
-
-    A move must not be too fast.  An interpolated move must also keep the limits of interpolation.
-    """
+    """Return the problem of a move that is too fast or breaks a constraint of interpolation; otherwise None."""
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 

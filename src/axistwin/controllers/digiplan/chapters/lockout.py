@@ -13,10 +13,9 @@ def lock(state: State) -> None:
 
 
 def unlock(state: State) -> None:
-    """Command `]`: unlock the communication, so that the interface obeys all commands again.
+    """Command `]`: obey all commands again; valid only in the baud rate, bits and parity of the lock.
 
-    Valid only with the baud rate, number of bits and parity of the lock command.  Chapter Communication lockout
-    commands.
+    Chapter Communication lockout commands.
     """
     same = state.lock in (None, state.message_format)
     if state.locked and (same or state.options.unlock == "any format"):

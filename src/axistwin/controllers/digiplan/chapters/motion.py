@@ -43,11 +43,9 @@ class RampGenerator:
         *,
         further: bool = False,
     ) -> None:
-        """Start a motion of one or more axes.
+        """Start the axes; `further`: True if the steps belong to the previous motion.
 
-        `directions`: +1 or -1 for each of these axes.  `further`: True if the step count of the previous motion
-        continues.  `minor`: for each minor axis of an interpolation, the ratio of its step rate to the rate of the
-        profile.
+        `minor`: in an interpolation, the ratio of the rate of each minor axis to that of the profile.
         """
         self._steps_before = self.steps if further else 0
         self._ratios, self.interpolating = dict(minor or {}), minor is not None
@@ -89,18 +87,12 @@ class RampGenerator:
 
     @property
     def levels(self) -> Sequence[Fraction]:
-        """Step rates of the ramp, from the start/stop speed upwards.
-
-        The sequence is empty if the motion has no ramp.
-        """
+        """Step rates of the ramp, from the start/stop speed upwards; empty without a ramp."""
         return () if self.ramp is None else self.ramp.levels
 
     @property
     def steps(self) -> int:
-        """Number of clock pulses since the start of the last move (index or run).
-
-        All moving axes share the pulse clock.
-        """
+        """Pulses of the common clock since the last index or run began."""
         made = self._steps_before + self.profile.pulses_by(self._elapsed_ns)
         unmade = (abs(self.axes[axis].unmade - before) for axis, before in self._unmade_before.items())
         return max(made - max(unmade, default=0), 0)

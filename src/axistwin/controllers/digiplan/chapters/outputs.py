@@ -14,9 +14,8 @@ OUTPUTS = range(1, 6)
 class Outputs:
     """The five opto-isolated outputs.
 
-    All outputs are off without the 24 V supply.
-
-    `follow_led`: True if link 3 of the card is in position b; output 5 then follows the LED and cannot be programmed.
+    All outputs are off without the 24 V supply.  `follow_led`: True if link 3 of the card is in position b; output 5
+    then follows the LED and cannot be programmed.
     """
 
     def __init__(self, pins: Mapping[str, Pin], *, follow_led: bool) -> None:
@@ -29,10 +28,7 @@ class Outputs:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
-        """True if the program has switched this output on.
-
-        The result does not depend on the supply voltage of the outputs.  For the number 0, the result is False.
-        """
+        """True if the program has switched an output on, even without supply voltage; False for output 0."""
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
@@ -55,44 +51,29 @@ class Outputs:
 
 
 def wait_high(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command H: wait until all given inputs (1 to 3) are high.
-
-    Chapter Combining inputs and outputs.
-    """
+    """Command H: wait until all given inputs (1 to 3) are high.  Chapter Combining inputs and outputs."""
     step.high = inputs
 
 
 def wait_low(step: Step, inputs: tuple[int, ...]) -> None:
-    """Command L: wait until all given inputs (1 to 3) are low.
-
-    If the step also has a command H, the wait of command H is first.  Chapter Combining inputs and outputs.
-    """
+    """Command L with inputs 1 to 3: after H, wait until all of them are low.  Chapter Combining inputs and outputs."""
     step.low = inputs
 
 
 def set_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command S: turn outputs on, e.g. `S12` turns outputs 1 and 2 on.
-
-    A move in the same message or sequence step is performed first.  `outputs`: numbers of the outputs, 1 to 5.  Chapter
-    Output switching commands.
-    """
+    """Command S with outputs 1 to 5: turn them on, at the end of the move.  Chapter Output switching commands."""
     step.set = outputs
 
 
 def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
-    """Command R: turn outputs off, e.g. `R12` turns outputs 1 and 2 off.
-
-    A move in the same message or sequence step is performed first.  `outputs`: numbers of the outputs, 1 to 5.  Chapter
-    Output switching commands.
-    """
+    """Command R with outputs 1 to 5: turn them off, at the end of the move.  Chapter Output switching commands."""
     step.reset = outputs
 
 
 def pulse_output(step: Step, output: int, length: int | None) -> None:
-    """Command P: invert an output (1 to 5) for 10 to 990 ms.
+    """Command P with output 1 to 5, length 1 to 99 x 10 ms: invert the output for this time; output 0 is only a delay.
 
-    With output 0, the command is only a delay.  The number in the command is in units of 10 ms.  Later P commands
-    without a length use the same length.  Chapters Output switching commands, Adding time delays.
+    The length is kept.  Chapters Output switching commands, Adding time delays.
     """
     step.pulse = output
     if length is not None:
@@ -100,18 +81,13 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 
 
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
-    """Wait until the inputs have the levels that the commands H (high) and L (low) require.
-
-    First, all inputs in command H must be high at the same time.  Then, all inputs in command L must be low at the same
-    time.
-    """
+    """Wait until all inputs of H are high at the same time, then until all inputs of L are low."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
         while waiting := _missing(pins, inputs, wanted):
             yield pins[waiting[0]].changed()
 
 
 def _missing(pins: Mapping[str, Pin], inputs: Iterable[int], wanted: bool) -> list[str]:
-    """Return the names of the inputs whose level differs from `wanted`."""
     return [name for name in (f"input{number}" for number in inputs) if pins[name].level is not wanted]
 
 

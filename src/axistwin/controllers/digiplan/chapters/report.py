@@ -27,11 +27,10 @@ def _number(state: State, value: int) -> bytes:
 
 
 def motion_status(state: State) -> bytes:
-    """Command K: report the motion status as a decimal number.
+    """Command K: 1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating, 16 drive fault, 32 emergency stop,
+    64 limit, 128 communication fault, as a decimal number.
 
-    The number is the sum of the present states and faults: 1 in motion, 2 at programmed speed, 4 accelerating,
-    8 decelerating, 16 drive fault, 32 emergency stop, 64 limit, 128 communication fault.  K clears fault bits whose
-    cause no longer exists.  Chapter Motion status.
+    Clears fault bits whose cause is gone.  Chapter Motion status.
     """
     status = motion_bits(state)
     state.faults.motion_has_been_read(state.locked)
@@ -50,10 +49,9 @@ def quick_status(state: State) -> bytes:
 
 
 def communication_status(state: State) -> bytes:
-    """Command F: report the communication status as a decimal number.
+    """Command F: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.
 
-    The number is the sum of the present faults and states: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer
-    overflow, 16 out of range, 32 locked.  F clears all bits except 32.  Chapter Motion status.
+    Clears all bits except 32.  Chapter Motion status.
     """
     status = communication_bits(state)
     state.faults.line = LineFault.NONE
@@ -66,27 +64,17 @@ def communication_bits(state: State) -> int:
 
 
 def input_status(state: State) -> bytes:
-    """Command I: report the states of the inputs as a decimal number.
-
-    The bit of an input is 1 if no current flows in this input.  Chapter Input status.
-    """
+    """Command I: a bit for each input in which no current flows.  Chapter Input status."""
     return _number(state, state.faults.inputs())
 
 
 def sequence_status(state: State) -> bytes:
-    """Command O: report the number (1 to 63) of the most recently started sequence step.
-
-    The number is 0 if no sequence step has started since power-up.  Chapter Sequence status.
-    """
+    """Command O: the step started last, 1 to 63; 0 before the first since power-up.  Chapter Sequence status."""
     return _number(state, state.step_number)
 
 
 def busy_status(state: State) -> bytes:
-    """Command E: report the state of the interface as one character.
-
-    The first state that applies is reported: `[` locked, `F` fault, `E` busy, `C` ready for new commands.  Chapter Busy
-    status.
-    """
+    """Command E: `[` locked, `F` a fault, `E` busy, `C` clear for new commands.  Chapter Busy status."""
     return state.frame.answer(busy_letter(state).encode("ascii"))
 
 
@@ -100,12 +88,11 @@ def busy_letter(state: State) -> str:
 
 
 def position(state: State) -> bytes:
-    """Command N: report how many steps the motor has made since the latest start of a motion.
+    """Command N: steps since the last index or run began, modulo 2^32.
 
-    The motion is an index (preset move) or a run (continuous move).  The number is modulo 2^32.  During motion above
-    the start/stop speed the count rises in steps of 256.  Above that speed an interpolated run has a counter of 16
-    bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters Position report-back,
-    Position report-back in linear interpolation mode.
+    In motion above the start/stop speed the count rises by 256 at a time.  Above that speed an interpolated
+    run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters
+    Position report-back, Position report-back in linear interpolation mode.
     """
     return _number(state, steps(state))
 

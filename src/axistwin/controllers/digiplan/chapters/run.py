@@ -9,10 +9,7 @@ from axistwin.sim.clock import Procedure
 
 
 def go(step: Step) -> str | None:
-    """Command G: begin a run (continuous motion) of the selected axes, e.g. `XG$`.
-
-    The run sets the stored distance of preset moves to zero.
-    """
+    """Command G: run the named axes until stopped; the distance becomes zero."""
     if step.run:
         return "G is repeated"
     if not step.major:
@@ -30,10 +27,7 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin a run (continuous motion) of the axes that are selected in a message or sequence step.
-
-    In a sequence, the run continues during the next steps.  The distance of an index (preset move) is set to 0.
-    """
+    """Begin a run, which continues during the next steps of a sequence; set the index length to 0."""
     parameters = state.in_force
     table = ramp(parameters)
     minor = None

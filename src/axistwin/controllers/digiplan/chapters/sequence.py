@@ -15,10 +15,9 @@ CYCLE_NS = 1 * MS
 
 
 def repeat(step: Step, times: int, first: int) -> None:
-    """Command `=`: repeat steps of a sequence, e.g. `=3,1` goes back to step 1 three times.
+    """Command =, in a sequence only: go back to step `first` (1 to 63), `times` times (1 to 255; 0 for ever).
 
-    `times`: number of repeats (1 to 255), or 0 for ever.  `first`: number of the first repeated step.  Chapter
-    Repeating parts of a sequence.
+    Chapter Repeating parts of a sequence.
     """
     step.repeat = times, first
 
@@ -33,10 +32,7 @@ def hand_over(step: Step) -> None:
 
 
 def sequence(state: State, steps: Sequence[Step]) -> Procedure:
-    """Carry out the steps of a sequence.
-
-    An inner repeat starts again in each pass of the outer repeat.
-    """
+    """Carry out the steps of a sequence.  An inner repeat starts again in each pass of the outer repeat."""
     left: dict[int, int] = {}
     number, state.ended_by = 1, MotionFault.NONE
     try:
@@ -69,10 +65,7 @@ def _next(step: Step, number: int, left: dict[int, int]) -> int:
 
 
 def perform(state: State, step: Step) -> Procedure:
-    """Execute the commands of a sequence step.
-
-    A message that is not a sequence is executed as one step.  The order is that of the commands in the message format.
-    """
+    """Carry out one step, or one direct message, in the order of its format."""
     if step.high or step.low:
         state.waiting = step
         try:
@@ -111,16 +104,12 @@ def _move(state: State, step: Step) -> Procedure:
 
 
 def _moving(step: Step, parameters: Parameters) -> dict[str, int]:
-    """Return the directions of the axes that will make a step."""
     major = step.major if step.run or parameters.distance else {}
     return {**major, **(step.minor if parameters.minor_distance else {})}
 
 
 def _intervention(state: State) -> Procedure:
-    """Give control of the sequence to the host, until the host sends `%`.
-
-    During this time, carry out the steps that the host sends.
-    """
+    """Give control to the host until it sends `%`, and carry out the steps that it sends."""
     yield from state.transmit(state.frame.answer(b"%"))
     while (step := (yield state.work.give_control())) is not None:
         yield from perform(state, step)

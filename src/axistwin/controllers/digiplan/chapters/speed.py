@@ -26,28 +26,19 @@ RANGES = {
 
 
 def actual_speed(speed_range: int, speed: int) -> Fraction:
-    """Return the speed rounded to the resolution of the speed range, but never to 0.
-
-    In range 1, 503 becomes 500 steps/s.
-    """
+    """Return the speed rounded to the range's resolution, never to 0.  In range 1, 503 becomes 500 steps/s."""
     resolution = RANGES[speed_range].resolution
     return resolution * max(1, round(speed / resolution))
 
 
 def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
-    """Return the start/stop speed rounded down to a multiple of the ramp increment.
-
-    In range 4, 300 steps/s become 288.
-    """
+    """Return the start/stop speed as a multiple of the ramp's increment.  In range 4, 300 become 288 steps/s."""
     increment = RANGES[speed_range].increment
     return Fraction(increment * max(1, hundreds * 100 // increment))
 
 
 def ramp(parameters: Parameters) -> Ramp:
-    """Return the ramp table: step rates that rise by a constant increment.
-
-    Each step rate lasts `increment / acceleration` seconds.
-    """
+    """Return step rates that rise by a constant increment; each lasts `increment / acceleration` seconds."""
     return _ramp(parameters.speed_range, parameters.speed, parameters.start_stop, parameters.acceleration)
 
 
@@ -72,13 +63,11 @@ def too_fast(parameters: Parameters) -> Problem | None:
 
 
 def setting(name: str, step: Step, value: int) -> None:
-    """Commands `>`, `<`, `^`, `@` and `D`: set one parameter, e.g. the acceleration.
-
-    The parameter `name` keeps its value until the command is sent again.
+    """Commands > < ^ @ D: keep a parameter until it is overwritten.
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.
-    After `>`, `<` or `^`, the interface calculates a new ramp, which takes up to 1 second.
+    After > < ^ a new ramp is calculated, which takes up to 1 second.
     Chapters Speed to Acceleration rate, Inter-character delay.
     """
     step.settings[name] = value

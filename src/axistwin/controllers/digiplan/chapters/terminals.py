@@ -32,10 +32,7 @@ TERMINALS = {
 
 
 class Cable(NamedTuple):
-    """A serial cable, with the signals that drive the inputs DSR and CTS of the interface.
-
-    A source is `host`, the interface's own `dtr` or `rts`, or "" for no connection.
-    """
+    """A cable: the lines that drive DSR and CTS: `host`, the interface's own `dtr` or `rts`, or "" for none."""
 
     dsr: str
     cts: str

@@ -22,18 +22,12 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """Return a correction that adds the missing start command `$` at the end of a message.
-
-    The correction is not sure, because a message that only sets parameters is valid, too.
-    """
+    """Return a fix that adds `$`; it is not sure, because a message that only sets parameters is valid too."""
     return fixing("end the message with $", put_behind(text[-1], "$"), sure=False)
 
 
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
-    """Return a fix that removes the distance from a run command, e.g. `X100G` becomes `XG`.
-
-    A run (continuous motion) has no distance.
-    """
+    """Return a fix that removes the distance from a run, which has none: `X100G` becomes `XG`."""
     found = _DISTANCE.match(message.text, at)
     if found is None:
         return None

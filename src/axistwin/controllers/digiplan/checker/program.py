@@ -20,10 +20,7 @@ from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
-    """Return all problems in the messages from a host to an interface, sorted by their place in the file.
-
-    `battery`: True if the interface is an IF2, False if it is an IF1.
-    """
+    """Return all problems in a host's messages, in order of place; `battery`: the interface is an IF2."""
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
@@ -45,16 +42,12 @@ class _Checker:
         """The last message that gave a distance without `$`, if no move has been started since."""
 
     def end(self) -> None:
-        """Report a distance that the program sets but never uses.
-
-        The start command `$` is missing.  Called at the end of the program.
-        """
+        """Report a distance that the program sets but, without a `$`, never uses."""
         if self.not_started:
             note = "without $ this message starts no move, and no later message does"
             self._say(rules.NO_START, self.not_started[-1:], note, fix=fixes.start(self.not_started))
 
     def follow(self, session: Session) -> None:
-        """Check all characters that a host sends between power-on and power-off."""
         characters = [sent._replace(byte=sent.byte & 0x7F) for sent in session.characters]
         self._switch_on(session.initialised, characters)
         rest = iter(characters)
@@ -87,7 +80,6 @@ class _Checker:
         self.parameters, self.set_in, self.sequence, self.locked_in = Parameters(), {}, None, None
 
     def _initialise(self, rest: Iterator[Sent]) -> None:
-        """Check the host's first characters: `(`, and a data format message such as `U61 <CR>`."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
             self._say(rules.TOO_EARLY, [first], "characters before ( are ignored, because the baud rate is unknown")
@@ -200,10 +192,7 @@ class _Checker:
             self._keep(text, step)
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """Report a problem of a sequence at the step that causes the problem.
-
-        The message `:$` has no steps, so its report gives the number of the step.
-        """
+        """Report a problem of a sequence at its step; `:$` has no steps, so the report gives its number."""
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
@@ -217,11 +206,6 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report parameter values that are not valid together.
-
-        The message gives the line of each value that another message has set.  `known`: names of parameters whose lines
-        are not given.
-        """
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position
@@ -245,8 +229,4 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """True if a message from the host has no effect without the start command `$` at its end.
-
-    Such a message contains a run or an output command, or sets no parameter.
-    """
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings

@@ -11,10 +11,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 @dataclass(frozen=True)
 class Finding:
-    """A problem of a sequence, with the number of the step that has the problem.
-
-    The first step has number 1.
-    """
+    """A problem of a sequence, with the number of the step that has the problem.  The first step has number 1."""
 
     number: int
     problem: Problem
@@ -22,12 +19,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """State of the controller immediately before a step of the sequence.
-
-    The controller is an IF1 or IF2.  A repeated step can begin in different states.
-
-    `number`: number of the step; `running`: number of the step that has begun the present run, or 0 if no axis runs.
-    """
+    """A possible state at the start of a step: the parameters, and the step whose run continues (0: no run)."""
 
     number: int
     parameters: Parameters
@@ -35,10 +27,7 @@ class _Arrival:
 
 
 def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
-    """Follow all paths through a sequence, and yield the problems of its steps.
-
-    In a repeat, a value set in a later step applies to earlier steps.
-    """
+    """Follow all paths through a sequence; in a repeat, a later step's value applies to earlier steps."""
     yield from _never_reached(steps)
     todo, seen = [_Arrival(1, parameters, 0)], set[_Arrival]()
     while todo:

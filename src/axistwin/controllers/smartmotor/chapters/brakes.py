@@ -9,34 +9,22 @@ SIGNALS = {"C": PIN_C, "G": PIN_G}
 
 
 def servo(motor: Processor) -> None:
-    """BRKSRV: release the brake while the servo is on, and engage the brake while the servo is off.
-
-    The flag Bo is 0 while the servo is on.  BRKSRV is the default (manual, section 5.2).
-    """
+    """BRKSRV: the brake is released while the servo is on (Bo = 0).  The default.  Section 5.2."""
     motor.brake_control = Control.SERVO
 
 
 def trajectory_brake(motor: Processor) -> None:
-    """BRKTRJ: release the brake only while a trajectory is in progress (manual, section 5.2).
-
-    The flag Bt is 1 while a trajectory is in progress.  While Bt is 0, mode torque brake is active.
-    """
+    """BRKTRJ: the brake is released while a trajectory is in progress (Bt = 1); otherwise MTB is active.  5.2."""
     motor.brake_control = Control.TRAJECTORY
 
 
 def release(motor: Processor) -> None:
-    """BRKRLS: release the brake (manual, section 5.2).
-
-    A later OFF deactivates mode torque brake until the next command MTB.
-    """
+    """BRKRLS: release the brake.  A later OFF deactivates MTB until the next command MTB (5.2)."""
     motor.brake_control = Control.RELEASED
 
 
 def engage(motor: Processor) -> None:
-    """BRKENG: engage the static brake (manual, section 5.2).
-
-    The mode does not change: BRKENG does not activate mode torque brake (MTB), which shorts the windings.
-    """
+    """BRKENG: the brake is engaged.  BRKENG does not activate MTB.  5.2."""
     motor.brake_control = Control.ENGAGED
 
 
@@ -46,36 +34,23 @@ def internal(motor: Processor) -> None:
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: send the brake signal to pin C and to the internal brake pin (manual, section 5.1).
-
-    Pin C carries the signal only if UCO has made the pin an output.  BRKC ends BRKG.
-    """
+    """BRKC: send the brake signal also to pin C, if UCO has made it an output.  Ends BRKG. 5.1."""
     motor.i[s.BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: send the brake signal to pin G and to the internal brake pin (manual, section 5.1).
-
-    Pin G carries the signal only if UGO has made the pin an output.  BRKG ends BRKC.
-    """
+    """BRKG: send the brake signal also to pin G, if UGO has made it an output.  Ends BRKC. 5.1."""
     motor.i[s.BRAKE_PIN] = PIN_G
 
 
 def mode_torque_brake(motor: Processor) -> None:
-    """MTB: switch the motor off and short its windings (manual, section 5.2).
-
-    Until BRKRLS followed by OFF, the windings are shorted whenever the motor is off.
-    """
+    """MTB: short the windings now and whenever the motor is off, until BRKRLS followed by OFF.  5.2."""
     motor.mtb_enabled = True
     switch_off(motor)
 
 
 def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
-    """Switch the servo off, e.g. because of a fault.
-
-    `mode`: the new mode of the motor, M_OFF or M_ERROR.  While MTB is enabled, the new mode is mode torque brake
-    instead.
-    """
+    """Switch the servo off: enter this mode, or mode torque brake while MTB is enabled."""
     i = motor.i
     i[s.MODE] = s.M_BRAKE if motor.mtb_enabled else mode
     i[s.BT] = i[s.STOPPING] = i[s.VELOCITY] = 0

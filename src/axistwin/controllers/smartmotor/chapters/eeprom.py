@@ -17,11 +17,7 @@ WRITE_SAMPLES = 21
 
 
 class Run(NamedTuple):
-    """Consecutive variables (e.g. c to z) or array elements that one command VST or VLD can store or load.
-
-    The range begins with the operand of the command, and ends at the end of the operand's group or array.  The fields
-    are the kind, the index of the first element, and the number of elements.
-    """
+    """A range of variables or array elements: kind, first index, and number of elements to the end of the group."""
 
     kind: int
     first: int
@@ -33,10 +29,7 @@ FindRun = Callable[[Processor], Run | None]
 
 
 def pointer(motor: Processor, value: int) -> None:
-    """EPTR=exp: set the EEPROM address (0 to 7999) of the next VST or VLD.
-
-    Any other value sets Bs.
-    """
+    """EPTR=exp: set the EEPROM address (0 to 7999) of the next VST or VLD.  Any other value sets Bs."""
     if 0 <= value < motor.options.data_bytes:
         motor.i[s.EPTR] = value
     else:

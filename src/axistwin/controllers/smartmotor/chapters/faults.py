@@ -36,10 +36,7 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Stop the motor because a limit switch or a software limit is active (manual, section 3.1).
-
-    A motor that moves away from the limit does not stop.
-    """
+    """Stop the motor at a switch's or a software limit (3.1), unless it moves away from the limit."""
     i = motor.i
     i[flag] = 1
     motor.on_fault(ALARMS[flag])
@@ -53,12 +50,7 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Stop the motor after a fault (manual, section 4.1).
-
-    With F=1, the motor first decelerates with the acceleration A; otherwise the amplifier is switched off at once.
-
-    While MTB is enabled, mode torque brake follows.
-    """
+    """Switch the amplifier off and apply MTB, unless deactivated; with F=1, decelerate at A first (4.1)."""
     i = motor.i
     if i[s.MODE] < s.M_HOLD or not i[s.F] & DECELERATE or i[s.MODE] == s.M_TORQUE:
         switch_off(motor, mode)
@@ -70,10 +62,7 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """Hold the shaft position after a fault has stopped the motor (manual, table 4.2).
-
-    If MTB has enabled mode torque brake, the motor enters this mode instead.
-    """
+    """End the deceleration after a fault: apply MTB, or hold the position if MTB is deactivated (table 4.2)."""
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0
     i[s.MODE] = s.M_HOLD
@@ -82,9 +71,7 @@ def stopped(motor: Processor) -> None:
 
 
 def _interrupt(motor: Processor, *, ends_program: bool) -> None:
-    """Call C1, the program's fault routine, if the program has enabled this call with F=32.
-
-    Without F=32 or without C1, a motor protection fault ends the program.
+    """With F=32 call C1 after the present statement; without F=32 a motor protection fault ends the program.
 
     C1 is called even if the main program has ended, as in the example of 4.3.  A fault within C1 calls C1 again.
     """
@@ -99,12 +86,9 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 
 
 def may_move(motor: Processor, way: int) -> bool:
-    """True if no fault prevents a movement in the direction `way`.
+    """True if no fault prevents a movement in the direction `way`; 0: the direction is unknown.
 
-    `way` is 0 if the direction is unknown.
-
-    Once the fault is acknowledged, the motor may move away from an asserted limit.  An attempt to move towards the
-    limit requires a new acknowledgement.
+    Once acknowledged, an asserted limit permits movement away from it; towards it, a new acknowledgement is needed.
     """
     allowed = _allowed(motor, way)
     if not (allowed or motor.refused):
@@ -132,10 +116,7 @@ def _passes(motor: Processor, flag: int, active: int, acknowledged: int, towards
 
 
 def clear(motor: Processor, *, slot: int) -> None:
-    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear the flag with the same letter, e.g. Zr clears the flag Br.
-
-    A persistent cause sets the flag again (manual, section 4.2).
-    """
+    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.  A persistent cause sets the flag again (4.2)."""
     motor.i[slot] = 0
     for _, flag, active, acknowledged, _sign in LIMITS:
         if slot == flag:
@@ -143,19 +124,13 @@ def clear(motor: Processor, *, slot: int) -> None:
 
 
 def clear_all(motor: Processor) -> None:
-    """ZS: clear all latched flags (manual, sections 3.1 and 4.2).
-
-    If the cause of a flag persists, the next sample sets the flag again.
-    """
+    """ZS: clear all latched flags; a persistent cause sets its flag again in the next sample (3.1, 4.2)."""
     for slot in LATCHED:
         clear(motor, slot=slot)
 
 
 def inhibition(motor: Processor) -> str:
-    """Return the reason why the motor has refused to move, and the remedy.
-
-    The text is empty if no fault prevents motion.
-    """
+    """Return why the motor has refused to move, and the remedy; "" if no fault prevents motion."""
     return latched(motor) if motor.refused else ""
 
 

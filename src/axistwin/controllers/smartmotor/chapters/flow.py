@@ -13,10 +13,7 @@ NOWHERE = -1
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:
-    """Start the stored program from the top, at power-up or because of RUN.
-
-    Without a stored program, nothing happens.
-    """
+    """Start the stored program from the top, at power-up or by RUN; nothing without a program."""
     if motor.program.statements:
         interpreter.forget(motor.i)
         motor.i[s.RUN_GIVEN] = int(by_run)
@@ -24,30 +21,22 @@ def begin(motor: Processor, by_run: bool = False) -> None:
 
 
 def run(motor: Processor) -> None:
-    """RUN: start the stored program from the top, with an empty return stack.
+    """RUN: start the stored program from the top; ignored without a program, and with Be or Bh (4.1).
 
-    Variables and motion do not change.
-
-    RUN is ignored without a program, and during a motor protection fault, Be or Bh (manual, section 4.1).
+    The return stack is emptied; variables and motion do not change.
     """
     if not (motor.i[s.BE] or motor.i[s.BH]):
         begin(motor, by_run=True)
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: end a program that the motor has started automatically at power-up.
-
-    A program that the command RUN has started continues.
-    """
+    """RUN?: end a program that was started at power-up; one that RUN has started continues."""
     if not motor.i[s.RUN_GIVEN]:
         end(motor)
 
 
 def end(motor: Processor) -> None:
-    """END: end the program and clear the return stack; the motion continues.
-
-    Pin G may call C2 again (manual, chapter 7).
-    """
+    """END: end the program and clear the stack; the motion continues, and pin G may call C2 again (7)."""
     interpreter.forget(motor.i)
     motor.i[s.PROGRAM] = s.STOPPED
     _wait_no_more(motor)
@@ -57,10 +46,7 @@ NO_LABEL = "the stored program has no label C{}: load one that has"
 
 
 def goto(motor: Processor, label: int) -> None:
-    """GOTOn: continue the program at label n, 0…999.
-
-    A stopped program starts at the label.  An unknown label sets Bs.
-    """
+    """GOTOn: continue, or start, at label n, 0…999.  An unknown label sets Bs."""
     target = motor.program.labels.get(label)
     if target is None:
         motor.syntax_error(NO_LABEL.format(label))
@@ -69,9 +55,7 @@ def goto(motor: Processor, label: int) -> None:
 
 
 def gosub(motor: Processor, label: int) -> None:
-    """GOSUBn: execute the subroutine at label n, 0…999.
-
-    Without a running program, stop after the subroutine.
+    """GOSUBn: execute the subroutine at label n, 0…999; without a running program, stop after it.
 
     A statement that takes time (WAIT, TWAIT, PRINT) is finished first.  An unknown label, or ten return addresses on
     the stack, sets Bs.
@@ -98,11 +82,7 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """True if the program is in a subroutine of a given kind, e.g. in the fault routine C1.
-
-    The kinds are a GOSUB subroutine, the fault routine C1, and the interrupt routine C2 of pin G.  Only RETURNI, STACK
-    and END end a call of C2.
-    """
+    """True if a call of this kind (GOSUB, C1 or C2) is in progress.  Only RETURNI, STACK and END end a C2 call."""
     if kind == s.CALL_INPUT:
         return bool(motor.i[s.C2_CALLED])
     return any(motor.i[s.RETURNS + number] & 3 == kind for number in range(motor.i[s.DEPTH]))
@@ -119,27 +99,18 @@ def return_fault(motor: Processor) -> None:
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: return from the interrupt routine of pin G, which begins at label C2 (manual, chapter 7).
-
-    Pin G may then call C2 again.
-    """
+    """RETURNI: return from C2, the interrupt routine of pin G, which may then call it again (chapter 7)."""
     motor.i[s.C2_CALLED] = 0
     interpreter.go_back(motor.i)
 
 
 def stack(motor: Processor) -> None:
-    """STACK: discard all return addresses (manual, chapter 7).
-
-    Pin G may then call C2 again.
-    """
+    """STACK: discard all return addresses (manual, chapter 7).  Pin G may then call C2 again."""
     interpreter.forget(motor.i)
 
 
 def wait(motor: Processor, value: int) -> None:
-    """WAIT=exp: pause the program for a number of servo samples, e.g. WAIT=4069 for one second.
-
-    After PIDn, the unit is n servo samples.  Only a call of C2 ends the wait early.
-    """
+    """WAIT=exp: pause for `value` samples (4069: one second), after PIDn n times as many; only C2 ends it early."""
     motor.i[s.WAIT_UNTIL] = motor.i[s.SAMPLE] + 1 + value * motor.i[s.PID_RATE]
 
 
@@ -160,10 +131,7 @@ def reset(motor: Processor) -> None:
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, etc.: set the error flag Bs, because a host has sent a keyword that is valid only in programs.
-
-    In a program, the compiler replaces these keywords by jumps.
-    """
+    """IF, WHILE, etc.: set Bs: from a host they are invalid; in a program, the compiler has replaced them."""
     motor.syntax_error()
 
 
@@ -173,7 +141,6 @@ def _go(motor: Processor, pc: int) -> None:
 
 
 def _start(motor: Processor) -> None:
-    """Start the program at the statement to which PC points."""
     motor.i[s.PROGRAM] = s.RUNNING
     motor.i[s.STATEMENT], motor.statement_before = motor.program.number_at(motor.i[s.PC]), s.NOTHING_YET
     _wait_no_more(motor)

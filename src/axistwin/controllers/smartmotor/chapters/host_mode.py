@@ -23,10 +23,7 @@ def clear(motor: Processor) -> None:
 
 
 def position(motor: Processor, value: int) -> None:
-    """Binary record 0xFA: receive a position in counts for the trajectory of host mode.
-
-    A preceding position without a clock value gets the last clock difference.
-    """
+    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the last clock difference."""
     complete(motor)
     motor.reception.position = value
 
@@ -34,9 +31,8 @@ def position(motor: Processor, value: int) -> None:
 def clock(motor: Processor, value: int) -> None:
     """Binary record 0xFB: receive the time at which the motor must reach the last received position.
 
-    The time is a clock value in samples.  The same clock value a second time ends host mode.
-
-    The clock has 32 bits; 0 follows FFFFFFFFh.  A clock value before the last clock value sets Bs.
+    The time is a clock value in samples.  The same clock value a second time ends host mode.  The clock has 32 bits; 0
+    follows FFFFFFFFh.  A clock value before the last clock value sets Bs.
     """
     waiting = motor.reception
     ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
@@ -51,10 +47,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Store a trajectory point that the host has sent without a clock value (time).
-
-    The stored clock value is the last clock value plus the last clock difference.
-    """
+    """Complete a position that has no clock value with the last clock difference, if both exist."""
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)
@@ -77,7 +70,6 @@ def status(motor: Processor) -> bytes:
 
 
 def _free(motor: Processor) -> int:
-    """Return how many more points the buffer of host mode can store."""
     return len(motor.ring) // 2 - motor.i[s.HOST_COUNT]
 
 

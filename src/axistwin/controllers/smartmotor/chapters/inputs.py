@@ -66,7 +66,6 @@ class Inputs:
         self.motor.i[s.ANALOG + bit] = pin.analog
 
     def _count(self, bit: int, before: int) -> None:
-        """Count an encoder edge or a step on pin A or B."""
         i = self.motor.i
         if i[s.STEPS]:
             step = (1 if i[s.PINS] & 2 else -1) if bit == 0 and i[s.PINS] & 1 else 0
@@ -78,7 +77,6 @@ class Inputs:
         i[s.PREDICTED] = 0  # Discard the predicted encoder counts, because they do not include the new encoder edge.
 
     def _wiring(self) -> None:
-        """Store whether the external encoder sets the level of pin A, of pin B, or of both pins."""
         self.catch_up()
         i = self.motor.i
         i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
@@ -87,20 +85,16 @@ class Inputs:
             i[s.ANALOG + bit] = pin.analog
 
     def _levels(self, count: int) -> int:
-        """Return the levels of pins A and B when the external encoder is at `count`.
-
-        Bit 0 is pin A, bit 1 is pin B.  For a step source, pin B is the direction, and pin A is low between two steps.
-        """
+        """Return the external encoder's levels; for a step source, B is the direction and A is low between steps."""
         i, master = self.motor.i, self.axis.master
         if i[s.STEPS]:
             return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
         return quadrature(count)
 
     def _master(self) -> None:
-        """Calculate by how many counts the external encoder moves in each servo sample.
+        """Start a run of the external encoder: the kernel computes the counts from the next sample on.
 
-        Called when the motion of the encoder changes.  The kernel (the code that computes the servo samples) computes
-        as if the motion began one sample earlier.  Each sample then adds equal counts and carries the remainder.
+        For the kernel the run begins one sample earlier: each sample then adds equal counts and carries the remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
@@ -120,26 +114,17 @@ class Inputs:
         i[s.MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
     def _follows(self) -> bool:
-        """True if another axis may be turning the external encoder now."""
         followed = self.axis.master.followed
         return followed is not None and not followed.resting
 
     def _ask(self, times_ns: range) -> Sequence[int]:
-        """Return the external encoder's present count, followed by the predicted counts at the times `times_ns`.
-
-        The list ends before the first count that is not certain.
-        """
+        """Return the external encoder's edges now and at these times, as long as they are certain."""
         if not self._follows():
             self.motor.core.read_ahead = None
         return self.axis.master.read_ahead(times_ns, self.motor.i[s.PIN_EDGES])
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Return the predicted count of the external encoder in each of the next servo samples.
-
-        `first`: number of the first sample.  `samples`: number of predicted counts.
-
-        The prediction assumes that the axis of the external encoder keeps its motion.
-        """
+        """Return the external encoder's edges in these samples, as long as its axis continues unchanged."""
         core = self.motor.core
         if not self._follows():
             core.predict = None
@@ -164,17 +149,11 @@ class Inputs:
         return self.motor.i[s.COMMANDED] >> 16
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return the shaft's present position, followed by the predicted positions at `times_ns`.
-
-        The list ends before the first position that is not certain.
-        """
+        """Return the shaft's positions now and at these times, as long as they are certain."""
         return self.motor.core.positions_ahead(times_ns)
 
     def setpoint(self) -> int:
-        """Return the commanded position of the shaft in encoder counts.
-
-        The commands O= and F=2 do not affect this position.
-        """
+        """Return the commanded position in counts, in the machine's coordinates."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:
@@ -186,10 +165,7 @@ class Inputs:
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """Return the time of the next servo sample in ns.
-
-        Return None while the motor is at rest, because the simulation then computes no servo samples.
-        """
+        """Return the time of the next sample, or None if nothing changes."""
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None
 
@@ -223,7 +199,7 @@ class Inputs:
         motor.i[s.WINDOW_LOW], motor.i[s.WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:
-        """Update the switches of the axis, e.g. the limit switches, when the shaft reaches a switching position."""
+        """Handle a switch that the shaft has reached."""
         self.axis.left_window()
         self.motor.i[s.WINDOW_LOW], self.motor.i[s.WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
 

@@ -23,10 +23,7 @@ def power_up(motor: Processor) -> None:
 
 
 def direction_in(motor: Processor, pin: str) -> None:
-    """UAI … UGI: make the pin an ordinary input (manual, section 5.1).
-
-    The pin is no longer a limit, go input, RS-485 wire or brake signal.
-    """
+    """UAI … UGI: make the pin an ordinary input: no limit, go input, RS-485 wire or brake signal (5.1)."""
     _take(motor, pin)
     _take_from_brake(motor, pin)
     motor.pins[pin].input()
@@ -35,9 +32,8 @@ def direction_in(motor: Processor, pin: str) -> None:
 def direction_out(motor: Processor, pin: str) -> None:
     """UAO … UGO: make the pin an output (manual, section 5.1).
 
-    The output has the level of the pin's latch, or of the brake signal.
-
-    Pins C and D are then no longer limits, pins E and F no longer channel 1.
+    The output has the level of the pin's latch, or of the brake signal.  Pins C and D are then no longer limits, pins E
+    and F no longer channel 1.
     """
     _take(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -63,10 +59,7 @@ def go_pin(motor: Processor) -> None:
 
 
 def take_for_channel(motor: Processor, number: int) -> None:
-    """Reserve the pins that an RS-485 channel uses.
-
-    Pin G is the direction line of channel 0; pins E and F are the two wires of channel 1.
-    """
+    """Reserve the pins of RS-485: G is the direction line of channel 0, E and F are the wires of channel 1."""
     if number == 0:
         _take(motor, "G")
         _take_from_brake(motor, "G")
@@ -77,11 +70,6 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """End the special use of a pin, e.g. as a limit input.
-
-    Pins C and D are limit inputs.  Pin G can have the effect of the command G.  Pins E and F are wires of
-    channel 1.
-    """
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
@@ -89,19 +77,14 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """End the use of a pin as the output of the brake signal (manual, section 5.1).
-
-    The command BRKC selects pin C for the brake signal again, and BRKG selects pin G.
-    """
+    """Remove the brake's signal from the pin, until BRKC or BRKG selects the pin again (5.1)."""
     if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
         motor.i[s.BRAKE_PIN] = 0
 
 
 def give_up_brake_pin(motor: Processor) -> None:
-    """Turn the pin of the brake signal into an ordinary input (manual, section 5.1, note 2).
-
-    The change follows an assignment that has read the pin, `<variable>=UG` or `=UC`.  A pin that is an input carries no
-    brake signal and keeps its role.
+    """Make the pin of the brake's signal an ordinary input, because `<variable>=UG` or `=UC` has read the pin (5.1,
+    note 2).  An input carries no signal and keeps its role.
     """
     motor.i[s.BRAKE_READ] = 0
     for pin in ("C", "G"):
@@ -115,14 +98,8 @@ def fetch_input(_motor: Processor) -> int:
 
 
 def analog_out(_motor: Processor, _port: str, _value: int) -> None:
-    """AOUTp,value: set an analog output of an AniLink device.  No device is emulated, so nothing happens.
-
-    The device p is A to H.
-    """
+    """AOUTp,value: analog output of the AniLink device p, A to H.  Not emulated: no effect."""
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: set a digital output of an AniLink device.  No device is emulated, so nothing happens.
-
-    The device p is A to H, the channel c 0 to 63.
-    """
+    """DOUTpc,value: digital output of the AniLink device p, A to H, channel 0 to 63.  Not emulated: no effect."""

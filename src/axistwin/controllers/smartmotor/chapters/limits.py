@@ -7,10 +7,7 @@ from axistwin.controllers.smartmotor.processor import Processor
 
 
 def enable_soft(motor: Processor) -> None:
-    """SLE: enable the software limits SLN and SLP (manual, section 3.2).
-
-    A position of SLN or less, or of SLP or more, is then a fault.
-    """
+    """SLE: a measured position at or beyond SLN or SLP is a limit fault.  Section 3.2."""
     motor.i[s.SOFT_LIMITS] = 1
 
 
@@ -20,18 +17,12 @@ def disable_soft(motor: Processor) -> None:
 
 
 def soft_negative(motor: Processor, value: int) -> None:
-    """SLN=exp: set the negative software limit, in counts (manual, section 3.2).
-
-    While the software limits are enabled, SLN= does not change the limit, but sets the flag Bs.
-    """
+    """SLN=exp: the negative software limit in counts; while enabled, it stays, and Bs is set (3.2)."""
     _set(motor, s.SLN, value)
 
 
 def soft_positive(motor: Processor, value: int) -> None:
-    """SLP=exp: set the positive software limit, in counts (manual, section 3.2).
-
-    While the software limits are enabled, SLP= does not change the limit, but sets the flag Bs.
-    """
+    """SLP=exp: the positive software limit in counts; while enabled, it stays, and Bs is set (3.2)."""
     _set(motor, s.SLP, value)
 
 
@@ -43,21 +34,13 @@ def _set(motor: Processor, slot: int, value: int) -> None:
 
 
 def limit_pin_c(motor: Processor) -> None:
-    """UCP: make pin C the input of the positive (right) limit (manual, section 3.1).
-
-    A high level is a fault.  UCP is the default.
-
-    The pin is no longer the brake's signal (manual, section 5.1).
-    """
+    """UCP: pin C is the positive (right) limit, high is a fault, not the brake's signal (5.1).  The default. 3.1."""
     io.direction_in(motor, "C")
     motor.i[s.LIMIT_C] = 1
 
 
 def limit_pin_d(motor: Processor) -> None:
-    """UDM: make pin D the input of the negative (left) limit (manual, section 3.1).
-
-    A high level is a fault.  UDM is the default.
-    """
+    """UDM: pin D is the negative (left) limit, high is a fault.  The default. 3.1."""
     io.direction_in(motor, "D")
     motor.i[s.LIMIT_D] = 1
 
@@ -67,9 +50,6 @@ def directional(motor: Processor) -> None:
 
 
 def update_flags(motor: Processor) -> None:
-    """Clear the flags of limits that are no longer asserted: Bp (positive limit) and Bm (negative limit).
-
-    The next servo sample sets the flags of asserted limits.
-    """
+    """Clear the flags of limits that are no longer asserted.  The next sample sets the flags of asserted limits."""
     motor.i[s.BP] &= beyond_plus(motor.i)
     motor.i[s.BM] &= beyond_minus(motor.i)

@@ -30,10 +30,7 @@ def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -
 
 
 def position(motor: Processor, value: int) -> None:
-    """P=exp, or binary record FEh: set the absolute target position of mode MP, in counts.
-
-    The next G is then an absolute move.
-    """
+    """P=exp, record FEh: the absolute target of mode MP in counts; the next G is an absolute move."""
     motor.i[s.P] = value
     motor.i[s.RELATIVE] = 0
     _buffer_position(motor)
@@ -42,10 +39,8 @@ def position(motor: Processor, value: int) -> None:
 def distance(motor: Processor, value: int) -> None:
     """D=exp: set the distance of a relative move, in counts.
 
-    The next G in mode MP is then a relative move.
-
-    In cam mode, D is the dwell: the motor stays at the last cam position while the master moves by D counts.  The dwell
-    takes effect after CI (manual, section 9.3).
+    The next G in mode MP is then a relative move.  In cam mode, D is the dwell: the motor stays at the last cam
+    position while the master moves by D counts.  The dwell takes effect after CI (manual, section 9.3).
     """
     motor.i[s.D] = value
     motor.i[s.RELATIVE] = 1
@@ -54,7 +49,7 @@ def distance(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """CLK=exp: set the clock CLK, which increases by 1 in every servo sample (245.76 µs)."""
+    """CLK=exp: set the counter of samples."""
     motor.i[s.CLK_ZERO] = motor.i[s.SAMPLE] - value
 
 
@@ -73,10 +68,7 @@ def origin(motor: Processor, value: int) -> None:
 
 
 def tune(motor: Processor) -> None:
-    """F: make the buffered servo gains KP, KI, KD, KL, KS, KV, KA and KG effective.
-
-    Until the command F, the servo uses the earlier gains.
-    """
+    """F: put the buffered KP, KI, KD, KL, KS, KV, KA and KG in force."""
     motor.i[s.TUNING : s.TUNING + 8] = motor.i[s.KP : s.KP + 8]
 
 
@@ -130,9 +122,7 @@ def cam(motor: Processor, factor: int) -> None:
 
 
 def initialize_cam(motor: Processor) -> None:
-    """CI: activate the buffered cam parameters at the next zero point of the cam (manual, section 9.5).
-
-    The parameters are D, BASE, SIZE, MCn, F=16 and F=128.
+    """CI: at the next zero point, put the buffered D, BASE, SIZE, MCn, F=16 and F=128 in force (9.5).
 
     After a CI has become invalid, "a new MCn and CI command must be issued".
     """
@@ -140,10 +130,7 @@ def initialize_cam(motor: Processor) -> None:
 
 
 def go(motor: Processor) -> None:
-    """G: start or change a motion with the settings of earlier commands, e.g. of MV and V=1000.
-
-    A fault that is not cleared inhibits G.
-    """
+    """G: start or change a motion with the buffered settings, e.g. MV and V=1000.  An uncleared fault inhibits G."""
     i = motor.i
     mode = s.M_HOST if i[s.HOST_ARMED] else i[s.BUFFERED_MODE]
     if not may_move(motor, way(motor, mode)):
@@ -156,10 +143,7 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """Return the direction in which the command G will move the shaft in a given mode.
-
-    The sign of the result is the direction.  The result 0 means that the direction is unknown.
-    """
+    """Return the direction in which a mode would move the motor: positive, negative or unknown (0)."""
     i = motor.i
     if mode == s.M_POSITION:
         return i[s.D] if i[s.RELATIVE] else i[s.P] - (i[s.COMMANDED] >> 16)
@@ -169,10 +153,7 @@ def way(motor: Processor, mode: int) -> int:
 
 
 def start(motor: Processor, mode: int) -> None:
-    """Start a mode of motion, e.g. velocity mode, with the parameters that were set in advance.
-
-    The motion begins at the present commanded position and velocity.
-    """
+    """Start a mode with the buffered parameters, from the present commanded position and velocity."""
     i = motor.i
     i[s.ACCELERATION] = i[s.A]
     if mode == s.M_POSITION:
@@ -191,10 +172,7 @@ def start(motor: Processor, mode: int) -> None:
 
 
 def turn_on(motor: Processor, mode: int) -> None:
-    """Switch the amplifier on and enter the given mode.
-
-    The flag Bt then reports a trajectory in progress.
-    """
+    """Switch the amplifier on and enter the given mode.  The flag Bt then reports a trajectory in progress."""
     i = motor.i
     if i[s.BO] or i[s.MODE] in (s.M_TORQUE, s.M_BRAKE):
         i[s.COMMANDED] = position_of_shaft(i) << 16
@@ -214,10 +192,7 @@ def _begin_cam(motor: Processor) -> None:
 
 
 def may_stop(motor: Processor) -> bool:
-    """True if the motor currently obeys the stop commands S and X.
-
-    A fault inhibits S and X, unless the motor moves away from a limit (manual, section 3.2).
-    """
+    """True if S and X act now: a fault inhibits them, except while moving away from a limit (3.2)."""
     i = motor.i
     leaving = i[s.VELOCITY] != 0 and not (i[s.STOPPING] or i[s.BE] or i[s.BH])
     return not i[s.BO] and i[s.MODE] != s.M_BRAKE and (leaving or may_move(motor, 0))
@@ -226,9 +201,8 @@ def may_stop(motor: Processor) -> bool:
 def stop(motor: Processor) -> None:
     """S: stop the trajectory at once and hold the position.
 
-    The next G is a position move if P= or D= is assigned first (option `stop_buffers`).
-
-    Without effect while the motor is off.
+    The next G is a position move if P= or D= is assigned first (option `stop_buffers`).  Without effect while the motor
+    is off.
     """
     i = motor.i
     if may_stop(motor):
@@ -240,9 +214,8 @@ def stop(motor: Processor) -> None:
 def decelerate(motor: Processor) -> None:
     """X: decelerate to a stop with the acceleration A, then hold the position.
 
-    The next G is a position move if P= or D= is assigned first (option `stop_buffers`).
-
-    Without effect while the motor is off.
+    The next G is a position move if P= or D= is assigned first (option `stop_buffers`).  Without effect while the motor
+    is off.
     """
     i = motor.i
     if may_stop(motor):
@@ -257,36 +230,26 @@ def _stopped(motor: Processor) -> None:
 
 
 def _buffer_position(motor: Processor) -> None:
-    """Select position mode for the next command G after S or X."""
     if motor.i[s.AFTER_STOP]:
         motor.i[s.BUFFERED_MODE], motor.i[s.AFTER_STOP] = s.M_POSITION, 0
 
 
 def torque(motor: Processor) -> None:
-    """MT: enter torque mode at once.
-
-    T sets the PWM value, -1023 to 1023.  A fault that is not cleared inhibits MT.
-    """
+    """MT: enter torque mode at once.  T sets the PWM value, -1023 to 1023.  A fault that is not cleared inhibits MT."""
     if may_move(motor, motor.i[s.T]):
         motor.i[s.BUFFERED_MODE], motor.i[s.AFTER_STOP] = s.M_TORQUE, 0
         turn_on(motor, s.M_TORQUE)
 
 
 def off(motor: Processor) -> None:
-    """OFF: switch the amplifier off (manual, section 5.2).
-
-    After BRKRLS, OFF deactivates MTB; otherwise OFF applies MTB.
-    """
+    """OFF: switch the amplifier off, and apply MTB; after BRKRLS, deactivate MTB instead (5.2)."""
     if motor.brake_control is Control.RELEASED:
         motor.mtb_enabled = False
     switch_off(motor)
 
 
 def follow(motor: Processor, factor: int) -> None:
-    """MF1, MF2, MF4: follow the external encoder, at 1, 2 or 4 counts per encoder period.
-
-    The external counter CTR is set to 0.
-    """
+    """MF1, MF2, MF4: follow the external encoder, at 1, 2 or 4 counts per period; CTR becomes 0."""
     _follow(motor, s.M_FOLLOW, factor)
 
 
@@ -302,18 +265,12 @@ def _follow(motor: Processor, mode: int, factor: int) -> None:
 
 
 def quadrature(motor: Processor) -> None:
-    """MF0: set the counter CTR to 0, and let CTR count the edges of an encoder at pins A and B.
-
-    The mode of motion, e.g. velocity mode, does not change.
-    """
+    """MF0: pins A and B are the lines of an encoder; CTR begins at 0.  The mode does not change."""
     _count(motor, FULL, steps=False)
 
 
 def count_steps(motor: Processor) -> None:
-    """MS0: set the counter CTR to 0, and let CTR count the steps at pin A.  Pin B gives the direction of the steps.
-
-    The mode of motion, e.g. velocity mode, does not change.
-    """
+    """MS0: pins A and B are step and direction; CTR begins at 0.  The mode does not change."""
     _count(motor, FULL, steps=True)
 
 
@@ -326,15 +283,9 @@ def _count(motor: Processor, resolution: int, *, steps: bool) -> None:
 
 
 def internal_encoder(_motor: Processor) -> None:
-    """ENC0: select the encoder on the shaft for the servo loop.
-
-    The servo loop always uses this encoder, so the command has no effect.
-    """
+    """ENC0: use the encoder on the shaft for the servo loop: no effect, as the loop always does."""
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1: refuse to use an external encoder for the servo loop, and set the error flag Bs.
-
-    No external encoder is mounted on the motor's shaft.
-    """
+    """ENC1: set Bs, because the motor's shaft has no external encoder for the servo loop."""
     motor.syntax_error("no external encoder is mounted on the shaft: use ENC0")

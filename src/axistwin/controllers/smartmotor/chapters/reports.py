@@ -38,7 +38,7 @@ def variable(motor: Processor, name: str) -> str:
 
 
 def value(_motor: Processor, number: int) -> str:
-    """Ra, Raw[exp], RAINpc …: report the value of a variable, an array element or an AniLink input."""
+    """Ra, Raw[exp], RAINpc …: the value of the operand."""
     return str(number)
 
 
@@ -63,31 +63,21 @@ def mode(motor: Processor) -> str:
 
 
 def sample_rate(motor: Processor) -> str:
-    """RSP: report the firmware version and the time between two servo updates, in units of 10 ns.
-
-    The time is that of one sample, multiplied by n of PIDn.
-    """
+    """RSP: the period between two updates of the servo in units of 10 ns (PIDn multiplies it), and the firmware."""
     return f"{SAMPLE_PERIOD * motor.i[s.PID_RATE]}/{FIRMWARE}"
 
 
 def channel_errors(motor: Processor, channel: int | None = None) -> str:
-    """RCHN, RCHN0, RCHN1, RCS, RCS1: report the errors of the serial channels, e.g. 2 for a framing error.
-
-    The values are 1 overflow, 2 framing, 4 syntax, 8 parity; several errors are reported as their sum.  RCHN reports
-    both channels, RCHN0 and RCS channel 0, RCHN1 and RCS1 channel 1.
-    """
+    """RCHN, RCHN0, RCHN1 (RCS, RCS1): errors, 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN: of both channels."""
     first, second = (one.status() for one in motor.channels)
     return str(int((first, second)[channel] if channel is not None else first | second))
 
 
 def print_(motor: Processor, *items: str | int | bytes, channel: int | None = None) -> None:
-    """PRINT(…), PRINT1(…): send texts, numbers and characters to a serial channel.
-
-    Numbers are sent in decimal.  `#n` sends the character with the code n, e.g. `#13` sends CR.  No terminator is
-    added.
+    """PRINT(…), PRINT1(…): print texts unchanged, values in decimal, `#n` as one character, without a terminator.
 
     PRINT1 prints on channel 1; the text is lost while the channel is closed.  PRINT of a host prints on channel 0,
-    even if the command came on channel 1 (manual, section 6.1).  PRINT of a program prints on channel 1 with F=4.
+    even if the command came on channel 1 (6.1).  PRINT of a program prints on channel 1 with F=4.
     """
     if channel is None and motor.host is not None:
         channel = 0

@@ -19,10 +19,7 @@ NOTHING = -1
 
 
 class Variable(NamedTuple):
-    """A variable such as `aa`: its name, and how the interpreter reads its value.
-
-    The operation `operation` reads the value at the index `place`.
-    """
+    """A variable such as `aa`; the interpreter reads it by `operation` at the index `place`."""
 
     name: str
     operation: int
@@ -127,12 +124,7 @@ NO_VALUE = "it cannot be computed or stored: an overflow, a division by 0 (Bd), 
 
 
 def find(name: str) -> Variable | None:
-    """Return the variable or AniLink input with this name, such as `aa` or AINA1.
-
-    Returns None for an unknown name.
-
-    AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital.
-    """
+    """Return the variable of this name.  AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital."""
     return NAMES.get(name) or _input(name)
 
 
@@ -146,10 +138,7 @@ def _input(name: str) -> Variable | None:
 
 
 def assign(motor: Processor, place: int, value: int) -> None:
-    """a=exp, aa=exp, aaa=exp …: set a signed 32-bit variable.
-
-    If the value does not fit, the variable does not change, and the error flag Bd is set.
-    """
+    """a=exp, aa=exp …: set a signed 32-bit variable; a value that does not fit only sets Bd."""
     motor.v[place] = value
 
 
@@ -172,14 +161,7 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """Return the indices of consecutive variables, e.g. from c to z.
-
-    The range begins with the variable `letters`, and ends at the end of its group.
-
-    Returns None for an unknown name.
-
-    The indices are those in the array `v`.
-    """
+    """Return the places in `v` of a variable and its successors in the group; None if there is none."""
     variable = NAMES.get(letters)
     if variable is None or variable.chapter != NAMED:
         return None

@@ -22,11 +22,7 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """Checks the cam commands of a program, e.g. SIZE= and MC.
-
-    The attributes contain the values of the cam parameters after the last checked statement.  None means that a value
-    is unknown.
-    """
+    """Values of the cam parameters before a statement; None for a value that is not constant."""
 
     findings: Findings
     size: int | None = None
@@ -43,7 +39,6 @@ class _Cam:
     """Name of the parameter, BASE or SIZE, that was assigned after the last MCn; "" for none."""
 
     def follow(self) -> None:
-        """Check the cam commands of the program, statement by statement."""
         for number, (keyword, statement) in enumerate(zip(self.findings.words, self.findings.statements, strict=True)):
             self._invalid(number, keyword)
             self._keep(number, keyword, statement)

@@ -36,7 +36,7 @@ class Findings:
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """Yield a pair (index in the program, statement) for each statement with one of the given keywords."""
+        """Yield the numbers of all statements with these keywords."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
@@ -46,10 +46,7 @@ class Findings:
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """True if a statement of the program, e.g. F=32, can set a given bit of the option word F.
-
-        `bit`: value of the bit, e.g. 32.  A statement such as F=a, whose value is not constant, can set any bit.
-        """
+        """True if a statement F= in the program may set this bit."""
         return any(
             constant_value(statement) is None or (constant_value(statement) or 0) & bit
             for _, statement in self.all("F=")
@@ -57,10 +54,7 @@ class Findings:
 
 
 def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """Return a diagnostic for a problem in a statement.
-
-    The statement has the indices `begin` to `end`; the problem may also be just after the statement.
-    """
+    """Return a diagnostic for a problem in, or just after, the statement from `begin` to `end`."""
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position

@@ -15,10 +15,7 @@ WITHOUT = frozenset({"ES400", "ES1000"})
 
 
 def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
-    """Return a proposed correction of one invalid SmartMotor statement.
-
-    Return None if the intended meaning of the statement is not clear.
-    """
+    """Return a fix for one invalid statement; None if its meaning is not clear."""
     if problem.rule is rules.EQUAL_SIGN:
         name = text.rstrip("-0123456789")
         return fixing("insert the equal sign", put_behind(sent[len(name) - 1], "="))
@@ -33,11 +30,6 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Return a proposed replacement for a command that exists only in SmartMotors of Class 5.
-
-    The replacement is the equivalent command of firmware 4.76.  Returns None if the replacement is not a valid
-    statement.
-    """
     if any(read(word).problem is not None for word in later.here.split()):
         return None
     return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
@@ -58,7 +50,6 @@ def _removed(findings: Findings, number: int) -> Fix | None:
 
 
 def _blanks(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that removes the blanks around `=`, if the result is one valid statement."""
     text = findings.statements[number].text
     first, last = number - text.startswith("="), number + text.endswith("=")
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
@@ -73,7 +64,6 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
 
 
 def _unfinished(findings: Findings, number: int) -> Fix | None:
-    """Return a fix for an assignment with a blank after the equal sign, such as `a= 1`."""
     return _blanks(findings, number) if findings.statements[number].text.endswith("=") else None
 
 
@@ -83,10 +73,7 @@ def _gap(findings: Findings, left: int, right: int) -> Edit:
 
 
 def _upper_case(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that changes the statement to upper case.
-
-    The fix is sure if the whole line becomes valid; otherwise the line may be a comment.
-    """
+    """Return a fix to upper case, sure if the whole line becomes valid; else it may be a comment."""
     statement = findings.statements[number]
     line = findings.line(number)
     beside = [each for at, each in enumerate(findings.statements) if findings.line(at) == line]
@@ -105,10 +92,7 @@ def _printed(findings: Findings, number: int) -> Fix | None:
 
 
 def _comment(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that turns the statement into a comment.
-
-    The fix is sure if no other statement is on the line.
-    """
+    """Return a fix that turns the statement into a comment.  The fix is sure if no other statement is on the line."""
     line = findings.line(number)
     alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
     return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)

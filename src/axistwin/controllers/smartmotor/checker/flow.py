@@ -25,12 +25,7 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """The code of one routine, without the subroutines that the routine calls.
-
-    A routine begins at a label or at the top of the program.
-
-    `label` is None for the top of the program.
-    """
+    """The code that runs from a label, or from the top (label None), without the subroutines that it calls."""
 
     label: int | None
     pcs: set[int] = field(default_factory=set)
@@ -41,7 +36,7 @@ class Routine:
 
 
 class Flow:
-    """The routines of a program, and the statements that each routine can reach."""
+    """The routines of a program."""
 
     def __init__(self, findings: Findings) -> None:
         self.findings, self.program = findings, findings.program
@@ -64,10 +59,7 @@ class Flow:
 
     @cached_property
     def routines(self) -> dict[int | None, Routine]:
-        """All routines of the program, by label.
-
-        A host may call any label that the program does not call.
-        """
+        """All routines of the program, by label.  A host may call any label that the program does not call."""
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
@@ -106,10 +98,6 @@ class Flow:
             made.returns[number] = self.findings.words[number]
 
     def _next(self, pc: int) -> Iterator[int]:
-        """Yield the index of each statement that may be executed directly after the given statement.
-
-        `pc`: index of the given statement.  All indices are indices in the compiled code.
-        """
         code = self.program.code
         operation, number, target = code[pc], code[pc + 1], code[pc + 2]
         if operation == ops.S_IF:
@@ -122,11 +110,7 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Yield the index of each statement that may be executed directly after a condition, e.g. the condition of IF.
-
-        `pc`: index of the statement with the condition.  `otherwise`: index of the statement that follows a false
-        condition.  After a constant condition, only one statement can follow.
-        """
+        """Yield both branches of a condition; for a constant condition, only the branch that is taken."""
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
         if not constant or code[pc + HEAD + 1]:
@@ -135,10 +119,6 @@ class Flow:
             yield otherwise
 
     def _after(self, at: int) -> int:
-        """Return the index at which an expression ends in the compiled program.
-
-        The result is the index after the last element of the expression.  `at`: index of its first element.
-        """
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1
@@ -157,7 +137,6 @@ def check(findings: Findings) -> None:
 
 
 def _labels(findings: Findings) -> None:
-    """Report labels that are missing or defined twice."""
     first: dict[int, int] = {}
     for number, statement in findings.all("Cn"):
         label = digits(statement)
@@ -196,10 +175,7 @@ def _returns(findings: Findings, flow: Flow) -> None:
 
 
 def _stack(findings: Findings, flow: Flow) -> None:
-    """Report a program whose nested subroutine calls may need more than ten return addresses.
-
-    The stack of the motor holds ten return addresses.  The calls of C1 and C2 are included.
-    """
+    """Report calls that need more than ten return addresses, including those of C1 and C2."""
     depths = _Depths(findings, flow)
     deepest = depths.of(None) + sum(1 + depths.of(label) for label in flow.interrupts)
     calls = flow.main.calls
@@ -209,10 +185,7 @@ def _stack(findings: Findings, flow: Flow) -> None:
 
 
 class _Depths:
-    """The maximum depth of nested subroutine calls in each routine of a program.
-
-    For example, the depth of C5 is 2 if C5 calls C6 and C6 calls C7.  Recursive calls are not counted.
-    """
+    """The number of return addresses that each routine needs, without recursive calls."""
 
     def __init__(self, findings: Findings, flow: Flow) -> None:
         self._findings, self._flow = findings, flow
@@ -221,14 +194,10 @@ class _Depths:
             self._measure(label)
 
     def of(self, label: int | None) -> int:
-        """Return the stack depth of a routine, i.e. its largest number of nested calls."""
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Compute the stack depth of a routine, i.e. its largest number of nested calls.
-
-        The computation is not recursive, because a program may have a thousand routines.
-        """
+        """Compute a routine's depth with an explicit stack, because a program may have a thousand routines."""
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:
             label, calls = path[-1]
@@ -251,9 +220,7 @@ class _Depths:
 def _interrupts(findings: Findings, flow: Flow) -> None:
     """Report each enabled interrupt whose subroutine is missing from the program.
 
-    With F=32, faults call C1.  With F=64, pin G calls C2.
-
-    Also report each STACK that GOTO does not follow at once.
+    With F=32, faults call C1.  With F=64, pin G calls C2.  Also report each STACK that GOTO does not follow at once.
     """
     for label, bit in ((FAULT, CALL_C1), (INPUT, ops.CALL_C2)):
         for number, statement in findings.all("F="):
@@ -265,7 +232,6 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
 
 
 def _unreachable(findings: Findings, flow: Flow) -> None:
-    """Report the first statement of each unreachable part of the program."""
     reached = {flow.program.code[pc + 1] for routine in flow.routines.values() for pc in routine.pcs}
     quiet = {"Cn", "ENDIF", "ENDS", "CASE", "DEFAULT", "ELSE", "ELSEIF", "LOOP", "BREAK", "END", ""}
     before = True

@@ -20,7 +20,7 @@ BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 
 def check(findings: Findings) -> None:
-    """Report the parts of a program that firmware 4.76 executes differently from firmware 4.15 or 4.40."""
+    """Apply the rules for programs of older firmware."""
     _limits(findings, Flow(findings))
     _direction(findings)
     _faults_end_programs(findings)
@@ -33,10 +33,9 @@ def _limits(findings: Findings, flow: Flow) -> None:
     """Warn if limit faults may prevent a motion that the program commands.
 
     Unconnected limit inputs cause a fault at power-up.  The program must clear this fault, e.g. with ZS, after it has
-    given the pins another role (manual, sections 2.0 and 3.1).  The warning is at the first motion command.
-
-    The limit faults at power-up do not call C1, and no host has sent a command before the first motion of the program
-    itself.  A motion that only a host can call comes after everything else.
+    given the pins another role (manual, sections 2.0 and 3.1).  The warning is at the first motion command.  The limit
+    faults at power-up do not call C1, and no host has sent a command before the first motion of the program itself.  A
+    motion that only a host can call comes after everything else.
     """
     order = flow.order()
     moves = next((number for number in order if findings.words[number] in MOTION), None)
@@ -68,13 +67,12 @@ def _unwired(findings: Findings, number: int, silent: Sequence[str]) -> None:
 
 
 def _uncleared(given: Sequence[str], roles: AbstractSet[str], clearing: AbstractSet[str]) -> bool:
-    """True if a pin gets another role, and no command clears its fault later in the text."""
     begun = next((number for number, word in enumerate(given) if word in roles), None)
     return begun is not None and clearing.isdisjoint(given[begun:])
 
 
 def _direction(findings: Findings) -> None:
-    """Report each F=2 in a program, because firmware 4.76 has changed the meaning of F=2 (manual, section 1.4)."""
+    """Report F=2, which concerned scan errors before 4.76 (1.4)."""
     for number, statement in findings.all("F="):
         if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
@@ -82,11 +80,7 @@ def _direction(findings: Findings) -> None:
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """Report statements whose condition contains a fault flag, e.g. `IF Be`.
-
-    A position error sets Be, and overheating sets Bh.  Since firmware 4.76, both faults end the program, so that the
-    statement is not executed.  With F=32, both faults call C1 instead (manual, section 4.1).
-    """
+    """Report tests of Be and Bh: such a fault ends the program, unless F=32 calls C1 (4.1)."""
     if findings.sets_function(CALL_C1):
         return
     for number in range(len(findings.statements)):
@@ -99,10 +93,7 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """Warn if a program changes a software limit (SLN= or SLP=) while the software limits are enabled.
-
-    The program must first disable the software limits with SLD (manual, section 3.2).
-    """
+    """Report changes of enabled software limits: SLD must come first (3.2)."""
     enabled = -1
     for number, keyword in enumerate(findings.words):
         if keyword == "SLE":

@@ -61,7 +61,6 @@ def _length(findings: Findings) -> None:
 
 
 def _problems(statement: Statement) -> Iterator[Problem]:
-    """Yield the problems of a single statement."""
     if statement.problem is not None:
         yield statement.problem
         return
@@ -115,7 +114,6 @@ class _Host:
         self._loading = False
 
     def follow(self) -> None:
-        """Find the errors in the commands and the program that the host sends."""
         while self._at < len(self._characters):
             sent = self._characters[self._at]
             self._at += 1
@@ -147,10 +145,6 @@ class _Host:
         self._report(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
 
     def _load(self) -> None:
-        """Check the program that a host sends after LOAD.
-
-        A compiled program, which begins with `$`, is not checked.
-        """
         self._loading = False
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]

@@ -17,10 +17,7 @@ TABLE_MOST = 101
 
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
-    """Return the cam position of the table entry aw[n], in counts.
-
-    If CAM_TABLE is 1, the entry is multiplied by the factor of MCn.
-    """
+    """Return table entry aw[n] in counts; multiplied by the factor of MCn if CAM_TABLE is 1."""
     word = v[i[s.ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
     return word * i[s.CAM_FACTOR] if i[s.CAM_TABLE] else word
@@ -36,10 +33,7 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a command CI that has not yet changed the cam parameters.
-
-    Called when a cam parameter changes after CI.  A new MCn must precede the next CI (manual, section 9.5).
-    """
+    """Cancel a CI that waits for the zero point after a changed parameter; the next CI needs an MCn (9.5)."""
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1
 
@@ -91,10 +85,7 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """Return the interpolated cam position in counts at the present phase of the cam cycle.
-
-    Sets CX, the index of the present interval in the table.
-    """
+    """Return the interpolated position in counts at the present place in the cycle, and set CX."""
     base, size, phase = i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_PHASE]
     if phase >= base:
         i[s.CX] = size

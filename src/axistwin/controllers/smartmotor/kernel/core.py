@@ -61,33 +61,17 @@ class Phase(Enum):
 
 
 class _Block(NamedTuple):
-    """A series of consecutive servo samples of one motor.
-
-    The samples are computed ahead, or the motor is at rest during the block.
-
-    `why`: the event that ends the block.
-    """
-
     first: int
     samples: int
     why: int = ALL_DONE
 
     @property
     def end(self) -> int:
-        """Index of the last servo sample in a block (a series of consecutive servo samples).
-
-        If the kernel has stopped before a sample, the result is the index of that next sample.
-        """
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
 class Core:
-    """Simulates one motor: stores the present state, and computes the state in future servo samples.
-
-    The stored (committed) state does not include samples in the future.
-
-    `act(why)` handles the event at the end of a block.
-    """
+    """The committed state of a motor, and the block computed ahead.  `act(why)` handles the end of a block."""
 
     def __init__(self, clock: Clock, act: Callable[[int], None], ring: int) -> None:
         self.clock, self._act = clock, act
@@ -124,33 +108,23 @@ class Core:
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """Return the virtual time of a servo sample in ns.
-
-        `sample`: index of the servo sample.
-        """
+        """Return the virtual time of a servo sample in ns.  `sample`: index of the servo sample."""
         return self.zero_ns + sample * SAMPLE_NS
 
     def position_now(self) -> int:
-        """Return the present position of the shaft.
-
-        The block that is computed ahead stays valid.
-        """
+        """Return the present position of the shaft.  The block that is computed ahead stays valid."""
         past = self._past()
         return self._engine.shaft[past - 1] if past else self.i[s.SHAFT] + self.i[s.SLIPPED]
 
     def commanded_now(self) -> int:
-        """Return the present commanded position of the shaft.
-
-        The block that is computed ahead stays valid.
-        """
+        """Return the present commanded position of the shaft.  The block that is computed ahead stays valid."""
         past = self._past()
         return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
 
     def positions_ahead(self, times_ns: range) -> list[int]:
-        """Return a list: the shaft's present position, followed by the predicted positions.
+        """Return the shaft's positions now and at `times_ns`, one sample apart, as long as they are certain.
 
-        The predictions are for `times_ns`, which are one sample apart.  The list ends before the first position that is
-        not certain.  A position is certain before the end of the block, and always while the motor sleeps.
+        They are certain before the end of the block, and always while the motor sleeps.
         """
         block, first, here = self._block, self.i[s.SAMPLE], self.position_now()
         if self._phase is Phase.ASLEEP:
@@ -165,10 +139,9 @@ class Core:
         return [here, *self._engine.shaft[due - first - 1 : following - first - 1]]
 
     def keep_read_only(self) -> None:
-        """Discard the precomputed servo samples, because the motion of the external encoder has changed.
+        """Discard the samples that use edges read ahead, because these edges are no longer certain.
 
-        The predicted counts of the external encoder are discarded, too.  Only the count for the next servo sample is
-        kept, because this count was read before the change.  All later samples are computed again.
+        The next sample is kept, because its edges were read before now.
         """
         block = self._block
         if self.read_ahead is not None and self._phase is Phase.AHEAD and block and block.end - self.due > 1:
@@ -177,11 +150,6 @@ class Core:
             self._keeps_read = True
 
     def _past(self) -> int:
-        """Return the number of precomputed servo samples up to the present virtual time.
-
-        A servo sample is one cycle of the servo loop (245.76 µs).  All these samples belong to the present block, i.e.
-        the series of samples that was computed last.
-        """
         if self._block is None or self._phase is not Phase.AHEAD:
             return 0
         return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
@@ -198,9 +166,8 @@ class Core:
     def catch_up(self, *, changing: bool = True) -> None:
         """Advance the state of the motor to the present time.
 
-        All events up to the present time are handled.
-
-        The state may then be changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
+        All events up to the present time are handled.  The state may then be changed.  Without `changing` the state is
+        only read, and a motor at rest stays at rest.
         """
         if self._phase in (Phase.ACTING, Phase.STOPPED) or (not changing and self._up_to_date()):
             return
@@ -220,10 +187,6 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the stored state of the motor includes the latest servo sample.
-
-        A servo sample is one cycle of the servo loop (245.76 µs).  The block that is computed ahead then stays valid.
-        """
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -231,10 +194,7 @@ class Core:
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Schedule the computation of the motor's next servo samples.
-
-        The computation takes place at the present virtual time, after all other events of this time.
-        """
+        """Schedule the next block for the end of this nanosecond, after all other changes."""
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
@@ -242,41 +202,28 @@ class Core:
             self.on_replan.emit()
 
     def speed(self) -> float:
-        """Return the mean speed of the shaft over the last n servo samples, in counts/sample.  PIDn sets n.
-
-        n is 1, 2, 4 or 8.
-        """
+        """Return the shaft's mean speed over the last n samples, in counts/sample; n of PIDn: 1, 2, 4 or 8."""
         rate = self.i[s.PID_RATE]
         return sum(self._moves_by(self._past())[-rate:]) / rate
 
     def _moves_by(self, computed: int) -> list[int]:
-        """Return the movement of the shaft in each of the last eight servo samples, in counts.
-
-        `computed`: number of the last of these samples, counted from the begin of the block.
-        """
+        """Return the shaft's movement in counts in each of the eight samples up to `computed` of the block."""
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
         before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
         places = [before, *shaft[first:computed]]
         return [*self._moves, *map(sub, places[1:], places)][-PID_MOST:]
 
     def stop(self) -> None:
-        """Stop the computation of servo samples.
-
-        Called before a motor is switched on again.  While the motor is switched off, the shaft may still turn.
-        """
+        """Stop computing samples, before the motor is switched on again: until then the shaft may still turn."""
         self.catch_up()
         self._report_changes()
         self._phase, self._block = Phase.STOPPED, None
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Call `follower` whenever one of the given values changes.
-
-        The values are those of the motor's processor.
-
-        A value is given by its kind (an operation of the interpreter) and its index.  No change of a value that was
-        traced before is lost.  `restless`: some of the values change while the motor rests, so that the samples must be
-        computed.
+        """Report each change of these numbers to `follower`; a number is given by an operation and a place.  No
+        change of a number that was followed before is lost.  `restless`: some of the numbers change while the motor
+        rests, so that the samples must be computed.
         """
         self.catch_up()
         self.log = log.following(numbers, self.i, self.v, log.last_values(self.log))
@@ -289,20 +236,13 @@ class Core:
         self.log, self._follower, self._restless = log.empty(), None, False
 
     def _report_changes(self) -> None:
-        """Report the traced values, e.g. registers, that have changed between two servo samples.
-
-        Such changes are made by Python code, e.g. by a command of the host.
-        """
         if self._follower is not None:
             which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
     def report(self, done: "array[int]") -> None:
-        """Report the changes of traced values, e.g. registers, during a block of servo samples.
-
-        `done`: the log in which the kernel has stored the changes.
-        """
+        """Report changes of traced values during a block.  `done`: the log in which the kernel has stored them."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
@@ -313,7 +253,6 @@ class Core:
                 self._follower(array("q", times.tobytes()), which, values)
 
     def _compute_ahead(self) -> None:
-        """Precompute the next part of the motor's motion, and schedule an event at the end of this part."""
         if self._phase is Phase.STOPPED:
             return
         self._phase = Phase.BETWEEN
@@ -327,21 +266,15 @@ class Core:
     def _length(self) -> int:
         """Return the number of servo samples to compute in the next block.
 
-        An event, e.g. a fault, may end the block earlier.
-
-        During a trajectory several blocks may be computed as one, because the end of the trajectory ends the block
-        anyway. One long block saves a fifth of the computing time of a hundred motors, because each change to another
-        motor replaces the contents of the processor's cache.
+        An event, e.g. a fault, may end the block earlier.  During a trajectory several blocks may be computed as one,
+        because the end of the trajectory ends the block anyway. One long block saves a fifth of the computing time of a
+        hundred motors, because each change to another motor replaces the contents of the processor's cache.
         """
         most = min(self._most, self._engine.longest)
         as_one = most == LONGEST and self.i[s.BT] and self.clock.patient and not jit.IN_BROWSER
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:
-        """Predict the external encoder's counts for the next servo samples (one every 245.76 µs).
-
-        The prediction ends before the first uncertain count.  Returns the number of predicted counts, at most `most`.
-        """
         kept, self._keeps_read = self._keeps_read and self.i[s.PREDICTED] > 0, False
         if not kept:
             sample = self.i[s.SAMPLE]
@@ -351,11 +284,7 @@ class Core:
         return min(most, self.i[s.PREDICTED])
 
     def _schedule_end(self, block: _Block) -> None:
-        """Schedule an event for the end of a block (a series of precomputed servo samples).
-
-        If several blocks were computed as one, each of them still gets its own event, because a run without a given
-        length ends with the last event.
-        """
+        """Schedule the end of a block; joined ones keep an event each, as an endless run ends with the last."""
         plan, end = self._plan, block.end
         if self._phase is Phase.AHEAD:
             end = min(end, block.first + LONGEST * (1 + (self.due - block.first) // LONGEST))
@@ -375,7 +304,6 @@ class Core:
         self.clock.call_later(self.time_ns(end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Compute the next servo samples in advance, or none while the motor is at rest."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -395,7 +323,6 @@ class Core:
             self._engine.forget()
 
     def _rests(self) -> bool:
-        """True if the motor is at rest and no statement of the program is due."""
         if self._restless:
             return False
         i = self.i
@@ -417,11 +344,6 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Store the motor's state at the end of a block of servo samples.
-
-        A block is a series of servo samples that was computed ahead of time.  The method also handles the event at the
-        end of the block, e.g. a fault.
-        """
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -436,10 +358,7 @@ class Core:
                 self._phase = before
 
     def _commit_part(self) -> None:
-        """Advance the motor's state to the present time.
-
-        Samples that were computed for later times are discarded.
-        """
+        """Advance the motor's state to the present time.  Samples that were computed for later times are discarded."""
         phase, block = self._phase, self._block
         if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
             self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
@@ -466,13 +385,10 @@ class Core:
 
 
 class Engine:
-    """Computes the servo cycles of a motor.
+    """Computes the servo cycles in a copy of the motor's state, which replaces the state by `commit`.
 
-    The engine changes a copy of the motor's state.  The method `commit` replaces the motor's state by the copy.
-
-    The kernel is executed in plain Python.  For long simulations, the kernel is compiled.
-
-    The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
+    Plain Python executes the kernel; for long simulations, the kernel is compiled.  The shaft's positions in each
+    sample of a block are kept in arrays that grow with the blocks.
     """
 
     plain_samples: ClassVar[int] = 0
@@ -492,17 +408,11 @@ class Engine:
 
     @property
     def longest(self) -> int:
-        """Largest number of servo samples that one call of the function `run` may compute.
-
-        More samples would delay an answer to the host noticeably.
-        """
+        """Most samples that one call of `run` may compute; more would delay an answer to the host noticeably."""
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` servo samples, and stop earlier if an event occurs, e.g. a fault.
-
-        Returns two values: the event, and the number of computed samples.
-        """
+        """Compute up to `most` samples, or until an event.  Return the event and the number of samples."""
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -518,11 +428,7 @@ class Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return the machine code that computes servo samples, or None if no machine code is loaded.
-
-        The machine code is loaded if a long run justifies the loading.  Without machine code, plain Python computes the
-        servo samples.
-        """
+        """Return the machine code if a long run justifies loading it; None: plain Python computes the samples."""
         if Engine.compiled is None:
             enough = Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -530,10 +436,7 @@ class Engine:
         return Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Replace the present state of the motor by the state that was computed in advance.
-
-        The new state is that at the end of `block`, a series of servo samples.  Changes during the block are reported.
-        """
+        """Replace the motor's state by the computed one, at the end of `block`, and report the changes in it."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -546,10 +449,6 @@ class Engine:
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """Prepare the arrays for the results of the next servo samples.
-
-        `most`: the largest number of servo samples.
-        """
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -559,10 +458,7 @@ class Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """Create new NumPy views of the motor's arrays after one of the arrays has been replaced.
-
-        Compiled code reads and writes the arrays through these views.
-        """
+        """Renew the NumPy views, by which compiled code uses the motor's arrays, after one was replaced."""
         core = self._core
         if self._views and self._code is core.code and self._viewed is self.predicted:
             return
@@ -575,11 +471,9 @@ class Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Load the compiled kernel if plain Python would be too slow for the given speed and number of motors.
+    """Load, or first compile, the kernel, if plain Python is too slow for this speed and number of motors.
 
-    If no machine code is cached, the kernel is compiled first.
-
-    Another thread may run motors meanwhile; those motors use the compiled kernel as soon as it is ready.
+    Motors may run in another thread meanwhile; they use the compiled kernel as soon as it is ready.
     """
     if Engine.compiled is None and needs_kernel(speed, motors):
         core = Core(Clock(), lambda why: None, 1)
@@ -591,10 +485,7 @@ def prepare(speed: float | None, motors: int) -> None:
 
 
 def needs_kernel(speed: float | None, motors: int) -> bool:
-    """True if the simulation of the motors needs compiled code, because plain Python is too slow.
-
-    False if Numba, the compiler, is not available.
-    """
+    """True if plain Python is too slow for this number of motors, and Numba is installed."""
     return (speed is None or speed * motors > PLAIN_MOTORS) and jit.available()
 
 

@@ -9,11 +9,8 @@ GOES_ON, UNDERFLOW, EXIT, LAST = range(4)
 
 @sampled
 def host(i: Ints, ring: Ints) -> int:
-    """Compute the commanded position in host mode for one servo sample.
-
-    Returns GOES_ON, UNDERFLOW, EXIT or LAST.
-
-    LAST is the end of the segment that leads to the last point.
+    """Compute one sample of host mode.  Return GOES_ON, UNDERFLOW, EXIT, or LAST at the end of the last point's
+    segment.
     """
     size = i[s.HOST_SIZE]
     here = i[s.HOST_HEAD]

@@ -51,10 +51,7 @@ MOST_POWER = 4
 
 @sampled
 def computed(i: Ints, what: int) -> int:
-    """Return a system variable that is computed on demand, such as @P or CLK.
-
-    Reading `I` clears Bi and enables the capture of the next index.
-    """
+    """Return @P, CLK or another computed variable.  Reading `I` clears Bi and enables the next capture."""
     if what == POSITION:
         return actual_position(i)
     if what == POSITION_ERROR:
@@ -79,10 +76,7 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin, 0 or 1, for an assignment such as a=UG.
-
-    Sets the slot BRAKE_READ if the pin carries the brake signal (manual, section 5.1).
-    """
+    """Return the level of a pin that an assignment reads; set BRAKE_READ if the pin carries the brake signal (5.1)."""
     if i[s.BRAKE_PIN] == 1 << bit:
         i[s.BRAKE_READ] = 1
     return (i[s.PINS] >> bit) & 1
@@ -98,10 +92,7 @@ def system_value(i: Ints, operation: int, place: int) -> int:
 
 @sampled
 def element(i: Ints, v: Ints, kind: int, index: int) -> int:
-    """Return an element of the array ab[], aw[] or al[].
-
-    The index is valid.  ab[] and aw[] use the memory of al[], with the high byte first (table 8.1).
-    """
+    """Return an element of ab[], aw[] or al[] at a valid index; bytes are big-endian within the longs (table 8.1)."""
     if kind == LONG:
         return v[i[s.ARRAY_BASE] + index]
     if kind == WORD:
@@ -125,20 +116,14 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """True if an array index is out of range (manual, section 8.2).
-
-    The arrays are ab[0…203], aw[0…101] and al[0…50].
-    """
+    """True if an index is out of range (8.2): ab[0…203], aw[0…101], al[0…50]."""
     size = s.BYTES if kind == BYTE else s.WORDS if kind == WORD else s.LONGS
     return index < 0 or index >= size
 
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return `base` to the power of `exponent`.
-
-    The result is beyond 32 bits after an overflow, and for an exponent other than 0 to 4.
-    """
+    """Return a power; beyond 32 bits after an overflow, or for an exponent other than 0 to 4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -151,20 +136,14 @@ def power(base: int, exponent: int) -> int:
 
 @sampled
 def quotient(left: int, right: int) -> int:
-    """Return the quotient of two integers, truncated towards zero.
-
-    `right` is not 0.
-    """
+    """Return the quotient of two integers, truncated towards zero.  `right` is not 0."""
     value = abs(left) // abs(right)
     return value if (left < 0) == (right < 0) else -value
 
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Apply an operator, such as + or <, to two values, and return the result.
-
-    A number beyond 32 bits means that no result exists.
-    """
+    """Apply an operator to two values; a number beyond 32 bits means that no result exists."""
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:
@@ -200,12 +179,7 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Evaluate an expression, and store its value in stack[0].
-
-    Returns the place in the code after the expression, or -1 after an error.
-
-    An error sets Bd, Bu or Bs.
-    """
+    """Evaluate an expression into stack[0]; return the place after it, or -1 after an error (Bd, Bu or Bs is set)."""
     top = -1
     while True:
         operation = code[at]
@@ -248,10 +222,7 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
 
 @sampled
 def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
-    """Execute an assignment to array elements, such as `aw[0]=5` or `aw[0] 1 2 3.`.
-
-    The code is the number of values, the array, the first index, and the values.
-    """
+    """Execute an assignment to an array, coded as number of values, array, first index and values."""
     count, kind = code[at], code[at + 1]
     at = evaluate(i, v, stack, code, at + 2)
     index = stack[0]
@@ -268,10 +239,7 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 
 @sampled
 def call_again(i: Ints) -> None:
-    """Request another call of the fault routine C1, if a fault has occurred during C1.
-
-    The function is called when C1 returns or the stack is cleared.
-    """
+    """Return from C1, and call C1 again if a fault has occurred within C1."""
     if i[s.FAULT_AGAIN] != 0:
         i[s.FAULT_AGAIN] = 0
         i[s.PENDING] |= s.CALL_FAULT
@@ -281,9 +249,8 @@ def call_again(i: Ints) -> None:
 def go_back(i: Ints) -> None:
     """RETURN: continue at the return address on top of the stack.
 
-    The program ends if the stack is empty, or if the address is that of a stopped program.
-
-    RETURN without a GOSUB sets Bs.
+    The program ends if the stack is empty, or if the address is that of a stopped program.  RETURN without a GOSUB sets
+    Bs.
     """
     if i[s.DEPTH] == 0:
         i[s.BS] = 1
@@ -300,12 +267,7 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Call the subroutine that begins at the index `target` of the code.
-
-    A full return stack only sets Bs.
-
-    `back`: the return address, which is -1 if the program was stopped.
-    """
+    """Call the subroutine at `target`; a full stack only sets Bs.  `back`: return address, -1 if stopped."""
     if i[s.DEPTH] >= s.DEPTH_MOST:
         i[s.BS] = 1
         return False
@@ -319,10 +281,7 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: discard all return addresses (manual, chapter 7).
-
-    Pin G may then call C2 again.
-    """
+    """STACK: discard all return addresses (manual, chapter 7).  Pin G may then call C2 again."""
     i[s.DEPTH] = 0
     i[s.C2_CALLED] = 0
     call_again(i)
@@ -330,10 +289,10 @@ def forget(i: Ints) -> None:
 
 @sampled
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute one statement of the program.  PC is the index of this statement in `code`.
+    """Execute the statement at i[PC].
 
-    Return DONE; TRAP if Python must execute the statement; HELD if TWAIT holds the program; FETCH if Python must fetch
-    external values and then execute the statement at once.
+    Return DONE; TRAP: Python must execute the statement; HELD: TWAIT holds the program; FETCH: Python must fetch
+    external values, and then execute the statement at once.
     """
     if i[s.TWAITING] != 0:
         if i[s.BT] != 0:
@@ -369,10 +328,7 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
-    """Execute a statement of one of the rarer kinds, such as SWITCH, GOSUB or WAIT.
-
-    i[PC] is already the place of the next statement.
-    """
+    """Execute one of the less frequent statements; i[PC] is already the place of the next statement."""
     operation = code[pc]
     if operation == S_SWITCH:
         at = evaluate(i, v, stack, code, pc + HEAD)

@@ -43,10 +43,7 @@ _sampled: dict[tuple[str, str], FunctionType] = {}
 
 
 def sampled(function: F) -> F:
-    """Mark a function for compilation by Numba.
-
-    The function runs in every sample.  The function is written in Numba's subset of Python.
-    """
+    """Mark a function that runs in every sample, written in Numba's subset of Python."""
     _sampled[function.__module__, function.__qualname__] = cast("FunctionType", function)
     return function
 
@@ -62,10 +59,7 @@ def setting() -> str:
 
 @cache
 def available() -> bool:
-    """Return True if a compiler is available.
-
-    Raises MissingExtraError if AXISTWIN_JIT=on and Numba is missing.
-    """
+    """Return True if a compiler is available.  Raises MissingExtraError if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
     if IN_BROWSER or installed("numba"):
@@ -76,18 +70,12 @@ def available() -> bool:
 
 
 def note() -> str:
-    """Return a hint for the user if the compiler Numba is missing; otherwise return an empty text.
-
-    Numba makes the simulation of SmartMotors faster.  With AXISTWIN_JIT=off, the text is always empty.
-    """
+    """Return a hint for the user if Numba is missing and would make SmartMotors faster; otherwise ""."""
     return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
 def best(function: F) -> F:
-    """Return a compiled copy of the function, or the function itself if no compiler is available.
-
-    The first call of the copy compiles.
-    """
+    """Return a copy that its first call compiles, or the function itself without a compiler."""
     if not available():
         return function
     if IN_BROWSER:
@@ -108,10 +96,7 @@ def view(numbers: "array[int] | array[float]") -> Any:
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return a compiled copy of a function.  Python code can call the copy.
-
-    The machine code of the copy is cached.
-    """
+    """Return a compiled copy of a function.  Python code can call the copy.  The machine code of the copy is cached."""
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -130,10 +115,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 def is_cached() -> bool:
-    """True if the simulation can start without a slow compilation, e.g. with machine code from the cache.
-
-    In a browser, the result is always True.
-    """
+    """True if all machine code is in the user's cache, or if machine code is never cached."""
     if IN_BROWSER:
         return True
     kept = _cache_directory(tuple(_sampled.values()))
@@ -141,21 +123,11 @@ def is_cached() -> bool:
 
 
 class _Sealing:
-    """A compiled function, whose machine code is stored in a cache.
-
-    The first call compiles the function, stores the machine code, and writes a file with checksums.  The checksums show
-    that the machine code in the cache is complete.
-    """
-
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory
         self._sealed = False
 
     def __call__(self, *args: object) -> Any:
-        """Call the compiled function.
-
-        The first call also writes the checksums of the cached machine code.
-        """
         result = self._function(*args)
         if not self._sealed:
             self._sealed = True
@@ -164,7 +136,6 @@ class _Sealing:
 
 
 def _sums(directory: Path) -> dict[str, str]:
-    """Return a checksum for each file of machine code in a directory."""
     from hashlib import sha256  # lazy import: the module hashlib loads slowly, because it loads the OpenSSL library
 
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
@@ -172,10 +143,7 @@ def _sums(directory: Path) -> dict[str, str]:
 
 
 def _seal(directory: Path) -> None:
-    """Store checksums that mark the cached machine code as complete.
-
-    Caches that were not used for 30 days are deleted.
-    """
+    """Store checksums that mark the cached code as complete; delete caches unused for 30 days."""
     import json  # lazy imports: the modules json and shutil are needed only for the cache of machine code
     from shutil import rmtree
 
@@ -191,10 +159,7 @@ def _seal(directory: Path) -> None:
 
 
 def _whole(directory: Path) -> bool:
-    """Return True if the cached machine code is complete and not damaged.
-
-    Damaged files are removed.
-    """
+    """Return True if the cached machine code is complete and not damaged.  Damaged files are removed."""
     import json  # lazy import: the module json is needed only for the cache of machine code
 
     try:
@@ -209,11 +174,6 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """Compile the given Python functions so that the compiled functions call each other directly.
-
-    For each module, the result contains a copy of its global names.  In the copy, the compiled functions replace the
-    Python functions.  The keys of the result are the names of the modules.
-    """
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -228,7 +188,6 @@ Compiler = Callable[[FunctionType], Callable[..., Any]]
 
 
 def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -> Callable[..., Any]:
-    """Compile a copy of a function.  The copy uses the global variables in the dictionary `space`."""
     copy = FunctionType(function.__code__, space, function.__name__, function.__defaults__)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return compiler(copy)
@@ -245,10 +204,6 @@ def _numba() -> Any:
 
 
 def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
-    """Return the directory in which the machine code of the given functions is cached.
-
-    Returns None if the directory is not writable or the sources are not files.
-    """
     if not all(os.path.exists(function.__code__.co_filename) for function in functions):
         return None
     try:
@@ -260,10 +215,7 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
-    """Return a hash that identifies the given functions and the version of the compiler.
-
-    The hash includes the code and globals of each function, and the versions and options of the compiler.
-    """
+    """Return a hash of code and globals of functions, and of the compiler's version and options."""
     from hashlib import sha256  # lazy imports: the modules hashlib and importlib.metadata load slowly
     from importlib.metadata import version
 

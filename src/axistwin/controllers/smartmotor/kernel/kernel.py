@@ -48,10 +48,7 @@ BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 @sampled
 def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the statements of the motor's program for one servo sample (245.76 µs).
-
-    Returns ALL_DONE, or the event that interrupts the program.
-    """
+    """Execute the statements of one sample."""
     if i[s.PENDING] and i[s.PROGRAM] == s.STOPPED:
         return CALL_WAITS
     while i[s.BUDGET] > 0 and i[s.PROGRAM] == s.RUNNING and i[s.SAMPLE] + 1 >= i[s.WAIT_UNTIL]:
@@ -70,10 +67,7 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
-    """Compute the commanded position for one sample.
-
-    With PIDn, the commanded position changes only in every n-th sample.
-    """
+    """Compute the commanded position for one sample; with PIDn it changes in every n-th sample only."""
     why, before = ALL_DONE, i[s.MASTER]
     master_turns(i, predicted)
     if i[s.SHOWN] != 0:
@@ -120,10 +114,7 @@ def beyond_minus(i: Ints) -> int:
 
 @sampled
 def heading(i: Ints) -> int:
-    """Return the direction of motion: a positive number, a negative number, or 0.
-
-    The result is 0 while the motor decelerates after a fault.
-    """
+    """Return the direction of motion by its sign, or 0; 0 while decelerating after a fault."""
     if i[s.STOPPING]:
         return 0
     return i[s.T] if i[s.MODE] == s.M_TORQUE else i[s.VELOCITY]
@@ -154,10 +145,7 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Update the flags Bi and Bx at an index mark of the encoder.
-
-    The position of the mark is captured once, and Bi is set.
-    """
+    """Update Bi and Bx; the position of the index mark is captured once, which sets Bi."""
     shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
     passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]
     before = i[s.BX]
@@ -230,13 +218,11 @@ def advance(
     log: Ints,
     most: int,
 ) -> int:
-    """Compute up to `most` servo samples, and stop earlier if an event occurs, e.g. a fault.
-
-    Returns the bits of the events, or ALL_DONE if no event has occurred.
+    """Compute up to `most` samples.  Return the reason for stopping.
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
-    `shaft` and `commanded` receive the actual and the commanded position of each sample, in counts of the machine.
-    `log` receives the changes of the traced values (`log.py`).
+    Writes the actual and the commanded position of each sample into `shaft` and `commanded`, in counts of the machine,
+    and the changes of followed numbers into `log` (`log.py`).
     """
     first = i[s.SAMPLE]
     why = ALL_DONE

@@ -31,10 +31,7 @@ CHANGES = 1 << 14
 
 @sampled
 def value(i: Ints, v: Ints, operation: int, place: int) -> int:
-    """Return the present value of a traced variable of the processor.
-
-    The variable is given by its kind and its index; the state does not change.
-    """
+    """Return the present value of a followed number; reading has no side effect."""
     if operation == SLOT:
         return i[place]
     if operation == COMPUTED:
@@ -50,10 +47,7 @@ def room(log: Ints) -> bool:
 
 @sampled
 def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
-    """Record the traced values that have changed in the latest servo sample.
-
-    Only the first `numbers` traced values are compared with their last recorded values.
-    """
+    """Log those of the first `numbers` followed numbers that have changed since the last call."""
     to = HEAD + NUMBER * log[FOLLOWED] + CHANGE * log[USED]
     for at in range(HEAD, HEAD + NUMBER * numbers, NUMBER):
         now = value(i, v, log[at], log[at + 1])
@@ -77,10 +71,7 @@ def moving(operation: int, place: int) -> bool:
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Create an array that will store the changes of traced values, e.g. of the commanded position.
-
-    A value is given by its kind and its index.  Last values are taken from `before`, if known.
-    """
+    """Return a log of these numbers, each an operation and a place; keep the last values of the log `before`."""
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
     for k in order:
@@ -91,19 +82,13 @@ def following(
 
 
 def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
-    """Return the last recorded values of all traced variables as a dictionary.
-
-    A key is the kind of a variable (an operation of the interpreter, e.g. SLOT) and its index.
-    """
+    """Return the last value of each number in this log."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Snapshot:
-    """Compares the traced values of a motor, e.g. the shaft position, with their last recorded values.
-
-    In plain Python, a Snapshot is faster than the function `note`.
-    """
+    """The last values of all followed numbers; has the same effect as `note`, but is fast in plain Python."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -112,10 +97,7 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the traced values that have changed since they were last recorded, each with its index.
-
-        The new values are stored in the log.
-        """
+        """Return the changed numbers and their values now, and update the log."""
         now = array("q", [computed(i, place) for place in self._computed])
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])
@@ -129,18 +111,12 @@ class Snapshot:
 
 
 def head(log: "array[int]") -> slice:
-    """Return the index range of the header in the array `log`, as a slice.
-
-    The header contains 4 numbers, and 4 more numbers for each traced value.
-    """
+    """Return the head of a log, which is the part before the logged changes."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """Return all entries of a log, i.e. all recorded changes of traced values.
-
-    The result is three arrays: the numbers of the servo samples, the indices of the values, and the new values.
-    """
+    """Return the logged changes: samples, indices of numbers, and new values."""
     first = head(log).stop
     written = log[first : first + CHANGE * log[USED]]
     return written[0::CHANGE], written[1::CHANGE], written[2::CHANGE]

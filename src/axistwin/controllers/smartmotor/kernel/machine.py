@@ -74,10 +74,7 @@ MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """Set up the motor and its load with data-sheet values.  The motor is at rest, at 25 °C.
-
-    Without a data sheet the motor is ideal.
-    """
+    """Set up motor and load by their data sheets, at rest, at 25 °C; ideal without a data sheet."""
     i[s.IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[s.TEMP] = floor(AMBIENT_C)
@@ -102,11 +99,9 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
     """Set the electrical constants of the motor.
 
-    The torque constant in N·m per A equals the back-EMF constant in V per rad/s.
-
-    With inductance the current settles exponentially.  Without inductance the distance of a sample is its final
-    speed, which compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation
-    is needed.
+    The torque constant in N·m per A equals the back-EMF constant in V per rad/s.  With inductance the current settles
+    exponentially.  Without inductance the distance of a sample is its final speed, which compensates the back-EMF of
+    the final speed.  Inductance delays back-EMF, so that less compensation is needed.
     """
     f[PER_AMP] = motor.torque_constant_nm_per_a * f[PER_NM]
     f[AMPS_PER_PWM] = motor.supply_voltage_v / FULL_PWM / motor.winding_resistance_ohm
@@ -126,10 +121,7 @@ def _fit_windings(f: Floats, motor: ServoMotor) -> None:
 
 
 def _fit_heat(f: Floats, motor: ServoMotor) -> None:
-    """Set the thermal constants of winding and housing.
-
-    The flow of heat is calculated at the end of a block (implicit Euler method).
-    """
+    """Set the thermal constants.  Heat flows are calculated at the end of a block (implicit Euler method)."""
     block_s, ohm = HEAT_BLOCK * SAMPLE_S, motor.winding_resistance_ohm
     inwards, outwards = motor.winding_to_housing_k_per_w, motor.housing_to_ambient_k_per_w
     f[WINDING_RISE], f[HOUSING_RISE] = ohm * inwards, ohm * outwards
@@ -146,9 +138,7 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 def set_torque(f: Floats, newton_metres: float) -> None:
     """Set the external torque on the shaft, -1000 to 1000 N·m.
 
-    A positive torque turns the shaft in the positive direction.
-
-    An ideal motor ignores the torque.
+    A positive torque turns the shaft in the positive direction.  An ideal motor ignores the torque.
     """
     if not abs(newton_metres) <= MOST_TORQUE_NM:
         raise UsageError(f"invalid torque of {newton_metres} N·m: expected a number from -1000 to 1000")
@@ -173,10 +163,7 @@ def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply:
 
 
 def set_encoder(i: Ints, of: int, out_of: int) -> None:
-    """Emulate an encoder that reports wrong counts.
-
-    The encoder reports `of` counts for every `out_of` counts of the shaft.  Equal numbers restore a good encoder.
-    """
+    """Make the encoder report `of` counts for every `out_of` counts of the shaft."""
     good = of == out_of
     i[s.COUNTS_OF], i[s.COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
     if good:
@@ -190,18 +177,12 @@ def slip(i: Ints, counts: int) -> None:
 
 
 def push(i: Ints, counts: int) -> None:
-    """Displace the shaft by a number of counts.
-
-    If the servo is on, the motor then moves the shaft back.
-    """
+    """Displace the shaft by a number of counts.  If the servo is on, the motor then moves the shaft back."""
     i[s.SHAFT] += counts
 
 
 def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
-    """Set the ambient temperature of the motor, from -273 to 1000 °C.
-
-    A motor without a data sheet has this temperature at once.
-    """
+    """Set the ambient temperature, -273 to 1000 °C; a motor without a data sheet has it at once."""
     if not -273.0 <= celsius <= 1000.0:
         raise UsageError(f"ambient={celsius}: expected a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius

@@ -19,10 +19,7 @@ def position(i: Ints) -> int:
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Return the commanded position of the shaft in encoder counts.
-
-    The commands O= (shift of positions) and F=2 (reversed direction) do not affect this position.
-    """
+    """Return the commanded position of the shaft in the machine's coordinates."""
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 

@@ -36,10 +36,7 @@ IDEAL_BITS = 5
 
 @sampled
 def rotate(i: Ints, f: Floats) -> None:
-    """Compute the shaft's motion, the motor current and the heat in one servo sample (245.76 µs).
-
-    The motion depends on PWM, drive, brake and all torques.
-    """
+    """Turn the shaft for one sample under PWM, drive, brake and all torques; update current and heat."""
     push, against = f[m.SPEED] + f[m.OUTSIDE], friction(i, f)
     amps, settled, limited = 0.0, 0.0, False
     if i[s.DRIVE] == s.DRIVE_OPEN:
@@ -75,10 +72,7 @@ def stall_amps(i: Ints, f: Floats) -> float:
 
 @sampled
 def mean_amps(f: Floats, settled: float) -> float:
-    """Return the mean motor current during the present servo sample, in A.
-
-    The current changes from AMPS_NOW towards `settled`.
-    """
+    """Return the mean current of this sample in A, on the way from AMPS_NOW to `settled`."""
     return f[m.MEAN_KEPT] * f[m.AMPS_NOW] + f[m.MEAN_REACHED] * settled
 
 
@@ -106,10 +100,7 @@ def energy(f: Floats, amps: float, speed: float) -> int:
 
 @sampled
 def miscount(i: Ints, counts: int) -> None:
-    """Add the counting error of a defective encoder to the encoder position SHAFT.
-
-    `counts`: the true movement of the shaft.
-    """
+    """Count a movement of `counts` with a defective encoder, and correct SHAFT."""
     counted, of = i[s.UNCOUNTED] + counts * i[s.COUNTS_OF], i[s.COUNTS_OUT_OF]
     whole = counted // of
     i[s.UNCOUNTED] = counted - whole * of
@@ -119,10 +110,7 @@ def miscount(i: Ints, counts: int) -> None:
 
 @sampled
 def friction(i: Ints, f: Floats) -> float:
-    """Return the deceleration of the shaft by friction, in counts/sample².
-
-    The static brake and a jam increase the friction.
-    """
+    """Return the deceleration by friction, static brake and jam, in counts/sample²."""
     if i[s.BRAKE] != 0:
         return f[m.COULOMB] + f[m.STATIC_BRAKE] + f[m.JAM]
     return f[m.COULOMB] + f[m.JAM]
@@ -130,11 +118,7 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """Return the shaft speed after friction has slowed the shaft for one time step.
-
-    `push`: speed without friction.  `against`: largest change of speed that friction can cause in one sample.  The
-    result is 0 if friction stops the shaft.
-    """
+    """Return the speed `push` less friction, at most `against` in one sample; 0 if friction stops the shaft."""
     if push > against:
         return push - against
     if push < -against:
@@ -144,11 +128,7 @@ def slowed(push: float, against: float) -> float:
 
 @sampled
 def measure(i: Ints, f: Floats, amps: float) -> None:
-    """Update the filtered motor current and the sum of squared currents after each servo sample.
-
-    `amps`: motor current in this servo sample.  The state CURRENT is the filtered current in units of 0.01 A.  The
-    state HEAT is the sum of the squares.
-    """
+    """Add the current of this sample to CURRENT (0.01 A, filtered) and to the heat."""
     centiamps = in_centiamps(amps)
     i[s.CURRENT_SUM] += centiamps - (i[s.CURRENT_SUM] >> CURRENT_BITS)
     i[s.CURRENT] = i[s.CURRENT_SUM] >> CURRENT_BITS
@@ -160,19 +140,13 @@ def measure(i: Ints, f: Floats, amps: float) -> None:
 
 @sampled
 def in_centiamps(amps: float) -> int:
-    """Convert a current to its absolute value in units of 0.01 A.
-
-    The absolute value is limited to 1000 A.
-    """
+    """Convert a current to its absolute value in units of 0.01 A.  The absolute value is limited to 1000 A."""
     return int(min(abs(amps) * 100.0, MOST_CENTIAMPS))
 
 
 @sampled
 def warm(i: Ints, f: Floats) -> None:
-    """Update the winding temperature, the housing temperature and the RMS current.
-
-    Must be called once every 256 servo samples.
-    """
+    """Update winding, housing and RMS current after 256 samples."""
     square = i[s.HEAT] * (1e-4 / m.HEAT_BLOCK)
     i[s.HEAT], i[s.HEAT_SAMPLES] = 0, 0
     f[m.WINDING_C] += (f[m.HOUSING_C] + square * f[m.WINDING_RISE] - f[m.WINDING_C]) * f[m.WINDING_STEP]
@@ -184,10 +158,7 @@ def warm(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal(i: Ints, f: Floats) -> None:
-    """Simulate a motor for one servo sample; the shaft follows the commanded position exactly.
-
-    In torque mode, the shaft turns by an angle proportional to T.
-    """
+    """Simulate one sample: the shaft follows exactly; in torque mode it turns in proportion to T."""
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return
     if i[s.MODE] == s.M_TORQUE:
@@ -198,10 +169,7 @@ def ideal(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal_turn(i: Ints) -> int:
-    """Return the rotation of the shaft in one servo sample in torque mode, in encoder counts.
-
-    The motor is ideal: its velocity is proportional to its torque.
-    """
+    """Return the counts by which an ideal motor turns in one sample of torque mode."""
     torque = clipped(i[s.T], i[s.AMPS])
     return torque >> IDEAL_BITS if torque > 0 else -(-torque >> IDEAL_BITS)
 
@@ -214,10 +182,7 @@ def tracked(i: Ints) -> int:
 
 @sampled
 def ideal_rests(i: Ints, f: Floats) -> int:
-    """Return 1 if an ideal motor (one without position error) will not turn in the next servo sample.
-
-    Otherwise return 0.
-    """
+    """Return 1 if `ideal` would not move the shaft."""
     if i[s.DRIVE] != s.DRIVE_ON or f[m.JAM] > 0.0:
         return 1
     if i[s.MODE] == s.M_TORQUE:
@@ -227,9 +192,7 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor is overloaded, otherwise 0.  Must be called once per sample.
-
-    The overload begins when the temperature or the RMS current has exceeded the limit for THD samples.
+    """Return 1 if the motor has been too hot, or its RMS current too high, for THD samples; call once per sample.
 
     The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """
@@ -253,10 +216,7 @@ def cool(i: Ints, f: Floats) -> None:
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """Return 1 if the shaft stays at rest and only the motor's temperatures can change, otherwise 0.
-
-    The result is valid until an input or the trajectory changes.
-    """
+    """Return 1 if only temperatures will change, until an input or the trajectory changes."""
     if (cools(i, f) if i[s.HOT] != 0 else keeps_cool(i, f)) == 0:
         return 0
     if i[s.IDEAL] != 0:
@@ -276,12 +236,9 @@ def resting(i: Ints, f: Floats) -> int:
 
 @sampled
 def keeps_cool(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor can never overheat at the present current.  Return 0 if the motor may overheat.
+    """Return 1 if neither TEMP nor RMS current can exceed its limit at the present current.
 
-    If the result is 1, neither TEMP nor the RMS current can exceed its limit.
-
-    Winding and housing temperatures approach their final values.  Neither of them exceeds its final value by more than
-    the larger of the two present differences.
+    Neither temperature rises further above its final value than the larger of the two present differences.
     """
     if i[s.OVERLOAD] != 0:
         return 0
@@ -297,11 +254,7 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor has cooled down after an overheat fault, otherwise 0.
-
-    The motor then has no current, and both winding and air are below the temperature limit TH.  The result is 0 until
-    the overheat fault has been reported.
-    """
+    """Return 1 if an overheated motor, with the fault reported, will cool down and stay cool."""
     if i[s.BH] == 0 or i[s.IDEAL] != 0 or i[s.CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
     return 1 if f[m.AMBIENT] < i[s.TH] and f[m.WINDING_C] < i[s.TH] else 0
@@ -309,10 +262,7 @@ def cools(i: Ints, f: Floats) -> int:
 
 @sampled
 def rest(i: Ints, f: Floats, samples: int) -> None:
-    """Advance the state of a motor at rest by many servo samples at once.
-
-    The result is the same as if each sample were computed.
-    """
+    """Advance a motor at rest by many samples at once, as if each were computed."""
     i[s.SAMPLE] += samples
     if i[s.IDEAL] != 0:
         return

@@ -24,12 +24,7 @@ FASTEST = 1 << 32
 
 @sampled
 def control(i: Ints) -> None:
-    """Compute the PWM value of the motor for the next servo sample.
-
-    In torque mode, the value is computed from T.  In all other modes, the value is computed from the position error.
-
-    PWM is 0 while the drive is off.
-    """
+    """Set PWM for the next sample, from T or from the following error; 0 while the drive is off."""
     if i[s.DRIVE] != s.DRIVE_ON:
         i[s.PWM], i[s.ERROR_BEFORE], i[s.DIFFERENCE] = 0, 0, 0
         clear_integral(i)
@@ -41,10 +36,7 @@ def control(i: Ints) -> None:
 
 @sampled
 def pid(i: Ints, error: int) -> None:
-    """Compute one step of the servo law.
-
-    The integral, the difference and the PWM value are updated.
-    """
+    """Compute one step of the servo law.  The integral, the difference and the PWM value are updated."""
     i[s.INTEGRAL] = integrated(i, error)
     if i[s.TUNING + 4] <= 1 or (i[s.SAMPLE] // i[s.PID_RATE]) % i[s.TUNING + 4] == 0:
         i[s.DIFFERENCE] = error - i[s.ERROR_BEFORE]
@@ -55,19 +47,13 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """Return the new integral term of the servo law: the old term plus KI times the position error.
-
-    KL limits the integral term.
-    """
+    """Add this error to the integral, limit the sum by KL, and return it."""
     return clipped(i[s.INTEGRAL] + i[s.TUNING + 1] * error, i[s.TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
 @sampled
 def output(i: Ints, error: int) -> int:
-    """Return the output of the servo loop as a PWM value.
-
-    The output is the sum of all PID and feed-forward terms, limited to the range from -AMPS to +AMPS.
-    """
+    """Return the PWM value that KP, KI, KD, KV, KA and KG give, limited by AMPS, in the controller's direction."""
     total = i[s.TUNING] * error + (i[s.INTEGRAL] >> INTEGRAL_BITS) + i[s.TUNING + 2] * i[s.DIFFERENCE] + i[s.TUNING + 7]
     velocity, before = clipped(i[s.VELOCITY], FASTEST), clipped(i[s.VELOCITY_BEFORE], FASTEST)
     forward = i[s.TUNING + 5] * velocity + i[s.TUNING + 6] * (velocity - before)

@@ -22,20 +22,14 @@ WRAP = 1 << 48
 
 @sampled
 def stopping_distance(speed: int, acceleration: int) -> int:
-    """Return the distance in which a decelerating motor stops.
-
-    The speed is above 0, and decreases by `acceleration` in each sample.
-    """
+    """Return the stopping distance of a speed above 0 that falls by `acceleration` in each sample."""
     n = (speed + acceleration - 1) // acceleration
     return n * speed - acceleration * (n * (n - 1) // 2)
 
 
 @sampled
 def max_stoppable_speed(distance: int, acceleration: int) -> int:
-    """Return the largest speed whose stopping distance is at most `distance`.
-
-    `distance` is greater than 0.
-    """
+    """Return the largest speed whose stopping distance is at most `distance`.  `distance` is greater than 0."""
     n = int((math.sqrt(1.0 + 8.0 * distance / acceleration) - 1.0) / 2.0)
     while acceleration * (n * (n + 1) // 2) < distance:
         n += 1
@@ -46,10 +40,7 @@ def max_stoppable_speed(distance: int, acceleration: int) -> int:
 
 @sampled
 def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration: int) -> int:
-    """Return the commanded velocity of a position move in the present servo sample.
-
-    `velocity`: commanded velocity in the last sample.  `remaining`: distance to the target.
-    """
+    """Return the velocity of this sample towards a target at the distance `remaining`."""
     way = 1 if remaining >= 0 else -1
     distance = remaining * way
     speed = velocity * way
@@ -68,10 +59,7 @@ def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration
 
 @sampled
 def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
-    """Return the next velocity of a linear ramp from `velocity` towards `wanted`.
-
-    The velocity changes by at most `acceleration` in one servo sample.
-    """
+    """Return the velocity of this sample on a ramp to the velocity `wanted`."""
     if velocity < wanted:
         return min(velocity + acceleration, wanted)
     return max(velocity - acceleration, wanted)
@@ -79,10 +67,7 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 @sampled
 def master_turns(i: Ints, predicted: Ints) -> None:
-    """Advance the simulated external encoder by one servo sample.
-
-    The new encoder count is either predicted, or follows from a constant speed.
-    """
+    """Advance the external encoder by one sample: by the prediction, or at constant speed."""
     if i[s.PREDICTED] > 0:
         i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
         i[s.PREDICTED_AT] += 1
@@ -102,20 +87,14 @@ def master_turns(i: Ints, predicted: Ints) -> None:
 
 @sampled
 def quadrature(count: int) -> int:
-    """Return the levels of pins A and B for a count of the external encoder.
-
-    Bit 0 is pin A, and bit 1 is pin B.  Both pins are high at count 0.
-    """
+    """Return the levels of pins A (1) and B (2) at a count of the external encoder; both are high at 0."""
     phase = (count + 2) & 3
     return phase ^ (phase >> 1)
 
 
 @sampled
 def show_master(i: Ints, before: int) -> None:
-    """Set pins A and B to the levels of the external encoder.
-
-    For a step source, pin B is the direction, and pin A is low.
-    """
+    """Set pins A and B to the encoder's levels; for a step source, B is the direction and A is low."""
     if i[s.MASTER] != before:
         i[s.STEP_UP] = 1 if i[s.MASTER] > before else 0
     levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.PIN_EDGES])
@@ -127,10 +106,7 @@ def show_master(i: Ints, before: int) -> None:
 
 @sampled
 def counted(i: Ints) -> int:
-    """Update CTR, which counts the pulses of the external encoder.
-
-    Returns the change of CTR since the previous call of this function.
-    """
+    """Update the external counter CTR, and return its change since the last call."""
     counts = i[s.MASTER] * i[s.RESOLUTION] // 4
     moved = counts - i[s.MASTER_SEEN]
     if moved != 0:
@@ -141,12 +117,7 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """Compute the commanded position in mode MF1, MF2, MF4, MS, MFR or MSR for one servo sample.
-
-    In these modes, the commanded position follows the external counter.
-
-    The ratio is MFMUL/MFDIV in MFR and MSR, and 1 in all other modes.
-    """
+    """Follow the counter CTR: one to one in MF1, MF2, MF4 and MS, by the ratio MFMUL/MFDIV in MFR and MSR."""
     step = moved
     if i[s.MODE] != s.M_FOLLOW and i[s.MODE] != s.M_STEP:
         owed = moved * i[s.FACTOR] + i[s.FOLLOW_REM]
@@ -158,10 +129,7 @@ def follow(i: Ints, moved: int) -> None:
 
 @sampled
 def profile(i: Ints) -> None:
-    """Compute one servo sample of a trajectory: a position move (MP), velocity mode (MV) or a stop (X).
-
-    MP is a trapezoidal move, MV is a ramp to a velocity, and X is a ramp to a stop.
-    """
+    """Compute one sample of MP (a trapezoidal move), of MV (a ramp to a velocity) or of X (a ramp to a stop)."""
     mode = i[s.MODE]
     velocity = i[s.VELOCITY]
     acceleration = i[s.ACCELERATION]
@@ -187,10 +155,9 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Wrap the commanded position at the ends of the 32-bit range.
+    """Continue a position beyond 2^31 counts at the other end of the scale, and set Bw.
 
-    After the highest position, the count continues at the lowest position, and vice versa.  The flag Bw is then set,
-    and the target is shifted by the same amount, so that the move keeps its length.
+    The target is shifted by the same amount, so that the move keeps its length.
     """
     turn = 0
     if i[s.COMMANDED] >= WRAP // 2:

@@ -29,11 +29,9 @@ _word = re.compile(r'"[^"]*"|[A-Z][A-Z0-9]*(?:\([^()]*\))?', re.ASCII)
 
 
 class Later(NamedTuple):
-    """Table entry: a command or variable of newer SmartMotors (Class 5), and its equivalent in firmware 4.76.
+    """A pattern `form` for a Class 5 word, and `here`: what 4.76 accepts instead, or "".
 
-    `form`: pattern that finds the word of Class 5.  `here`: statements or a value of firmware 4.76, which it accepts as
-    they stand; behind `e.g. ` an example; "" if there is no equivalent.  `sure`: True if the values of both words are
-    in the same unit.
+    `here` is statements or a value; behind `e.g. ` an example.  `sure`: both words take values in the same unit.
     """
 
     form: str
@@ -168,10 +166,7 @@ def message(found: Found) -> str:
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:
-    """Recognise a command or variable of newer SmartMotors (Class 5), e.g. `PT=100`.
-
-    Return the word and its equivalent in firmware 4.76, or None if no entry of `table` matches `text`.
-    """
+    """Return the Class 5 word in `text`, e.g. `PT=100`, with its 4.76 equivalent; None if none matches."""
     for later in table:
         if (match := re.fullmatch(later.form, text, re.ASCII)) and (found := _made(later, match)):
             return found
@@ -193,7 +188,6 @@ def _made(later: Later, match: re.Match[str]) -> Found | None:
 
 
 def _value(word: str) -> str:
-    """Return the value of 4.76 for a value of Class 5; every other word stays as it is."""
     found = find(word, VALUES)
     return word if found is None or found.here.startswith(EXAMPLE) else found.here
 

@@ -42,10 +42,7 @@ _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<
 
 
 class Problem(NamedTuple):
-    """An error in a statement, e.g. a missing bracket.
-
-    `position`: index of the error in the text of the statement.  `chapter`: title of a chapter of the manual.
-    """
+    """An error in a statement: its place in the text, and the manual's chapter."""
 
     position: int
     message: str
@@ -56,10 +53,7 @@ class Problem(NamedTuple):
 
 
 class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
-    """Raised by the parser for text that is not a valid expression or command.
-
-    Users never receive this exception.
-    """
+    """Raised by the parser for text that is not a valid expression or command.  Users never receive this exception."""
 
     def __init__(
         self, message: str, position: int, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
@@ -90,10 +84,7 @@ class Computed:
     """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 
     def fetch(self, motor: Processor) -> None:
-        """Read the values that an expression takes from the motor, e.g. the received character for GETCHR.
-
-        The interpreter cannot compute these values.  Hidden variables store these values.
-        """
+        """Fetch the external values of the operand into the hidden variables."""
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
@@ -116,10 +107,7 @@ class Expression(Computed):
 
 
 class Reader:
-    """Parses the expressions of a statement.
-
-    `at`: current index; `assigned`: True if the value is assigned to a variable.
-    """
+    """Parses expressions.  `at`: current index; `assigned`: True if the value is assigned to a variable."""
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
@@ -132,18 +120,12 @@ class Reader:
         self._taken: list[str] = []
 
     def expression(self) -> Expression:
-        """Parse the expression that begins at the current index in the text.
-
-        Raises Malformed.
-        """
+        """Parse the expression that begins at the current index in the text.  Raises Malformed."""
         self._binary(0)
         return self._read()
 
     def element(self) -> Expression:
-        """Parse the array element, such as aw[3], that begins at the present position in the text.
-
-        Raises Malformed.
-        """
+        """Return the array element at the current index.  Raises Malformed."""
         self._array(self._next())
         return self._read()
 
@@ -163,15 +145,11 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """Parse an array index in brackets, e.g. [5], at the present position in the text.
-
-        Raises Malformed.
-        """
+        """Parse an array index in brackets, e.g. [5], at the present position in the text.  Raises Malformed."""
         self._nested("]")
         return self._read()
 
     def _next(self) -> str:
-        """Return the next token, or "" if the next characters are not a token."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 
@@ -189,10 +167,6 @@ class Reader:
         self._highest = max(self._highest, self._height)
 
     def _binary(self, weakest: int) -> None:
-        """Parse an expression of values and operators, e.g. `a+2*b`.
-
-        Parsing ends at an operator whose precedence is lower than `weakest`.
-        """
         self._unary()
         while (found := OPERATIONS.get(token := self._next())) is not None and found[0] >= weakest:
             level, operation = found
@@ -202,10 +176,6 @@ class Reader:
             self._combine(operation)
 
     def _combine(self, operation: int) -> None:
-        """Generate the code of an operation on two values, e.g. the addition in `a+b`.
-
-        If both values are constants, the code contains only the result.
-        """
         left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
         if left[:1] == right[:1] == [ops.CONSTANT]:
             value = combined(operation, left[1], right[1])
@@ -264,7 +234,6 @@ class Reader:
             self._refuse(token)
 
     def _later(self, token: str) -> tuple[str, class5.Found] | None:
-        """Return a value of Class 5 that begins with a token, perhaps with arguments, and its equivalent."""
         word = _later.match(self.text, self.at)
         texts = (word[0], token) if word else (token,)
         return next(((text, later) for text in texts if (later := class5.find(text, class5.VALUES))), None)

@@ -7,7 +7,7 @@ from axistwin.controllers.commandset import Command
 
 
 class Accept(Flag):
-    """Flags of a command: valid in a message from the host, in a stored program, or in both."""
+    """The sources from which a command is accepted."""
 
     HOST = auto()  # Marks a command that a host may send to a serial port of the controller.
     PROGRAM = auto()  # Marks a command that is valid in a stored program.
@@ -33,10 +33,7 @@ class Form(Enum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command of the command table; `code` is its keyword, such as `G`, `A=` or `GOSUBn`.
-
-    The code includes the characters that must follow the keyword.
-    """
+    """A command; `code` is its keyword with the characters that must follow: `G`, `A=` or `GOSUBn`."""
 
     form: Form = Form.BARE
     written: str = ""

@@ -35,19 +35,13 @@ _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]
 
 
 def strip(source: str) -> str:
-    """Remove comments and needless blanks from the source text of a program.
-
-    The motor does not store comments and needless blanks.
-    """
+    """Return source text without comments and needless blanks, as the motor stores it."""
     lines = (_word.findall(_code.match(line)[0]) for line in _line_end.split(source))  # type: ignore[index]
     return "".join(" ".join(words) + "\n" for words in lines if words)
 
 
 def labels(text: str) -> dict[int, int]:
-    """Return the index in the text at which each label begins.
-
-    For a repeated label, the first index is returned.
-    """
+    """Return the index in the text at which each label begins.  For a repeated label, the first index is returned."""
     places: dict[int, int] = {}
     for place, word, _ in _words(text):
         match = _label.fullmatch(word)
@@ -57,10 +51,7 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """Return the two checksums of a program.  The command RCKS reports these checksums.
-
-    The first checksum is of the label addresses, the second is of the program's text.  Both are sums of 24 bits.
-    """
+    """Return both checksums of RCKS: sums of 24 bits over the label addresses and over the text."""
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
 
@@ -71,8 +62,6 @@ def _sum(text: str) -> int:
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH block whose end has not been read yet."""
-
     word: str
     place: int
     waiting: int | None
@@ -92,10 +81,7 @@ def encode(text: str) -> bytes:
 
 
 class Decoder:
-    """Decodes a program line by line while the program is received.
-
-    Little work is left at the end of the program.
-    """
+    """Decodes a program line by line while the program is received.  Little work is left at the end of the program."""
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -115,20 +101,13 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """Return two values: the decoded text of the program, and True if its checksum and length are correct.
-
-        The header of the program contains the correct checksum and length.  Without a header, the second value is True.
-        """
+        """The whole text, and True if the sums in its header are right."""
         self._begin(whole=True)
         self._decode(len(self._rest))
         text = "".join(self._lines)
         return text, self._header is None or self._header == (_sum(text), len(text))
 
     def _begin(self, *, whole: bool) -> bool:
-        """Remove the header and the label table from the received data of a compiled program.
-
-        Returns True if the text of the program has begun.
-        """
         if self._begun or (len(self._rest) < HEADER and not whole):
             return self._begun
         match = _header.match(self._rest)
@@ -161,16 +140,11 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Yield the place and the text of each label (e.g. C5) and each flow keyword (e.g. LOOP) of a program.
-
-    Each item contains the index at which the word begins, the word, and the index after the word.
-    """
     for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """Yield the index and the jump target of each keyword that jumps, such as LOOP."""
     blocks: list[_Block] = []
     breakable: list[_Block] = []
     for place, word, behind in _words(text):
@@ -192,11 +166,7 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield the jumps that lead to a given keyword of a block, e.g. the jump from IF to ENDIF.
-
-    For the keyword LOOP, also yield the jump from LOOP back to WHILE.  Each jump is a pair: the index of the keyword
-    that jumps, and the index of the target.
-    """
+    """Yield those jumps of a block whose targets become known at this word."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

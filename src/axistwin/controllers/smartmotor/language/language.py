@@ -29,36 +29,24 @@ EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """Compiled form of an assignment to array elements, e.g. of `al[0]=1` or `al[0] 1 2 3.`.
-
-    The code is the number of values, the array, the first index, and the values.
-    """
+    """An assignment to an array as code of the interpreter: number of values, array, first index, values."""
 
     count: int = 1
 
     def value(self, motor: Processor) -> tuple[int, ...]:
-        """Return the compiled code of an assignment to array elements, e.g. of `al[0]=1`.
-
-        The values that the interpreter cannot compute are fetched first.
-        """
+        """Return the code, after fetching the external values."""
         self.fetch(motor)
         return self.code
 
 
 @dataclass(frozen=True)
 class First:
-    """The first argument of the command VST or VLD, e.g. `a` in VST(a,3), which stores the variables a, b and c."""
+    """The variable or element with which a VST or VLD begins."""
 
     name: str
 
     def __call__(self, motor: Processor) -> Run | None:
-        """Find the first and the last variable that the command VST or VLD may access.
-
-        The first variable is `name`.  The last variable is the last element of the same array, or the last variable of
-        the same group, e.g. `z` in the group a to z.
-
-        Returns None if `name` does not exist.
-        """
+        """Return the range of variables or elements that begins with this one; None if it does not exist."""
         if "[" not in self.name:
             group = values(self.name)
             return None if group is None else Run(ops.VARIABLE, group.start, len(group))
@@ -94,16 +82,13 @@ class Statement:
         return tuple(part for part in self.operands if isinstance(part, Computed))
 
     def fetch(self, motor: Processor) -> None:
-        """Read the values that the interpreter cannot compute, e.g. the character for GETCHR.
-
-        The interpreter then executes the assignment, or tests the condition, with these values.
-        """
+        """Fetch the external values of an assignment or a condition; the interpreter then executes the statement."""
         for part in self.computed:
             part.fetch(motor)
 
     @cached_property
     def read_only(self) -> bool:
-        """True if a SmartMotor statement only reports a value to the host, e.g. RP reports the position."""
+        """True for a report that changes nothing."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):
@@ -254,7 +239,6 @@ _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the number at the end of a command, such as GOSUB5."""
     digits, allowed_range = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not allowed_range.allows(int(digits)):
         number = text[at:][:20]
@@ -294,7 +278,6 @@ _value = re.compile(r"[ \t]+(-?\d+)", re.ASCII)
 
 
 def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse an assignment to array elements, e.g. `aw[0]=5` or `aw[0] 1 2 3.`."""
     kind, _ = ARRAY_SIZES[text[:at]]
     index = Reader(text, at)
     first = index.index()
@@ -352,7 +335,6 @@ def _constant(value: int) -> tuple[int, ...]:
 
 
 def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the items of a PRINT, such as `"text",exp,#n`."""
     items: list[Operand] = []
     while True:
         item, at = _item(text, at, found)
@@ -397,7 +379,6 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
 
 
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the operands in parentheses, such as those of VST(a,3)."""
     if not text.endswith(")"):
         raise Malformed(f"the closing ) is missing: expected {found.syntax}", len(text), found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]
@@ -410,7 +391,6 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the variable in a report command, e.g. the variable `a` in the command Ra."""
     variable = text[1:]
     if find(variable) is None:  # Only the name of an AniLink input can be invalid, e.g. AINA5.
         raise Malformed(
@@ -434,7 +414,6 @@ _port = re.compile(r"([A-H])(\d{0,2}),", re.ASCII)
 
 
 def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Parse the operands of AOUTp,exp and DOUTpc,exp, where p is a device and c a channel."""
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):

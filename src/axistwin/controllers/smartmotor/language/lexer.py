@@ -46,12 +46,6 @@ def _skip(text: str, at: int) -> int:
 
 
 def _extended(text: str, begin: int, end: int) -> int:
-    """Find the end of the statement that begins at the index `begin` of a program text.
-
-    Returns the index of the first character after the statement.
-
-    `end`: index at which the first word of the statement ends.
-    """
     if text[begin:end] in BEFORE_EXPRESSION:
         match = _next_word.match(text, end)
         return match.end() if match else end

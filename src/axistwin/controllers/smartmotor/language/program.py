@@ -45,8 +45,6 @@ class Place(NamedTuple):
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH block, described by the positions of its statements in the program."""
-
     begin: int
     parts: list[int] = field(default_factory=list)
     breaks: list[int] = field(default_factory=list)
@@ -54,21 +52,13 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """Find the next part of a program block, e.g. the ELSE after an IF.
-
-        The search begins after the statement `number`.  Return the number of the statement that begins the part, or
-        that ends the block.
-        """
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
 
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled program, with its statements and labels.
-
-    `code` is for the interpreter; an empty text is a program without statements.
-    """
+    """A compiled program.  `code` is for the interpreter; an empty text is a program without statements."""
 
     text: str
     code: Sequence[int]
@@ -88,34 +78,20 @@ class Program:
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """Compile the source text of a program.
-
-        An invalid statement sets Bs when executed.
-        """
+        """Compile the source text of a program.  An invalid statement sets Bs when executed."""
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """Return a copy of the program with code that reports the execution of some statements, e.g. for a breakpoint.
-
-        `numbers`: the numbers of these statements.
-        """
+        """Return the same program, in which these statements are announced before their execution."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """Convert a position in the compiled program to the number of the statement at this position.
-
-        `head`: index in `code` at which the code of the statement begins.  The first statement has the number 0.  At
-        the end of the code, the result is the number of all statements.
-        """
+        """Return the number of the statement at this place of `heads`; at the end, the number of statements."""
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """Return the size of the extra code that the compiler has inserted before a statement, e.g. for a breakpoint.
-
-        The extra code is an operation that reports the beginning of the statement.  The size is a number of integers in
-        `code`, or 0 without extra code.  `head`: index in `code` at which the code of the statement begins.
-        """
+        """Return the number of code words that announce the statement at this place; 0 if it is not announced."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
 
@@ -166,10 +142,7 @@ def _place(lines: Sequence[int], begin: int, end: int) -> Place:
 
 
 def word(statement: Statement) -> str:
-    """Return the keyword of a statement, or an empty text for an invalid statement.
-
-    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block even if no expression follows.
-    """
+    """Return a statement's keyword, "" if it is invalid; a block's keyword needs no expression here."""
     sound = statement.problem is None or WITHOUT_VALUE in statement.operands
     return str(statement.command.code) if statement.command is not None and sound else ""
 
@@ -187,10 +160,7 @@ class _Matcher:
         self._broken = 0
 
     def match(self) -> Iterator[None]:
-        """Find the keywords that belong together in each block, e.g. IF, ELSE and ENDIF.
-
-        A generator, so that a long program can be matched in pieces.
-        """
+        """Find all blocks; a generator, so that a long program can be matched in pieces."""
         for number, statement in enumerate(self.statements):
             keyword = word(statement)
             if keyword in OPENS.values():
@@ -215,10 +185,6 @@ class _Matcher:
         return word(self.statements[block.begin])
 
     def _inner(self, keyword: str) -> _Block | None:
-        """Return the innermost open block of the program, e.g. a WHILE whose LOOP has not been found yet.
-
-        Returns None if no block is open, or if the block does not begin with `keyword`.
-        """
         return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
 
     def _close(self, number: int, keyword: str) -> None:
@@ -251,7 +217,6 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """Assign a BREAK statement to the innermost SWITCH or WHILE block that contains the statement."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
@@ -273,10 +238,7 @@ class _Matcher:
 
 
 class _Writer:
-    """Writes the code of a compiled program.
-
-    The targets of jumps are inserted after all other code.
-    """
+    """Writes the code of a compiled program.  The targets of jumps are inserted after all other code."""
 
     def __init__(
         self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: frozenset[int]
@@ -296,10 +258,7 @@ class _Writer:
         """Jumps to labels: index of a word in the code, label, and begin and end of the statement."""
 
     def write(self) -> Iterator[None]:
-        """Generate the code of all statements of the program.
-
-        A generator, so that a long program can be written in pieces.
-        """
+        """Generate the code of all statements; a generator, so that a long program can be written in pieces."""
         for number, statement in enumerate(self.statements):
             self.begins.append(len(self.code))
             self._entries.append(len(self.code))
@@ -313,10 +272,6 @@ class _Writer:
             self._find_label(*call)
 
     def _head(self, operation: int, number: int) -> int:
-        """Generate the code at the beginning of a statement.
-
-        Returns the place of the jump target in the code.
-        """
         self.heads.append(len(self.code))
         if number in self._announces and not self._within(number):
             self.code += (ops.S_FETCH, ~number, len(self.code) + ops.HEAD)
@@ -325,14 +280,9 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """True if the code that was generated last belongs to the program statement `number`.
-
-        The code that reports the start of the statement is then not generated again.
-        """
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
-        """Generate the code of a simple statement, which does not jump."""
         target = self._head(operation, number)
         for part in statement.operands if statement else ():
             if isinstance(part, Computed):
@@ -376,22 +326,13 @@ class _Writer:
         self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
-        """Set the jump target of a GOTO or GOSUB.
-
-        A statement whose label does not exist sets Bs.
-        """
+        """Set the jump target of a GOTO or GOSUB.  A statement whose label does not exist sets Bs."""
         if label in self.labels:
             self.code[at] = self.labels[label]
         else:
             self.code[begin], self.code[begin + 2] = ops.S_TRAP, end
 
     def _condition(self, number: int, statement: Statement) -> None:
-        """Generate the code of a condition, with a jump if the condition is false.
-
-        The condition belongs to an IF, ELSEIF or WHILE.
-
-        The jump leads to the next part of the block.
-        """
         block = self.blocks[number]
         if number != block.begin:
             self._jump(number, block.end)
@@ -413,10 +354,6 @@ class _Writer:
         self._jump(number, self.blocks[number].end)
 
     def _switch(self, number: int, statement: Statement) -> Iterator[None]:
-        """Generate the code that compares the value of SWITCH with each CASE in order.
-
-        A jump to DEFAULT or to the end of the block follows.
-        """
         block = self.blocks[number]
         cases = [part for part in block.parts if word(self.statements[part]) == "CASE"]
         otherwise = next((part for part in block.parts if word(self.statements[part]) != "CASE"), block.end)
@@ -439,10 +376,7 @@ class _Writer:
                 yield
 
     def _case(self, case: int) -> int:
-        """Generate the code that compares the value of a SWITCH with the number of a CASE.
-
-        A CASE without a number sets the flag Bs.
-        """
+        """Write the comparison of a CASE with its constant; a CASE without a constant sets Bs."""
         if self.statements[case].problem is not None:
             target = self._head(ops.S_IF, case)
             self.code += WITHOUT_VALUE.code
@@ -454,7 +388,7 @@ class _Writer:
 
 
 def digits(statement: Statement) -> int:
-    """Return the number that a statement contains, e.g. 5 for the label C5, for GOTO5, GOSUB5 or CASE 5."""
+    """Return the number that a label, GOTO, GOSUB or CASE contains."""
     value = statement.operands[0]
     assert isinstance(value, int)
     return value

@@ -46,10 +46,7 @@ class Words:
         self._dropping = True
 
     def take(self, byte: int) -> None:
-        """Receive a character below 80h.  If the character is a terminator, execute the command.
-
-        A space between quotes does not end a command.
-        """
+        """Receive a character below 80h; a terminator executes the command, but not a space between quotes."""
         if byte in TERMINATORS and not (byte == SPACE and self._quoted):
             self._end(byte)
             return
@@ -75,7 +72,6 @@ class Words:
             self._obey(word)
 
     def _continue_list(self, word: str, terminator: int) -> None:
-        """Collect a list of array values, such as `aw[0] 0 100 500 700.`, up to the value that ends with a period."""
         listed = LIST_VALUE.fullmatch(word) is not None
         if listed:
             self._list.append(word)

@@ -48,10 +48,7 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 
 
 class Transfer(Protocol):
-    """A running download or upload of a program on a serial channel of a motor.
-
-    During the transfer, all characters from the host go to the transfer, and none to the command parser.
-    """
+    """A download or an upload, which receives the characters of a channel instead of the command parser."""
 
     def take(self, byte: int) -> None:
         """Handle a received character."""
@@ -81,23 +78,14 @@ class Dispatcher(Protocol):
         """Report a command of the host that is not executed.  `why`: as in `Refusal`."""
 
     def execute_record(self, code: int, value: int) -> None:
-        """Execute a binary message from the host, e.g. a message that sets the parameter A.
-
-        The message sets a host-mode position, a host-mode clock value, or one of the parameters A, V and P.
-        """
+        """Execute a binary record: a point of host mode, or A, V or P."""
 
     def report_host_mode(self, channel: "Channel") -> None:
-        """Send the status of host mode to the host.
-
-        The answer has five bytes, F9h first.
-        """
+        """Send the status of host mode."""
 
 
 class Channel:
-    """One of the two serial channels of a motor.
-
-    A channel exists only while the motor is switched on.
-    """
+    """One serial channel of a motor that is switched on."""
 
     def __init__(self, motor: Dispatcher, number: int, uart: Uart) -> None:
         self.motor, self.number, self.uart = motor, number, uart
@@ -151,7 +139,6 @@ class Channel:
             self._start_timeout()
 
     def _start_timeout(self) -> None:
-        """Start the time-out when the first character of a command has been received."""
         if not (self._words.begun or self._record):
             self._begun_ns = None
         elif self._begun_ns is None:
@@ -264,17 +251,10 @@ class Channel:
 
     @property
     def _active(self) -> bool:
-        """True if the motor executes commands from this channel.
-
-        Conditions: the latest address byte selects this motor, and the channel is not asleep (command SLEEP).
-        """
         return self.addressed and not self.asleep
 
     def flag_new(self, error: ChannelError) -> None:
-        """Record an error of this serial channel, e.g. a parity error.
-
-        An error that is already recorded is recorded again only after the flag of the error has been cleared.
-        """
+        """Set the flag of a receive error, unless the flag is already set."""
         self.motor.catch_up(changing=False)
         if self.motor.i[FLAGS[error]] and error & self.errors:
             return
@@ -293,10 +273,7 @@ class Channel:
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """Return the errors that RCHN reports for this channel.
-
-        Only errors whose flags are still set are reported.
-        """
+        """Return the errors that RCHN reports for this channel.  Only errors whose flags are still set are reported."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:
@@ -315,10 +292,7 @@ class Channel:
             self._words.drop()
 
     def send(self, data: bytes) -> None:
-        """Append characters to the output queue of the channel.
-
-        Characters for a closed channel are lost.
-        """
+        """Append characters to the output queue of the channel.  Characters for a closed channel are lost."""
         if not self.open:
             return
         self._set_direction(transmitting=True)
@@ -327,10 +301,7 @@ class Channel:
             self._idle()
 
     def _set_direction(self, *, transmitting: bool) -> None:
-        """Set the RS-485 direction line, which is high while the motor transmits.
-
-        Nothing happens if the pin is no longer an output.
-        """
+        """Set the RS-485 direction line: high while transmitting; nothing if the pin is no longer an output."""
         if self.direction is not None and self.direction.is_output:
             self.direction.output(transmitting)
 
@@ -360,9 +331,6 @@ class Channel:
         self._words.forget()
 
     def shut(self) -> None:
-        """CCHN: stop receiving and sending on this channel.
-
-        Characters that wait to be sent are lost.
-        """
+        """CCHN: stop receiving and sending on this channel.  Characters that wait to be sent are lost."""
         self.open = False
         self.uart.queue.clear()

@@ -70,10 +70,7 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """Receive a byte with a serial error, e.g. a wrong parity, during the download of a program.
-
-        The downloaded program becomes invalid.
-        """
+        """Receive a byte with a line error, which makes the program invalid."""
         self._sound = False
         self.take(0)
 
@@ -94,10 +91,7 @@ class Download:
             acknowledge()
 
     def _supervise(self) -> None:
-        """End the download after 5 s without a character.
-
-        If a single FF was received, the program is complete.
-        """
+        """End the download after 5 s without a character.  If a single FF was received, the program is complete."""
         if not self._active:
             return
         clock = self.motor.clock
@@ -137,10 +131,7 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """Send the next block of the program if the host has sent the byte 06.  Any other byte ends the upload.
-
-        A byte that ends the upload is then handled as usual.
-        """
+        """Handle a character: 06 requests the next block; any other ends the upload and is handled as usual."""
         if byte == ACKNOWLEDGE:
             self._send()
         else:
@@ -186,18 +177,12 @@ def load(motor: Processor) -> None:
 
 
 def upload(motor: Processor) -> None:
-    """UPLOAD: send the program as readable text.
-
-    For a locked program, nothing is sent and the flag Bs is set.
-    """
+    """UPLOAD: send the program as readable text.  For a locked program, nothing is sent and the flag Bs is set."""
     _upload(motor, motor.nonvolatile.program.encode("latin-1"))
 
 
 def upload_image(motor: Processor) -> None:
-    """UP: send the image of the program, including the header and the jump targets.
-
-    For a locked program, nothing is sent and the flag Bs is set.
-    """
+    """UP: send the program's image with header and jump targets; a locked program only sets Bs."""
     # lazy import: the function `encode` is needed only to send a program to the host
     from axistwin.controllers.smartmotor.language.image import encode
 
@@ -205,10 +190,7 @@ def upload_image(motor: Processor) -> None:
 
 
 def lock(motor: Processor) -> None:
-    """LOCKP: refuse all requests of a host to read the stored program.
-
-    The lock ends when another program is loaded.
-    """
+    """LOCKP: forbid uploads of the program until another program is loaded."""
     motor.nonvolatile.locked = True
     motor.nonvolatile.save(motor.store)
 
@@ -216,9 +198,8 @@ def lock(motor: Processor) -> None:
 def checksum_report(motor: Processor) -> str:
     """RCKS: report the two checksums of the program, and P (valid) or F (invalid).
 
-    The checksums are those of the label addresses and of the text, six hexadecimal digits each.
-
-    For a program of END alone the report is 000000 0000E1 P.  A report with F sets Bk.
+    The checksums are those of the label addresses and of the text, six hexadecimal digits each.  For a program of END
+    alone the report is 000000 0000E1 P.  A report with F sets Bk.
     """
     # lazy import: only the report RCKS needs the checksums
     from axistwin.controllers.smartmotor.language.image import sums

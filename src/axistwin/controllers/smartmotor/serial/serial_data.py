@@ -32,31 +32,22 @@ def echo_off(motor: Processor, channel: int = 0) -> None:
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP: ignore all commands on serial channel 0 except WAKE.  SLEEP1: ignore all on channel 1 except WAKE1.
-
-    The echo of received characters continues.
-    """
+    """SLEEP, SLEEP1: execute only WAKE on this channel.  The echo continues."""
     motor.channels[channel].asleep = True
 
 
 def wake(motor: Processor, channel: int = 0) -> None:
-    """WAKE (channel 0), WAKE1 (channel 1): end SLEEP or SLEEP1, so that the motor executes commands again."""
+    """WAKE, WAKE1: end SLEEP."""
     motor.channels[channel].asleep = False
 
 
 def silent(motor: Processor, channel: int = 0) -> None:
-    """SILENT (channel 0), SILENT1 (channel 1): suppress the output of the program.
-
-    The reports of the program are also suppressed.
-    """
+    """SILENT (channel 0), SILENT1 (channel 1): suppress all output and reports of the program."""
     motor.channels[channel].silent = True
 
 
 def talk(motor: Processor, channel: int = 0) -> None:
-    """TALK (channel 0), TALK1 (channel 1): enable the serial output of the program.
-
-    The commands SILENT and SILENT1 suppress this output.
-    """
+    """TALK, TALK1: end SILENT."""
     motor.channels[channel].silent = False
 
 
@@ -113,10 +104,7 @@ def open_channel(motor: Processor, parameters: str) -> None:
 
 
 def close_channel(motor: Processor, parameters: str) -> None:
-    """CCHN(type,channel): close a serial channel, so that the channel neither receives nor sends characters.
-
-    Other arguments set Bs.
-    """
+    """CCHN(type,channel): close a channel, which then neither receives nor sends.  Other arguments set Bs."""
     match = CLOSING.fullmatch(parameters)
     if match is None:
         motor.syntax_error("invalid parameters: expected CCHN(RS2,0), CCHN(RS4,0) or CCHN(RS4,1)")
@@ -127,18 +115,12 @@ def close_channel(motor: Processor, parameters: str) -> None:
 
 
 def rs4(motor: Processor) -> None:
-    """RS4: switch serial channel 0 to RS-485.
-
-    Pin G is the direction line, which is high while the motor transmits.
-    """
+    """RS4: switch serial channel 0 to RS-485.  Pin G is the direction line, which is high while the motor transmits."""
     _wire(motor, motor.channels[0], rs485=True)
 
 
 def rs2(motor: Processor) -> None:
-    """RS2: switch serial channel 0 to RS-232.
-
-    Pin G becomes an input if the pin was the direction line.
-    """
+    """RS2: switch serial channel 0 to RS-232.  Pin G becomes an input if the pin was the direction line."""
     _wire(motor, motor.channels[0], rs485=False)
 
 

@@ -14,10 +14,7 @@ _START = """(code, name) => {
 
 
 class Loaded:
-    """Python wrapper for a WebAssembly function that is loaded in the browser.
-
-    The arguments are arrays, followed by one integer.  The result is an integer.
-    """
+    """A compiled function that returns an integer; its arguments are arrays, and one integer at the end."""
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType]) -> None:
         from pyodide.code import run_js  # type: ignore[import-not-found]
@@ -31,10 +28,7 @@ class Loaded:
         self._parts: list[Any] = []
 
     def __call__(self, *arguments: Any) -> int:
-        """Call the WebAssembly function, and return the function's result.
-
-        The array arguments are copied into WebAssembly memory before the call, and back after the call.
-        """
+        """Copy the arrays into the memory of the module, call the function, and copy the arrays back."""
         *arrays, number = arguments
         self._divide([each.itemsize * len(each) for each in arrays])
         shared = [(part, memoryview(each).cast("B")) for part, each in zip(self._parts, arrays, strict=True)]
@@ -46,10 +40,6 @@ class Loaded:
         return result
 
     def _divide(self, sizes: Sequence[int]) -> None:
-        """Divide the memory of the WebAssembly module into regions, one for each array argument.
-
-        `sizes`: the sizes of the arrays in bytes.
-        """
         if self._sizes == sizes:
             return
         missing = pages(sum(sizes)) - pages(self._memory.buffer.byteLength)

@@ -78,11 +78,7 @@ def call(index: int) -> bytes:
 
 
 def br(depth: int) -> bytes:
-    """Return the instruction that leaves a block or repeats a loop.
-
-    `depth`: nesting level of the block or loop, from 0 for the innermost.  The jump goes to the end of a block, but to
-    the beginning of a loop.
-    """
+    """Return a jump out of `depth` enclosing blocks, or to the beginning of a loop."""
     return b"\x0c" + unsigned(depth)
 
 
@@ -103,12 +99,7 @@ def store(kind: int, offset: int) -> bytes:
 
 @dataclass(frozen=True)
 class Function:
-    """A WebAssembly function.
-
-    `variables`: types of the local variables.
-
-    The parameters, which come first, are not among the local variables.
-    """
+    """A function.  `variables`: types of its local variables, which come after the parameters."""
 
     parameters: tuple[int, ...]
     results: tuple[int, ...]
@@ -117,10 +108,7 @@ class Function:
 
 
 def module(functions: Sequence[Function], exported: str) -> bytes:
-    """Return a WebAssembly module that exports its first function and its memory.
-
-    The first function is exported as `exported`; the memory has one page.
-    """
+    """Return a module that exports its first function as `exported`, and one page of memory."""
     types = list(dict.fromkeys((each.parameters, each.results) for each in functions))
     exports = [(exported, 0, 0), ("memory", 2, 0)]
     sections = (

@@ -28,10 +28,7 @@ _COMPARISONS = {
 
 
 class Expressions:
-    """Compiles the expressions of one function to WebAssembly.
-
-    `functions`: all sampled functions.  `order`: the functions of the module, in order; a called function is added.
-    """
+    """Compiles expressions.  `functions`: all sampled ones; `order`: the module's, to which called ones are added."""
 
     def __init__(self, function: FunctionType, functions: Collection[FunctionType], order: list[FunctionType]) -> None:
         definition = ast.parse(dedent(inspect.getsource(function))).body[0]
@@ -51,14 +48,12 @@ class Expressions:
             self._code += each
 
     def _new(self, kind: int) -> int:
-        """Create a local variable, and return its index."""
         self._types.append(kind)
         return len(self._types) - 1
 
     # Types
 
     def _kind(self, node: ast.expr) -> int:
-        """Return the type of an expression, integer or float."""
         match node:
             case ast.Name(id=name) if name in self._places:
                 return self._types[self._places[name]]
@@ -92,10 +87,6 @@ class Expressions:
         return w.F64 if w.F64 in [self._kind(node) for node in nodes] else w.I64
 
     def _constant(self, node: ast.expr) -> int | float:
-        """Return the value of a numeric constant in the source code.
-
-        The constant is a literal, or a global variable of a module.
-        """
         value = self._global(node)
         if not isinstance(value, int | float):
             name, function, type_name = ast.unparse(node), self._definition.name, type(value).__name__
@@ -129,7 +120,6 @@ class Expressions:
     # Instructions
 
     def _value(self, node: ast.expr, kind: int) -> None:
-        """Generate WebAssembly code that puts the value of an expression on the stack, as the type `kind`."""
         own = self._kind(node)
         match node:
             case ast.Name(id=name) if name in self._places:
@@ -165,10 +155,7 @@ class Expressions:
         self._convert(own, kind)
 
     def _address(self, node: ast.Subscript) -> int:
-        """Generate WebAssembly code that computes the address of an array element.
-
-        Returns the constant offset of the element from this address.
-        """
+        """Push the address of an array element, less a constant offset, which is returned."""
         assert isinstance(node.value, ast.Name), "an array is a parameter"
         array, index = w.local_get(self._places[node.value.id]), node.slice
         if isinstance(index, ast.Constant | ast.Attribute) or (
@@ -196,10 +183,7 @@ class Expressions:
         self._emit(instruction)
 
     def _division(self, *, modulo: bool) -> None:
-        """Compile an integer division with rounding towards minus infinity, e.g. -7 // 2 is -4.
-
-        The quotient of a division by 0 is 0, as in Numba.
-        """
+        """Divide two integers, rounding down; a quotient by 0 is 0, as in Numba."""
         left, right, result = self._new(w.I64), self._new(w.I64), self._new(w.I64)
         a, b, q = w.local_get(left), w.local_get(right), w.local_get(result)
         self._emit(w.local_set(right), w.local_set(left), b, w.I64_EQZ, w.IF, bytes((w.I64,)), w.i64_const(0), w.ELSE)
@@ -228,10 +212,6 @@ class Expressions:
         self._emit(*((w.f64_const(0.0), w.F64_NE) if kind == w.F64 else (w.i64_const(0), w.I64_NE)))
 
     def _condition(self, node: ast.expr) -> None:
-        """Generate WebAssembly code that puts 1 on the stack if an expression is true, otherwise 0.
-
-        The type of the result is i32.
-        """
         match node:
             case ast.Compare():
                 self._compare(node)
@@ -250,10 +230,7 @@ class Expressions:
                 self._nonzero(self._kind(node))
 
     def _compare(self, node: ast.Compare) -> None:
-        """Compile a comparison, or a chain such as `a < b < c`.
-
-        In this chain, b is evaluated once, and c only if a < b.
-        """
+        """Compile a comparison or a chain `a < b < c`: b is evaluated once, c only if a < b."""
         left, pairs = node.left, list(zip(node.ops, node.comparators, strict=True))
         for n, (op, right) in enumerate(pairs):
             if isinstance(op, ast.In):
@@ -274,7 +251,6 @@ class Expressions:
             self._emit(w.ELSE, w.i32_const(0), w.END)
 
     def _kept(self, node: ast.expr) -> ast.expr:
-        """Store the value of an expression in a new local variable, and return the variable."""
         kind = self._kind(node)
         place = self._new(kind)
         self._value(node, kind)
@@ -307,10 +283,7 @@ class Expressions:
         self._emit(w.call(self._order.index(called)))
 
     def _choice(self, called: Callable[..., Any], arguments: Sequence[ast.expr], kind: int) -> None:
-        """Compile a call of `abs`, `min` or `max`.
-
-        Of equal values, `min` and `max` return the first.
-        """
+        """Compile a call of `abs`, `min` or `max`.  Of equal values, `min` and `max` return the first."""
         if called is abs:
             if kind == w.F64:
                 self._value(arguments[0], kind)

@@ -24,15 +24,12 @@ def compiled(entry: FunctionType, functions: Collection[FunctionType]) -> bytes:
 
 
 class _Function(Expressions):
-    """Compiles the statements of one function to WebAssembly."""
-
     def __init__(self, function: FunctionType, functions: Collection[FunctionType], order: list[FunctionType]) -> None:
         super().__init__(function, functions, order)
         self._blocks: list[str] = []
         """Open blocks, the innermost last: "if", or "exit" and "next" of a loop, the targets of break and continue."""
 
     def function(self) -> w.Function:
-        """Compile a Python function to a WebAssembly function, and return the WebAssembly function."""
         self._declare(self._definition.body)
         self._statements(self._definition.body)
         if self._result is not None:
@@ -138,10 +135,6 @@ class _Function(Expressions):
         self._emit(w.br(0), w.END, w.END)
 
     def _range(self, node: ast.For) -> tuple[int, int, int]:
-        """Compile the start, the end and the step of a for loop, e.g. of `for n in range(0, 10, 2):`.
-
-        Returns the indices of the variables for the counter and the end, and the step.
-        """
         assert isinstance(node.iter, ast.Call) and self._called(node.iter) is range, "a loop over a range"
         first, *others = node.iter.args
         begin, end = (first, others[0]) if others else (ast.Constant(0), first)
@@ -154,10 +147,7 @@ class _Function(Expressions):
         return counter, stop, step
 
     def _assign(self, node: ast.Assign) -> None:
-        """Compile an assignment such as `x = 1` or `a, b = b, a`.
-
-        All values are evaluated before the first value is stored.  The values are stored from left to right.
-        """
+        """Evaluate all values, and then store them from left to right."""
         values = {id(value): value for _, value in _pairs(node)}
         places = {}
         for key, value in values.items():
@@ -178,10 +168,7 @@ class _Function(Expressions):
         self._emit(w.store(kind, offset))
 
     def _change(self, node: ast.AugAssign) -> None:
-        """Compile an assignment such as `x += 1`.
-
-        The address of an array element is calculated once.
-        """
+        """Compile an assignment such as `x += 1`.  The address of an array element is calculated once."""
         changed = ast.BinOp(node.target, node.op, node.value)
         kind = self._kind(node.target)
         assert self._kind(changed) == kind, "an assignment does not change the type"
@@ -200,7 +187,6 @@ class _Function(Expressions):
 
 
 def _pairs(node: ast.Assign) -> list[tuple[ast.expr, ast.expr]]:
-    """Return a pair (variable, value) for each variable on the left side of an assignment."""
     pairs: list[tuple[ast.expr, ast.expr]] = []
     for target in node.targets:
         if isinstance(target, ast.Tuple):
