@@ -28,6 +28,10 @@ RECEIVE_BUFFER = 16 * 1024
 """Size of the system's receive buffer; a client that sends too fast is soon blocked, as on a real line."""
 STALLED = 64 * 1024
 """Largest number of bytes that are buffered for a client that does not read."""
+WEB_REQUESTS = tuple(
+    method + b" /" for method in (b"GET", b"POST", b"HEAD", b"PUT", b"PATCH", b"DELETE", b"OPTIONS")
+)  # fmt: skip
+"""First characters of an HTTP request, which any web page can make a browser send; no host begins with them."""
 NUL_LINE = b"\r\0"
 """End of a line that a telnet client sends."""
 LINGER_S = 1.0
@@ -82,6 +86,8 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._transport: asyncio.Transport
         self._socket: socket.socket
         self._leaving = self._has_sent = False
+        self._begun: bytes | None = b""
+        """First characters from the client, while they can be those of an HTTP request."""
 
     # Functions that asyncio calls
 
@@ -104,11 +110,24 @@ class Connection(asyncio.BufferedProtocol, ABC):
     def buffer_updated(self, nbytes: int) -> None:
         """Process received characters."""
         self._has_sent = False
+        data = bytes(self._view[:nbytes])
+        if self._begun is not None and self._is_web_request(data):
+            log.warning("%s: closed %s, which sent an HTTP request, as a web page does", self.plug.name, self.name)
+            self.drop()
+            return
         if self.plug.client is self:
-            self.received(bytes(self._view[:nbytes]))
+            self.received(data)
         if not self._has_sent:
             # No reply has acknowledged the received data, so send a separate TCP acknowledgement at once.
             _acknowledge(self._socket)
+
+    def _is_web_request(self, data: bytes) -> bool:
+        self._begun = ((self._begun or b"") + data)[: len(max(WEB_REQUESTS, key=len))]
+        if self._begun.startswith(WEB_REQUESTS):
+            return True
+        if not any(request.startswith(self._begun) for request in WEB_REQUESTS):
+            self._begun = None
+        return False
 
     def eof_received(self) -> bool:
         """Keep the connection for late answers after the client has closed its side."""
