@@ -62,6 +62,15 @@ class Machine:
                 group.create_task(station.poll_forever(self._period_s))
 
 
+def tell_failure(task: asyncio.Task[Any]) -> None:
+    """Pass the error of a task that has ended to the exception handler of the event loop, without waiting for others.
+
+    A callback of the tasks that poll and serve: without the polls, clients would see an axis that never changes.
+    """
+    if not task.cancelled() and (error := task.exception()) is not None:
+        task.get_loop().call_exception_handler({"message": "a part of the server has ended", "exception": error})
+
+
 async def _connect(station: Station) -> None:
     try:
         await station.driver.run(nothing())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from axistwin.integrations.epics.channel_access import LOOPBACK, ChannelAccess
 from axistwin.integrations.epics.motor_record import MotorRecord
-from axistwin.integrations.machine import Machine
+from axistwin.integrations.machine import Machine, tell_failure
 
 if TYPE_CHECKING:
     from axistwin.integrations.epics.pv_access import PvAccess
@@ -63,6 +63,7 @@ class Ioc:
                 if task.done():
                     started.cancel()
                     task.result()
+                task.add_done_callback(tell_failure)
             yield started.result()
         finally:
             for task in tasks:

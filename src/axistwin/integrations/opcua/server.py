@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from axistwin.integrations.machine import Machine
+from axistwin.integrations.machine import Machine, tell_failure
 from axistwin.integrations.opcua.address_space import AddressSpace
 from axistwin.integrations.opcua.channels import GuardedServer
 from axistwin.integrations.opcua.security import APPLICATION, Account, Users, secure
@@ -34,6 +34,7 @@ async def serving(
     await AddressSpace(server).build(machine.stations)
     async with server:
         polling = asyncio.ensure_future(machine.run())
+        polling.add_done_callback(tell_failure)
         try:
             yield url
         finally:
