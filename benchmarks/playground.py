@@ -21,7 +21,7 @@ from pathlib import Path
 from axistwin.playground import build
 
 ROOT = Path(__file__).parents[1]
-LEAST_SPEED = 10
+LEAST_SPEED = 4
 CONVERSATIONS = ROOT / "tests" / "conversations"
 
 PLAY = '''

@@ -57,7 +57,7 @@ SLOW_FILES = {
     " fault_handling follow host_mode host_streams image inputs_outputs interpreter interrupt_priority"
     " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
     " machine master_on_an_axis modes overheat pieces program program_store registers serial_data servo"
-    " servo_reference status_word trajectory wasm",
+    " servo_reference status_word trajectory",
     "standin": "board driver hal protocol",
     "sweeps": "cluster code_of_others engine journal sensitivity sentences sweeps_page tuning values",
     "testing": "pytest_plugin twin",

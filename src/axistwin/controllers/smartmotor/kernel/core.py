@@ -29,7 +29,7 @@ SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
 """Numbers of samples in a block; computing a block takes less than 2 ms, the time slice of a served bench."""
 AT_ONCE = 4
 """Number of blocks of the longest size that are computed as one while no host can wait for them."""
-PLAIN_SAMPLES = 1_000 if jit.IN_BROWSER else 20_000
+PLAIN_SAMPLES = 20_000
 """Number of samples, of all motors, that plain Python computes before the compiler is loaded."""
 PLAIN_MOTORS = 8
 """Number of motors that plain Python runs in real time on any computer."""
@@ -271,7 +271,7 @@ class Core:
         hundred motors, because each change to another motor replaces the contents of the processor's cache.
         """
         most = min(self._most, self._engine.longest)
-        as_one = most == LONGEST and self.i[s.BT] and self.clock.patient and not jit.IN_BROWSER
+        as_one = most == LONGEST and self.i[s.BT] and self.clock.patient
         return AT_ONCE * most if as_one else most
 
     def _read(self, read_ahead: Callable[[range], Sequence[int]], most: int) -> int:

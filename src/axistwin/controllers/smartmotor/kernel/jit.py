@@ -7,8 +7,7 @@ globals.  Sampled functions must therefore import one another by name (`from ...
 Numba is imported at the first compilation.
 
 The environment variable AXISTWIN_JIT is `auto` (compile if Numba is installed), `on` (raise an error without Numba) or
-`off`.  Machine code is kept in the user's cache directory, under a fingerprint of all compiled code.  In a browser, the
-functions are compiled to WebAssembly (`wasm`) instead.
+`off`.  Machine code is kept in the user's cache directory, under a fingerprint of all compiled code.
 """
 
 import os
@@ -29,7 +28,6 @@ F = TypeVar("F", bound=Callable[..., object])
 SLOW = "SmartMotors run in plain Python, many times slower"
 SETTINGS = "auto", "on", "off"
 COMPILING = "compiling for SmartMotors: this takes some seconds, once for each version"
-IN_BROWSER = sys.platform == "emscripten"
 SEAL = "whole.json"
 FORGOTTEN_S = 30 * 24 * 3600
 OPTIONS = {
@@ -62,7 +60,7 @@ def available() -> bool:
     """Return True if a compiler is available.  Raises MissingExtraError if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
-    if IN_BROWSER or installed("numba"):
+    if installed("numba"):
         return True
     if setting() == "on":
         raise MissingExtraError(library="numba", extra="fast")
@@ -76,20 +74,11 @@ def note() -> str:
 
 def best(function: F) -> F:
     """Return a copy that its first call compiles, or the function itself without a compiler."""
-    if not available():
-        return function
-    if IN_BROWSER:
-        # lazy import: WebAssembly code is needed only if axistwin runs in a web browser
-        from axistwin.controllers.smartmotor.kernel.wasm.browser import Loaded
-
-        return cast("F", Loaded(cast("FunctionType", function), _sampled.values()))
-    return cast("F", compiled(cast("FunctionType", function)))
+    return cast("F", compiled(cast("FunctionType", function))) if available() else function
 
 
 def view(numbers: "array[int] | array[float]") -> Any:
     """Convert an array to the type that compiled functions need."""
-    if IN_BROWSER:
-        return numbers
     import numpy as np  # lazy import: NumPy is needed only for compiled code
 
     return np.frombuffer(numbers, numbers.typecode)
@@ -116,8 +105,6 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 def is_cached() -> bool:
     """True if all machine code is in the user's cache, or if machine code is never cached."""
-    if IN_BROWSER:
-        return True
     kept = _cache_directory(tuple(_sampled.values()))
     return kept is not None and _whole(kept)
 
