@@ -44,7 +44,7 @@ class Ioc:
         """Serve the records and poll the machine; yields the address of Channel Access."""
         # Suppress the log messages of the library caproto, e.g. about refused writes of EPICS clients.
         logging.getLogger("caproto").setLevel(logging.CRITICAL)
-        warnings.filterwarnings("ignore", "ReadResponse was deprecated")  # about a client's request of old
+        warnings.filterwarnings("ignore", module=r"caproto\.")  # about what clients ask for
         server = ChannelAccess(addresses, port)
         self._add_to(server)
         other = None

@@ -1,0 +1,15 @@
+"""A small instance of `benchmarks/robustness/channel_access.py`: bad clients of an IOC leave the good ones alone."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "channel_access.py"
+
+
+def test_three_hundred_bad_clients():
+    pytest.importorskip("caproto", reason="caproto is not installed")
+    ended = subprocess.run([sys.executable, SCRIPT, "--clients", "300"], capture_output=True, text=True, timeout=50)
+    assert ended.stdout.startswith("passed: seed 1: 300 clients"), ended.stdout + ended.stderr
