@@ -4,6 +4,7 @@ Errors of a *host* raise no exception: the device ignores the data, sets a flag,
 Any other exception is a bug and is not caught.
 """
 
+import os
 import re
 from importlib.util import find_spec
 from typing import Self
@@ -31,6 +32,29 @@ def printable(text: str) -> str:
 def with_article(noun: str) -> str:
     """Return a noun with its article, e.g. "an IF1" or "a SmartMotor"."""
     return f"{'an' if noun.lower().startswith((*'aeiou', '18')) else 'a'} {noun}"
+
+
+def reason(error: BaseException) -> str:
+    """Return the system's words for an error, e.g. "no such file or directory"; pyserial's has it as its context."""
+    for one in filter(None, (error, error.__context__)):
+        number = getattr(one, "errno", None) or next(iter(one.args), None)
+        if isinstance(number, int):
+            words = os.strerror(number) if number > 0 else getattr(one, "strerror", None) or str(one)
+            return words.lower()
+    return str(error)
+
+
+def cannot_open(port: object, error: Exception) -> str:
+    """Return the message, with the remedy, about a port that a host or a server cannot open."""
+    known, words = isinstance(error.__context__ or error, OSError), reason(error)
+    if words == str(error) or not known:
+        words = "no port number" if isinstance(error.__context__, TypeError) else words
+        remedy = "expected a port, e.g. socket://127.0.0.1:5001"
+    elif "://" in f"{port}".removeprefix("serial://"):
+        remedy = "start the server, and check the address"
+    else:
+        remedy = "check the name of the port, the cable and your permissions, and close other programs on it"
+    return f"cannot open {port} ({words}): {remedy}"
 
 
 class AxistwinError(Exception):

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TextIO
 from weakref import WeakKeyDictionary, WeakValueDictionary
 
-from axistwin.errors import AxistwinError, UsageError
+from axistwin.errors import AxistwinError, UsageError, reason
 
 LOCK, HOLDER = ".axistwin.lock", ".axistwin.holder"
 """Files of a state directory: the lock, and its holder (process number, blank, the program's name)."""
@@ -348,11 +348,6 @@ def user_cache() -> Path:
         given = os.environ.get("XDG_CACHE_HOME", "")
         cache = Path(given) if os.path.isabs(given) else Path.home() / ".cache"
     return cache / "axistwin"
-
-
-def reason(error: OSError) -> str:
-    """Return the operating system's description of an error, in lower case."""
-    return (error.strerror or str(error)).lower()
 
 
 def excerpt(text: object) -> str:

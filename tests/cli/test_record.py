@@ -156,7 +156,7 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here: "),
+        (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here ("),
         (
             ["--serial", "socket://127.0.0.1:1", "--model", "1811"],
             "the model 1811 has no serial port to record",

@@ -131,7 +131,7 @@ def test_a_cable_that_is_pulled_is_told_and_the_others_go_on(served, caplog):
 
 def test_a_device_that_is_not_there_is_one_line(served):
     with pytest.raises(
-        LinkError, match=r"cannot open serial:///dev/no-such\?baud=9600: .*check that the device exists"
+        LinkError, match=r"cannot open serial:///dev/no-such\?baud=9600 \(.*check the name of the port"
     ) as caught:
         served.open(served.add(), "serial:///dev/no-such?baud=9600")
     assert "\n" not in str(caught.value)

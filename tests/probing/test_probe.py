@@ -318,11 +318,11 @@ def test_wrong_ports():
         open_end("/dev/ttyUSB0", None)
     with pytest.raises(UsageError, match="is a register bus, not a serial port: expected a device"):
         open_end("bus://127.0.0.1:1", product("if1").line)
-    with pytest.raises(LinkError, match=r"cannot open the bus socket bus://127\.0\.0\.1:1 \(.*check its address"):
+    with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1 \(.*check the address"):
         open_end("bus://127.0.0.1:1", None)
     done = run("probe", "/dev/no-such-port", "--model", "if1")
     assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open the port /dev/no-such-port (")
+    assert done.err.startswith("axistwin: cannot open /dev/no-such-port (")
     assert "Errno" not in done.err
     assert run("probe", "/dev/no-such-port", "--model", "if1", "--report", "x.txt").code == 2
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from axistwin.controllers.diagnostics import Diagnostic, Edit
 from axistwin.conversations.conversation import MOST_MIB
-from axistwin.errors import AxistwinError, printable
-from axistwin.storage import contents, encoding_of, reason, split_at_end, write_whole
+from axistwin.errors import AxistwinError, printable, reason
+from axistwin.storage import contents, encoding_of, split_at_end, write_whole
 
 MOST_ROUNDS = 10
 """Largest number of rounds of fixes, because a fix may reveal further errors."""

@@ -8,7 +8,7 @@
         x.wait(timeout=30)
         assert x.position() == 4000
 
-`connect_async` returns the same controller for asyncio.  This package imports no other package of axistwin.  The
+`connect_async` returns the same controller for asyncio.  Of axistwin this package imports `errors` only.  The
 protocol cores (`if1`, `board`, `smartmotor`) do no input and output: each function is a generator of `steps`.
 """
 

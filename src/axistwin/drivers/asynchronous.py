@@ -11,9 +11,10 @@ from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Status
 from axistwin.drivers.blocking import POLL_S, SerialPort, arrived, nothing, still_moving
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError, opening_fault
+from axistwin.drivers.errors import PortError
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
+from axistwin.errors import cannot_open
 
 
 async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
@@ -130,8 +131,7 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
         try:
             return TcpPort(url, *await asyncio.open_connection(host.strip("[]"), int(number)))
         except (OSError, ValueError) as error:
-            reason, remedy = opening_fault(url, error)
-            raise PortError(f"cannot open {url} ({reason}): {remedy}") from None
+            raise PortError(cannot_open(url, error)) from None
     thread = ThreadPoolExecutor(1, "axistwin-port")
     port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
     return ThreadPort(port, thread)

@@ -3,14 +3,18 @@
 import threading
 import time
 from collections.abc import Callable, Generator
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
-from axistwin.drivers.errors import PortError, SilentError, StoppedError, opening_fault
+from axistwin.drivers.errors import PortError, SilentError, StoppedError
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
+from axistwin.errors import cannot_open
+
+if TYPE_CHECKING:
+    import serial
 
 POLL_S = 0.02
 
@@ -31,21 +35,22 @@ def connect(url: str, model: str, *, baud: int | None = None, **options: Any) ->
     return controller
 
 
+def open_serial(url: str, **settings: Any) -> "serial.Serial":
+    """Open a device, a URL of pyserial, or the `tcp://` or `bus://` of `axistwin serve`.  Raises PortError."""
+    import serial  # lazy import: asyncio programs with TCP connections do not need pyserial
+
+    scheme, separator, rest = url.partition("://")
+    try:
+        return serial.serial_for_url(f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url, **settings)
+    except (OSError, ValueError) as error:
+        raise PortError(cannot_open(url, error)) from None
+
+
 class SerialPort:
     """A port that pyserial can open."""
 
     def __init__(self, url: str, core: Core, baud: int | None) -> None:
-        import serial  # lazy import: asyncio programs with TCP connections do not need pyserial
-
-        scheme, separator, rest = url.partition("://")
-        opened = f"socket://{rest}" if separator and scheme in ("tcp", "bus") else url
-        try:
-            self._port = serial.serial_for_url(
-                opened, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0
-            )
-        except (OSError, ValueError) as error:
-            reason, remedy = opening_fault(url, error)
-            raise PortError(f"cannot open {url} ({reason}): {remedy}") from None
+        self._port = open_serial(url, baudrate=baud or core.line.baud, stopbits=core.line.stop_bits, timeout=0)
         self._url = url
 
     def write(self, data: bytes) -> None:

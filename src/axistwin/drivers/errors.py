@@ -1,7 +1,8 @@
 """Errors of a driver: each message is one line with the fault and its remedy."""
 
-import os
 from typing import TYPE_CHECKING
+
+from axistwin.errors import LinkError
 
 if TYPE_CHECKING:
     from axistwin.drivers.axis import Status
@@ -16,28 +17,10 @@ class DriverError(Exception):
     in_step = True
 
 
-class PortError(DriverError):
+class PortError(DriverError, LinkError):
     """Raised if a port cannot be opened, or if a port is closed during an operation."""
 
     in_step = False
-
-
-def opening_fault(url: str, error: Exception) -> tuple[str, str]:
-    """Return the reason why a port cannot be opened, and a remedy.
-
-    `error` may be an error of pyserial, which has the error of the operating system as its context.
-    """
-    cause = error.__context__ or error
-    if isinstance(cause, OSError) and cause.errno:
-        reason = os.strerror(cause.errno) if cause.errno > 0 else cause.strerror or str(cause)
-        remedy = (
-            "start the server, and check the address"
-            if "://" in url
-            else "check the name of the port, the cable and your permissions"
-        )
-        return reason.lower(), remedy
-    reason = "no port number" if isinstance(cause, TypeError) else str(error)
-    return reason, "expected a port, e.g. socket://127.0.0.1:5001"
 
 
 class SilentError(DriverError):

@@ -4,9 +4,9 @@ A `Station` is a controller with its driver; `Machine` finds the stations of a s
 each axis one motion at a time.  The packages below serve these axes.
 """
 
+from axistwin.hosts.inner_port import InnerPort
 from axistwin.integrations.driven_axis import DrivenAxis, Goal
-from axistwin.integrations.inside import InnerPort, driver_inside
-from axistwin.integrations.machine import Machine, at_port, of_scene
+from axistwin.integrations.machine import Machine, at_port, driver_inside, of_scene
 from axistwin.integrations.points import Point
 from axistwin.integrations.station import Station
 

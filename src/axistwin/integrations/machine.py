@@ -12,13 +12,13 @@ from axistwin.drivers.blocking import nothing
 from axistwin.drivers.core import Core
 from axistwin.drivers.errors import DriverError, PortError
 from axistwin.drivers.models import make
-from axistwin.errors import LinkError, UsageError
+from axistwin.errors import LinkError, UsageError, reason
+from axistwin.hosts.inner_port import InnerPort
 from axistwin.integrations.paced_port import PacedPort
 from axistwin.integrations.station import Station
 from axistwin.links.server import Server
 from axistwin.plant.axes import Axis
 from axistwin.plant.machine_units import MachineUnits
-from axistwin.storage import reason
 
 Units = Mapping[str, MachineUnits]
 """Units by axis: `X`, or in a scene `if1.X`."""
@@ -147,6 +147,22 @@ async def _open_inside(server: Server, name: str) -> Port:
     if speed is None or speed > 1:
         return port  # its time-outs are in real time, because the way through the socket is
     return PacedPort(port, server.pacer)
+
+
+def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
+    """Return an `AsyncController` of the controller `name` in this process, without a port.
+
+    `options`: those of the driver.  Raises UsageError for an unknown name or an invalid option.
+    """
+    names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
+    if name not in names:
+        raise UsageError(f"no controller {name!r}: expected one of {', '.join(names)}")
+    model, given, _ = of_bench(bench, name)
+
+    async def open_port() -> InnerPort:
+        return InnerPort(bench, name)
+
+    return AsyncController(f"inside:{name}", core_of(model, {**given, **options}), opening=open_port)
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:

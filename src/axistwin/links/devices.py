@@ -10,7 +10,7 @@ from logging import getLogger
 from threading import Thread
 from typing import TYPE_CHECKING, Any, Protocol
 
-from axistwin.errors import LinkError
+from axistwin.errors import LinkError, cannot_open, reason
 from axistwin.links.plug import CHUNK, HostEnd
 from axistwin.links.writer import STALLED, Writer
 from axistwin.sim.frames import UartFormat
@@ -167,7 +167,7 @@ class ThreadStream:
                 if data and (more := min(self._device.in_waiting, CHUNK - 1)):
                     data += self._device.read(more)
             except DEVICE_ERRORS as error:
-                self._call(self._lose, error_text(error))
+                self._call(self._lose, reason(error))
                 return
             if data:
                 self._call(self._take, data)
@@ -200,12 +200,6 @@ class ThreadStream:
             self._dropped = 0
 
 
-def error_text(error: Exception) -> str:
-    """Return the message of a device error, e.g. `no such file or directory`."""
-    number = getattr(error, "errno", None) or (error.args[0] if isinstance(error, TERMIOS_ERRORS) else None)
-    return os.strerror(number).lower() if number else str(error)
-
-
 def settings_of(fmt: UartFormat) -> dict[str, Any]:
     """Convert a line format to keyword arguments of pyserial."""
     return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
@@ -227,10 +221,7 @@ def opening(url: object) -> Iterator[None]:
     try:
         yield
     except DEVICE_ERRORS as error:
-        reason = error_text(error)
-        raise LinkError(
-            f"cannot open {url}: {reason}; check that the device exists, is free and permits access"
-        ) from None
+        raise LinkError(cannot_open(url, error)) from None
 
 
 def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:

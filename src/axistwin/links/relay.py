@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING
 
 from axistwin.bench import Bench
 from axistwin.bench.bench import SharedLine
-from axistwin.errors import LinkError
-from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, error_text, opening, set_lines, settings_of
+from axistwin.errors import LinkError, reason
+from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
 from axistwin.sim.frames import LineError, UartFormat
@@ -170,7 +170,7 @@ class Relay:
             do()
         except DEVICE_ERRORS as error:
             if not self._closing:
-                self._warn_once(f"cannot {what}: {error_text(error)}")
+                self._warn_once(f"cannot {what}: {reason(error)}")
 
     def _warn_once(self, words: str) -> None:
         if words not in self._warned:

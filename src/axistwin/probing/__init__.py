@@ -2,19 +2,20 @@
 
 from typing import TYPE_CHECKING
 
+from axistwin.hosts.end import Answer, End
+from axistwin.hosts.real_time import open_end
+from axistwin.hosts.virtual_time import VirtualEnd
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.probing.cases import dialect
     from axistwin.probing.comparing import Motion, Probe, Result, Settings, Twin, Verdict, other_values, probe
-    from axistwin.probing.ends import Answer, End, VirtualEnd, open_end
     from axistwin.probing.report import html
 else:
     __getattr__ = lazy(
         __name__,
         cases="dialect",
         comparing="Motion Probe Result Settings Twin Verdict other_values probe",
-        ends="Answer End VirtualEnd open_end",
         report="html",
     )
 

@@ -6,7 +6,7 @@ from importlib import import_module
 
 from axistwin.bench import FAMILIES, Controller
 from axistwin.controllers.product import Product
-from axistwin.probing.ends import End
+from axistwin.hosts.end import End
 
 
 @dataclass(frozen=True)

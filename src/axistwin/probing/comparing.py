@@ -8,8 +8,9 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from axistwin.bench import Bench, product
 from axistwin.controllers.product import Product
 from axistwin.errors import AxistwinError, LinkError
+from axistwin.hosts.end import LATE_S, QUIET_S, TRIES, Answer, End
+from axistwin.hosts.virtual_time import VirtualEnd
 from axistwin.probing.cases import Case, Condition, Dialect, dialect
-from axistwin.probing.ends import LATE_S, QUIET_S, TRIES, Answer, End, VirtualEnd
 from axistwin.sim.frames import UartFormat
 
 POWER_UP_S = 2.0

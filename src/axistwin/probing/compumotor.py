@@ -7,8 +7,8 @@ from axistwin.bench import Controller
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
+from axistwin.hosts.end import LATE_S, MESSAGE, End
 from axistwin.probing.cases import Case, Condition, Dialect, around, connect
-from axistwin.probing.ends import LATE_S, MESSAGE, End
 
 WRITE_BITS, SET_BIT, CLEAR_BIT = USER_BITS = (0x08, 0x09, 0x0A)
 MOVE, TOO_HIGH = 0x32, 0xC0

@@ -11,8 +11,8 @@ from axistwin.bench import Controller, line_format, product
 from axistwin.controllers.digiplan.language import Accept, Instruction
 from axistwin.controllers.product import Product
 from axistwin.errors import LinkError
+from axistwin.hosts.end import LATE_S, TRIES, End
 from axistwin.probing.cases import Case, Condition, Dialect, around, connect
-from axistwin.probing.ends import LATE_S, TRIES, End
 
 SPOIL = b"~"
 """A character that is no command: a message with this character only sets the data fault bit."""

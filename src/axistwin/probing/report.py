@@ -2,8 +2,8 @@
 
 from html import escape
 
+from axistwin.hosts.end import Answer
 from axistwin.probing.comparing import Probe, Result, Verdict
-from axistwin.probing.ends import Answer
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b1f24 }

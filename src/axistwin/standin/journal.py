@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import BinaryIO
 from zlib import crc32
 
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, reason
 from axistwin.standin.writer import Writer
-from axistwin.storage import reason
 
 MOST_TAIL = 65_536
 """Largest number of bytes that the last line of a journal can have."""

@@ -1,6 +1,5 @@
 """A motion board on a serial port.  A separate thread serves the port, so that the emulation cannot delay it."""
 
-import os
 from collections.abc import Callable
 from threading import Event as Flag
 from threading import Lock, Thread
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import serial
 
-from axistwin.errors import LinkError
+from axistwin.errors import LinkError, reason
 from axistwin.standin.board import Board
 from axistwin.standin.channel import Channel
 from axistwin.standin.dictionary import Dictionary
@@ -32,9 +31,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
     try:
         return serial.Serial(port, baud, timeout=WAIT_S, write_timeout=WRITE_S, exclusive=True)
     except (OSError, ValueError) as error:  # OSError also catches its subclass `serial.SerialException`.
-        number = getattr(error, "errno", None)
-        reason = os.strerror(number).lower() if number else str(error)
-        raise LinkError(f"cannot open {port} ({reason}): `axistwin boards` lists the connected boards") from None
+        raise LinkError(f"cannot open {port} ({reason(error)}): `axistwin boards` lists the connected boards") from None
 
 
 def identify(port: str, baud: int) -> Dictionary:

@@ -15,10 +15,9 @@ from io import BytesIO
 from threading import Thread
 from typing import Any
 
-from axistwin.errors import LinkError
+from axistwin.errors import LinkError, reason
 from axistwin.links.urls import parse_as
 from axistwin.links.web_gate import is_address, is_loopback, refusal
-from axistwin.storage import reason
 
 PAGE, JSON, TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
 MOST_VISITORS = 32

@@ -12,8 +12,8 @@ from shutil import rmtree
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
-from axistwin.errors import TraceError, UsageError
-from axistwin.storage import Lock, reason, write_error, write_whole
+from axistwin.errors import TraceError, UsageError, reason
+from axistwin.storage import Lock, write_error, write_whole
 from axistwin.sweeps.job import APART, Row
 from axistwin.traces.parquet import require_pyarrow
 

@@ -18,9 +18,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Self
 
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, reason
 from axistwin.scenes.scene import Scene
-from axistwin.storage import reason, write_whole
+from axistwin.storage import write_whole
 from axistwin.sweeps import journal, searching
 from axistwin.sweeps.cluster import Cluster
 from axistwin.sweeps.designs import Points, points

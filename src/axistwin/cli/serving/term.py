@@ -188,7 +188,7 @@ async def _watch(commands: LocalCommands, lines: Lines) -> None:
 
 
 async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int:
-    from axistwin.terminal.port import PortEnd
+    from axistwin.hosts.port_end import PortEnd
 
     screen, lines = _screen(keyboard), Lines()
     other = PortEnd(target, line, screen.show_received, lines.put_nowait)

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from axistwin.bench import Bench, product
 from axistwin.controllers.compumotor.language import Opcode
 from axistwin.errors import LinkError
-from axistwin.probing.ends import MESSAGE
+from axistwin.hosts.end import MESSAGE
+from axistwin.hosts.exchange import Exchange
 from axistwin.probing.rescue.contents import Contents, Reader, Restoring
-from axistwin.probing.rescue.exchange import Exchange
 
 MODE, MOVING, MOVE, LIST, RATIO, LAW = 0x90, 0x8C, 0x91, 0x92, 0x9C, 0x9F
 FENCE = b"\x01\x5a"

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from axistwin.bench import FAMILIES, Bench, product
-from axistwin.probing.rescue.exchange import Exchange
+from axistwin.hosts.exchange import Exchange
 
 
 @dataclass

@@ -2,8 +2,8 @@
 
 from axistwin.bench import Bench
 from axistwin.errors import LinkError
+from axistwin.hosts.exchange import Exchange
 from axistwin.probing.rescue.contents import Contents, Reader, Restoring
-from axistwin.probing.rescue.exchange import Exchange
 from axistwin.programs.command_lines import READY_S, SELF_TEST_S, greeting
 
 SPOIL = b"~"

@@ -10,9 +10,9 @@ from functools import partial
 
 from axistwin.bench import FAMILIES, product
 from axistwin.errors import LinkError
-from axistwin.probing.ends import End
+from axistwin.hosts.end import End
+from axistwin.hosts.exchange import Exchange
 from axistwin.probing.rescue import digiplan, smartmotor
-from axistwin.probing.rescue.exchange import Exchange
 from axistwin.sim.frames import Parity, UartFormat
 
 RATES = {"smartmotor": (9600, 19200, 38400, 4800, 2400), "if1": (9600, 4800, 2400, 1200, 600, 300, 110)}

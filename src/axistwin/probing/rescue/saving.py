@@ -10,9 +10,10 @@ from typing import Any
 
 from axistwin.bench import Bench, product
 from axistwin.errors import AxistwinError, LinkError, UsageError
-from axistwin.probing.ends import End, VirtualEnd
+from axistwin.hosts.end import End
+from axistwin.hosts.exchange import Exchange, Report
+from axistwin.hosts.virtual_time import VirtualEnd
 from axistwin.probing.rescue.contents import Contents, reader
-from axistwin.probing.rescue.exchange import Exchange, Report
 from axistwin.probing.rescue.finding import Found
 from axistwin.scenes import Scene
 from axistwin.scenes.toml_text import tables

@@ -5,8 +5,8 @@ from itertools import count
 from string import ascii_lowercase
 
 from axistwin.errors import LinkError
+from axistwin.hosts.exchange import Exchange
 from axistwin.probing.rescue.contents import Contents, Reader, Restoring
-from axistwin.probing.rescue.exchange import Exchange
 
 REPORT = b"Ra\r"
 """Report of a variable: an error in the language of all other controllers."""

@@ -7,8 +7,8 @@ from axistwin.bench import Controller
 from axistwin.controllers.product import Product
 from axistwin.controllers.smartmotor.language.forms import Instruction
 from axistwin.errors import LinkError
+from axistwin.hosts.end import End
 from axistwin.probing.cases import Case, Condition, Dialect
-from axistwin.probing.ends import End
 from axistwin.probing.smartmotor.memory import CONTENTS, locking, restore, save, stored
 from axistwin.probing.smartmotor.moving import moves
 from axistwin.probing.smartmotor.reading import readings

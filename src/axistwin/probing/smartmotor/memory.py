@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 from axistwin.controllers.smartmotor.language.forms import Instruction
 from axistwin.errors import LinkError
+from axistwin.hosts.end import End
 from axistwin.probing.cases import Case, Condition
-from axistwin.probing.ends import End
 from axistwin.probing.smartmotor.still import CR, case, still
 
 BLOCK = 8

@@ -7,7 +7,7 @@ from axistwin.bench.acts import Act
 from axistwin.bench.codec import codec_of
 from axistwin.conversations import write
 from axistwin.errors import LinkError
-from axistwin.probing.ends import MESSAGE, End
+from axistwin.hosts.end import MESSAGE, End
 from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 

@@ -8,8 +8,7 @@ import serial
 
 from axistwin.bench import line_format
 from axistwin.errors import LinkError
-from axistwin.links.devices import error_text
-from axistwin.links.urls import parse
+from axistwin.hosts.opening import open_port
 from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)
@@ -25,7 +24,7 @@ class PortEnd:
     ) -> None:
         self._loop = asyncio.get_running_loop()
         self._target, self._receive, self._failed = target, receive, lost
-        self._port = _open(target, line)
+        self._port = open_port(target, line_format(line, USUAL)[0], timeout_s=0.1)
         self._closing = False
         self._last_s = self._loop.time()
         self._thread = Thread(target=self._subscribe, daemon=True)
@@ -70,23 +69,3 @@ class PortEnd:
     def _take(self, data: bytes) -> None:
         self._last_s = self._loop.time()
         self._receive(data)
-
-
-def _open(target: str, line: str | None) -> serial.Serial:
-    url, fmt = _address(target, line_format(line, USUAL)[0])
-    try:
-        return serial.serial_for_url(
-            url, baudrate=fmt.baudrate, bytesize=fmt.bytesize, parity=fmt.parity, stopbits=fmt.stopbits, timeout=0.1
-        )
-    except (serial.SerialException, ValueError, OSError) as error:
-        reason = error_text(error)
-        raise LinkError(f"cannot open {target}: {reason}") from None
-
-
-def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    if target.startswith(("pty:", "tcp:", "serial:")):
-        port = parse(target)
-        if port.scheme == "tcp":
-            return f"socket://{port.address}", fmt
-        return port.path, fmt
-    return target, fmt

@@ -6,34 +6,14 @@ virtual time, and nothing else does.  So a program with this driver has the same
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
 
 from axistwin.bench import Bench, endpoints
-from axistwin.drivers.asynchronous import AsyncController
-from axistwin.errors import UsageError
-from axistwin.integrations.machine import core_of, of_bench
 from axistwin.links.bus import Master, Slot
 from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.plug import Plug
 from axistwin.sim.frames import LineError
 from axistwin.sim.serial_port import Flow
 from axistwin.units import to_ns, to_seconds
-
-
-def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
-    """Return an `AsyncController` of the controller `name` in this process, without a port.
-
-    `options`: those of the driver.  Raises UsageError for an unknown name or an invalid option.
-    """
-    names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
-    if name not in names:
-        raise UsageError(f"no controller {name!r}: expected one of {', '.join(names)}")
-    model, given, _ = of_bench(bench, name)
-
-    async def open_port() -> InnerPort:
-        return InnerPort(bench, name)
-
-    return AsyncController(f"inside:{name}", core_of(model, {**given, **options}), opening=open_port)
 
 
 class InnerPort:
