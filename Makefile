@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 
 setup:                          ## a working copy to develop in
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install -q -e ".[all,dev]"
+	$(BIN)/pip install -q -e ".[dev]"
 
 $(BIN)/lint-imports:
 	$(PYTHON) -m venv $(VENV)
