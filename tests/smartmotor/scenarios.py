@@ -3,6 +3,7 @@
 from axistwin import Bench
 from axistwin.bench import Controller
 
+from .bits import BITS
 from .talking import SAMPLE_NS, advance, ask, run, send, value, wired
 
 # Cam (chapter 9)
@@ -43,10 +44,14 @@ def turn_through(bench: Bench, motor: Controller, counts: list[int], per_sample:
     return [turn_to(bench, motor, count, per_sample) for count in counts]
 
 
-def start_cam(bench: Bench, motor: Controller, f: str = "F=16", dwell: int = 2000, mc: str = "MC") -> None:
-    """Start the cam of examples 1 and 2 from the host."""
+def cam(f: str = "F=16", dwell: int = 2000, mc: str = "MC") -> str:
+    """Return the commands that start the cam of examples 1 and 2 from the host."""
     table = " ".join(map(str, TABLE))
-    send(bench, motor, f"MF4 {f} D={dwell} BASE=8000 SIZE=8 aw[0] {table}. O=0 {mc} G", 0)
+    return f"MF4 {f} D={dwell} BASE=8000 SIZE=8 aw[0] {table}. O=0 {mc} G"
+
+
+def start_cam(bench: Bench, motor: Controller, f: str = "F=16", dwell: int = 2000, mc: str = "MC") -> None:
+    send(bench, motor, cam(f, dwell, mc), 0)
     assert send(bench, motor, "RMODE RBs", 0) == b"C\r0\r"
 
 
@@ -156,3 +161,16 @@ C2
 j=j+1
 {c2}
 """
+
+
+# The status word
+
+
+def all_bits(bench: Bench, motor: Controller) -> str:
+    """Return the letters of the bits of RW that are 1, least significant first; RBx, RS and RPW must agree."""
+    word = int(ask(bench, motor, "RW", 0))
+    assert int(ask(bench, motor, "RS", 0)) == word & 0xFF
+    assert ask(bench, motor, "RPW", 0).split(",")[1] == str(word)
+    singly = send(bench, motor, "".join(f"RB{letter} " for letter in BITS), 0).split()
+    assert [int(bit) for bit in singly] == [int(word & value > 0) for value in BITS.values()]
+    return "".join(letter for letter, value in BITS.items() if word & value)

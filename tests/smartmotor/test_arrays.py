@@ -6,12 +6,69 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
+from .playing import play, scripts
 from .talking import load, ready, send, value, values
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 LONGS = [2 * letter for letter in LETTERS] + [3 * letter for letter in LETTERS[:25]]
 WIDTH = {"ab": 1, "aw": 2, "al": 4}
 LAST = {"ab": 203, "aw": 101, "al": 50}
+
+
+@scripts(
+    {
+        # 8.1 Forced equal sign
+        "nor are these without it":
+        [f"{words} RBs RP RMODE -> 1 0 B"
+         for words in ("O100", "WAIT5", "F33", "CLK5", "MFMUL3", "TH50", "SLP5", "EPTR7")],
+        "with it they are accepted":
+        "A=100 V=101 P=102 x=103 aa=104 ab[0]=105 KP=106; RBs -> 0; A is 100; V is 101; P is 102; x is 103; "
+        "ab[0] is 105; KP is 106",
+        # 8.2 Multiple arrays, table 8.1
+        "8.2: ab[203], aw[101] and al[50] exist; the next index is an array index error, Bu":
+        [f"{kind}[{last}]=-7; R{kind}[{last}] RBu -> -7 0; {kind}[{last + 1}]=5; RBu RBs -> 1 0; "
+         f"{kind}[{last}] is -7; {kind}[0] is 0; zzz is 0; a is 0"
+         for kind, last in list(LAST.items())],
+        "6, 10: reading or writing beyond the array sets Bu, and Zu and ZS clear Bu":
+        [f"a=-1 x=5; {where}=1; RBu Rx Zu RBu -> 1 5 0; x={where}; RBu Rx Zu RBu -> 1 5 0; R{where}; "
+         "RBu Rx Zu RBu -> 1 5 0"
+         for where in (
+             "ab[204]", "ab[-1]", "aw[102]", "aw[-1]", "al[51]", "al[-1]", "ab[2147483647]", "al[-2147483648]",
+             "al[a*1]",
+         )],
+        "Table 8.1: al[0] shares memory with aw[0] aw[1] and ab[0] … ab[3], the most significant byte first":
+        "al[0]=16909060; aw[0] is 258; aw[1] is 772; ab[0] is 1; ab[1] is 2; ab[2] is 3; ab[3] is 4; ab[1]=-1; "
+        "aw[0] is 511; al[0] is 33489668",
+        "Table 8.1: al[50] shares memory with aw[100] aw[101] and ab[200] … ab[203]":
+        "ab[200] 1 2 3 4.; aw[100] is 258; aw[101] is 772; al[50] is 16909060; aw[101]=-2; ab[202] is -1; "
+        "ab[203] is -2; al[50] is 16973822",
+        "6: al[0] is aa, al[25] is zz, al[26] is aaa, al[50] is yyy":
+        [f"{name}={index + 1}; al[{index}] is {index + 1}; al[{index}]=-5; {name} is -5"
+         for index, name in list(enumerate(LONGS))],
+        "With the option array_overlay=False, the arrays and the variables share no memory":
+        "with array_overlay=false; aa=5 al[0]=6 yyy=7 al[50]=8; aa is 5; al[0] is 6; yyy is 7; al[50] is 8",
+        "6: an element keeps the low 8 or 16 bits of a value, and reading it extends the sign":
+        [f"{where}={stored}; {where} is {read}; RBs RBd RBu -> 0 0 0"
+         for where, stored, read in (
+             ("ab[7]", 127, 127), ("ab[7]", 128, -128), ("ab[7]", 256, 0), ("ab[7]", -129, 127),
+             ("aw[7]", 32767, 32767), ("aw[7]", 32768, -32768), ("aw[7]", 65536, 0), ("aw[7]", -32769, 32767),
+             ("al[7]", 2147483647, 2147483647), ("al[7]", -2147483648, -2147483648),
+         )],
+        # Lists
+        "a list that is too long sets bu":
+        "aw[100] 1 2 3.; RBu Rzzz -> 1 0",
+        "9.4: the program of example 3 contains a list of values for an array":
+        "load aw[0] 0 700 1100 2200 3300 2200. / x=aw[5] / END; RUN; 0.05 s; x is 2200; aw[1] is 700; aw[4] is 3300",
+        "6: an index is a number, a variable or one binary operation":
+        [f"n=3 ab[0]=9 aw[{index}]=77; aw[{element}] is 77; n is 3"
+         for index, element in (("n", 3), ("n+1", 4), ("n*2", 6), ("n-3", 0), ("ab[0]", 9), ("n%2", 1))],
+        # Beyond
+        "they are lost when the power is cut":
+        "aw[0] 1 2 3. zz=4 zzz=5 a=6; power cycle; 0.5 s; aw[0] is 0; aw[1] is 0; al[25] is 0; zzz is 0; a is 0",
+    }
+)  # fmt: skip
+def test_arrays(script):
+    play(script)
 
 
 # 8.1 Forced equal sign
@@ -30,65 +87,7 @@ def test_the_equal_sign_must_be_present(bench, motor, words):
     assert value(bench, motor, name) == before
 
 
-@pytest.mark.parametrize("words", ["O100", "WAIT5", "F33", "CLK5", "MFMUL3", "TH50", "SLP5", "EPTR7"])
-def test_nor_are_these_without_it(bench, motor, words):
-    assert send(bench, motor, f"{words} RBs RP RMODE", 0) == b"1\r0\rB\r"
-
-
-def test_with_it_they_are_accepted(bench, motor):
-    send(bench, motor, "A=100 V=101 P=102 x=103 aa=104 ab[0]=105 KP=106", 0)
-    assert send(bench, motor, "RBs", 0) == b"0\r"
-    assert values(bench, motor, ["A", "V", "P", "x", "ab[0]", "KP"]) == [100, 101, 102, 103, 105, 106]
-
-
 # 8.2 Multiple arrays, table 8.1
-
-
-@pytest.mark.parametrize(("kind", "last"), list(LAST.items()))
-def test_the_last_element(bench, motor, kind, last):
-    """8.2: ab[203], aw[101] and al[50] exist; the next index is an array index error, Bu."""
-    send(bench, motor, f"{kind}[{last}]=-7", 0)
-    assert send(bench, motor, f"R{kind}[{last}] RBu", 0) == b"-7\r0\r"
-    send(bench, motor, f"{kind}[{last + 1}]=5", 0)
-    assert send(bench, motor, "RBu RBs", 0) == b"1\r0\r"
-    assert values(bench, motor, [f"{kind}[{last}]", f"{kind}[0]", "zzz", "a"]) == [-7, 0, 0, 0]
-
-
-@pytest.mark.parametrize(
-    "where",
-    ["ab[204]", "ab[-1]", "aw[102]", "aw[-1]", "al[51]", "al[-1]", "ab[2147483647]", "al[-2147483648]", "al[a*1]"],
-)
-def test_beyond_the_array_the_command_is_ignored(bench, motor, where):
-    """6, 10: reading or writing beyond the array sets Bu, and Zu and ZS clear Bu."""
-    send(bench, motor, "a=-1 x=5", 0)
-    for words in (f"{where}=1", f"x={where}", f"R{where}"):
-        assert send(bench, motor, words + "", 0) == b""
-        assert send(bench, motor, "RBu Rx Zu RBu", 0) == b"1\r5\r0\r"
-
-
-def test_table_8_1_first_location(bench, motor):
-    """Table 8.1: al[0] shares memory with aw[0] aw[1] and ab[0] … ab[3], the most significant byte first."""
-    send(bench, motor, "al[0]=16909060", 0)  # 01020304h
-    assert values(bench, motor, ["aw[0]", "aw[1]", "ab[0]", "ab[1]", "ab[2]", "ab[3]"]) == [0x102, 0x304, 1, 2, 3, 4]
-    send(bench, motor, "ab[1]=-1", 0)
-    assert values(bench, motor, ["aw[0]", "al[0]"]) == [0x1FF, 0x1FF0304]
-
-
-def test_table_8_1_last_location(bench, motor):
-    """Table 8.1: al[50] shares memory with aw[100] aw[101] and ab[200] … ab[203]."""
-    send(bench, motor, "ab[200] 1 2 3 4.", 0)
-    assert values(bench, motor, ["aw[100]", "aw[101]", "al[50]"]) == [0x102, 0x304, 0x1020304]
-    send(bench, motor, "aw[101]=-2", 0)
-    assert values(bench, motor, ["ab[202]", "ab[203]", "al[50]"]) == [-1, -2, 0x102FFFE]
-
-
-@pytest.mark.parametrize(("index", "name"), list(enumerate(LONGS)))
-def test_the_long_variables_lie_in_the_same_memory(bench, motor, index, name):
-    """6: al[0] is aa, al[25] is zz, al[26] is aaa, al[50] is yyy."""
-    send(bench, motor, f"{name}={index + 1}", 0)
-    assert value(bench, motor, f"al[{index}]") == index + 1
-    send(bench, motor, f"al[{index}]=-5", 0)
-    assert value(bench, motor, name) == -5
 
 
 def test_zzz_and_single_letters_lie_elsewhere(bench, motor):
@@ -96,26 +95,6 @@ def test_zzz_and_single_letters_lie_elsewhere(bench, motor):
     send(bench, motor, "zzz=9 a=8 z=7", 0)
     assert {value(bench, motor, f"al[{index}]") for index in range(51)} == {0}
     assert values(bench, motor, ["zzz", "a", "z"]) == [9, 8, 7]
-
-
-def test_without_the_overlay_names_and_arrays_are_apart(bench):
-    """With the option array_overlay=False, the arrays and the variables share no memory."""
-    motor = ready(bench, array_overlay=False)
-    send(bench, motor, "aa=5 al[0]=6 yyy=7 al[50]=8", 0)
-    assert values(bench, motor, ["aa", "al[0]", "yyy", "al[50]"]) == [5, 6, 7, 8]
-
-
-@pytest.mark.parametrize(
-    ("where", "stored", "read"),
-    [("ab[7]", 127, 127), ("ab[7]", 128, -128), ("ab[7]", 256, 0), ("ab[7]", -129, 127), ("aw[7]", 32_767, 32_767),
-     ("aw[7]", 32_768, -32_768), ("aw[7]", 65_536, 0), ("aw[7]", -32_769, 32_767),
-     ("al[7]", 2_147_483_647, 2_147_483_647), ("al[7]", -2_147_483_648, -2_147_483_648)],
-)  # fmt: skip
-def test_storing_truncates_and_reading_extends_the_sign(bench, motor, where, stored, read):
-    """6: an element keeps the low 8 or 16 bits of a value, and reading it extends the sign."""
-    send(bench, motor, f"{where}={stored}", 0)
-    assert value(bench, motor, where) == read
-    assert send(bench, motor, "RBs RBd RBu", 0) == b"0\r0\r0\r"
 
 
 # Lists
@@ -141,34 +120,7 @@ def test_the_whole_array_in_one_list(bench, motor):
     assert [value(bench, motor, f"aw[{index}]") for index in range(102)] == wanted
 
 
-def test_a_list_that_is_too_long_sets_bu(bench, motor):
-    send(bench, motor, "aw[100] 1 2 3.", 0)
-    assert send(bench, motor, "RBu Rzzz", 0) == b"1\r0\r"
-
-
-def test_a_list_in_a_program(bench, motor):
-    """9.4: the program of example 3 contains a list of values for an array."""
-    load(bench, motor, "aw[0] 0 700 1100 2200 3300 2200.\nx=aw[5]\nEND\n")
-    send(bench, motor, "RUN", 0)
-    bench.run(0.05)
-    assert values(bench, motor, ["x", "aw[1]", "aw[4]"]) == [2200, 700, 3300]
-
-
-@pytest.mark.parametrize(("index", "element"), [("n", 3), ("n+1", 4), ("n*2", 6), ("n-3", 0), ("ab[0]", 9), ("n%2", 1)])
-def test_an_index_may_be_an_expression(bench, motor, index, element):
-    """6: an index is a number, a variable or one binary operation."""
-    send(bench, motor, f"n=3 ab[0]=9 aw[{index}]=77", 0)
-    assert values(bench, motor, [f"aw[{element}]", "n"]) == [77, 3]
-
-
 # Beyond
-
-
-def test_they_are_lost_when_the_power_is_cut(bench, motor):
-    send(bench, motor, "aw[0] 1 2 3. zz=4 zzz=5 a=6", 0)
-    motor.power_cycle()
-    bench.run(0.5)
-    assert values(bench, motor, ["aw[0]", "aw[1]", "al[25]", "zzz", "a"]) == [0, 0, 0, 0, 0]
 
 
 @st.composite

@@ -5,9 +5,10 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, bare, load, send, value
+from .playing import play, scripts
+from .talking import ask, bare, send, value
 
-BS, LIMITS = 8192, 1024 + 512 + 4 + 2
+BS = 8192
 ZERO = [
     "A", "V", "P", "D", "T", "F", "SLN", "SLP", "CTR", "EPTR", "KV", "KA", "KG", "a", "z", "aa", "zz", "aaa", "zzz",
     "ab[0]", "ab[203]", "aw[101]", "al[50]", "@P", "@PE", "@V",
@@ -30,111 +31,54 @@ def unwired(bench: Bench) -> Controller:
     return bare(bench)
 
 
-def test_with_nothing_wired_it_boots_in_fault(bench, unwired):
-    """2.0 item 1: "With nothing wired to limits, motor will boot-up in fault condition".
-
-    RW is 1670: Br 2 + Bl 4 + Bo 128 + Bp 512 + Bm 1024.  U is 127: all seven pins are pulled up.
-    """
-    assert send(bench, unwired, "RS RW RPW RU RBr RBl RBp RBm RBo RBt") == b"134\r1670\r0,1670\r127\r1\r1\r1\r1\r1\r0\r"
-
-
-def test_the_default_mode_is_mode_torque_brake(bench, unwired):
-    """2.0 item 2: "Default Mode is Mode-Torque Brake"; 5.2: "RMODE will report "B" when MTB is active"."""
-    assert ask(bench, unwired, "RMODE") == "B"
-
-
-def test_the_default_brake_control_is_brksrv(bench, unwired):
-    """2.0 item 3: the brake is engaged while Bo is 1 and released while Bo is 0, whether the motor moves or not."""
-    assert unwired.pins["brake"].level
-    send(bench, unwired, "UCI UDI ZS")
-    assert unwired.pins["brake"].level
-    send(bench, unwired, "G")
-    assert ask(bench, unwired, "RW") == "0"
-    assert not unwired.pins["brake"].level
-    send(bench, unwired, "OFF")
-    assert unwired.pins["brake"].level
-
-
-@pytest.mark.parametrize("command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MV G", "MP D=5 G", "MT T=500 G"])
-def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, unwired, command):
-    """2.0 item 5 and 3.1: in a fault such a command moves nothing, changes no flag, and is no syntax error."""
-    send(bench, unwired, "A=65536 V=65536 P=1000 T=1023")
-    unwired.master.move(1000, 0.01)
-    send(bench, unwired, command, 0.1)
-    assert send(bench, unwired, "RW RMODE RP") == b"1670\rB\r0\r"
-    assert unwired.axes["shaft"].position == 0
-    assert unwired.axes["shaft"].commanded == 0
-
-
-def test_a_go_on_pin_g_is_inhibited_too(bench, unwired):
-    """4.1: "G-synchronization function on I/O pin G is inhibited"; without a fault the same edge starts the motor."""
-    send(bench, unwired, "A=65536 V=65536 P=100")
-    unwired.pins["G"].drive(False)
-    bench.run(0.1)
-    assert unwired.axes["shaft"].position == 0
-    unwired.pins["G"].release()
-    send(bench, unwired, "UCI UDI ZS", 0.1)
-    assert unwired.axes["shaft"].position == 0
-    unwired.pins["G"].drive(False)
-    bench.run(0.1)
-    assert unwired.axes["shaft"].position == 100
-
-
-def test_a_program_cannot_be_downloaded_in_a_fault(bench, unwired):
-    """2.0 item 6: LOAD is acknowledged only after the fault has been cleared."""
-    assert send(bench, unwired, b"LOAD ") == b""
-    send(bench, unwired, "UCI UDI ZS")
-    assert ask(bench, unwired, "RW") == "128"
-    load(bench, unwired, "a=7\nEND\n")
-    send(bench, unwired, "RUN", 0.01)
-    assert ask(bench, unwired, "Ra") == "7"
-
-
-@pytest.mark.parametrize(
-    ("cure", "target"),
-    [
-        ("ZS", 1000), ("ZS", -1000), ("UCI ZS", -1000), ("UDI ZS", 1000), ("Zr Zl", 1000), ("UCI UDI", 1000),
-        ("UCI UDI Zr", 9),
-    ],
+@scripts(
+    {
+        '2.0 item 1: "With nothing wired to limits, motor will boot-up in fault condition". RW is 1670: Br 2 + Bl '
+        "4 + Bo 128 + Bp 512 + Bm 1024. U is 127: all seven pins are pulled up":
+        "bare; RS RW RPW RU RBr RBl RBp RBm RBo RBt -> 134 1670 0,1670 127 1 1 1 1 1 0",
+        '2.0 item 2: "Default Mode is Mode-Torque Brake"; 5.2: "RMODE will report "B" when MTB is active"':
+        "bare; RMODE -> B",
+        "2.0 item 3: the brake is engaged while Bo is 1 and released while Bo is 0, whether the motor moves or "
+        "not":
+        "bare; brake is high; UCI UDI ZS; 0.001 s; brake is high; G; 0.001 s; RW -> 0; 0.001 s; brake is low; OFF; "
+        "0.001 s; brake is high",
+        "2.0 item 5 and 3.1: in a fault such a command moves nothing, changes no flag, and is no syntax error":
+        [f"bare; A=65536 V=65536 P=1000 T=1023; master 1000 in 0.01 s; {command}; 0.1 s; "
+         "RW RMODE RP -> 1670 B 0; at 0; commanded 0"
+         for command in (
+             "G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MV G", "MP D=5 G", "MT T=500 G",
+         )],
+        '4.1: "G-synchronization function on I/O pin G is inhibited"; without a fault the same edge starts the '
+        "motor":
+        "bare; A=65536 V=65536 P=100; G low; 0.1 s; at 0; G released; UCI UDI ZS; 0.1 s; at 0; G low; 0.1 s; at 100",
+        "2.0 item 6: LOAD is acknowledged only after the fault has been cleared":
+        "bare; LOAD; UCI UDI ZS; RW -> 128; load a=7 / END; RUN; 0.01 s; Ra -> 7",
+        "3.1: both inputs must be reassigned or grounded, and then the flags cleared; one of these steps is not "
+        "enough":
+        [f"bare; {cure}; A=65536 V=65536 P={target} G; 0.1 s; LOAD; at 0; RBo -> 1"
+         for cure, target in (
+             ("ZS", 1000), ("ZS", -1000), ("UCI ZS", -1000), ("UDI ZS", 1000), ("Zr Zl", 1000), ("UCI UDI", 1000),
+             ("UCI UDI Zr", 9),
+         )],
+        "3.1 note 3: the sample code is UCI, UDI, ZS; clearing the flags one by one instead of ZS works too":
+        [f"bare; {cure}; RS RW -> 128 128"
+         for cure in ("UCI UDI ZS", "UDI UCI Zl Zr", "UCI UDI Zr Zl Zr Zl", "ZS UCI UDI ZS ZS")],
+        '3.1 step 2: "or grounding Ports C and/or D" clears the real-time bits; the historical bits stay':
+        "bare; C low; D low; 0.01 s; RW -> 134; Zr; RW -> 132; Zl; RW -> 128",
+        "A motor whose limit switches are closed before power-up boots without a fault":
+        "bare limits=-1000,1000; RW RMODE RU -> 128 B 115",
+        "Reference 16: the value after power-up":
+        [f"bare; {name} is {DEFAULTS[name]}" for name in DEFAULTS],
+        "Page 1: firmware 4.76; RSP reports 24576/476":
+        "bare; RSP -> 24576/476",
+        "1.3: the commands that 4.76 has removed are syntax errors":
+        [f"{command}; RW -> {128 + BS}" for command in REMOVED],
+        "Faults can be cleared at any time, in the first sample and in the boot window too":
+        [f"new; {moment} s; UCI UDI ZS; 0.5 s; RW -> 128" for moment in (0.0, 0.0001, 0.1, 0.199, 0.2, 0.3)],
+    }
 )  # fmt: skip
-def test_half_a_remedy_leaves_the_fault(bench, unwired, cure, target):
-    """3.1: both inputs must be reassigned or grounded, and then the flags cleared; one of these steps is not enough."""
-    send(bench, unwired, cure)
-    send(bench, unwired, f"A=65536 V=65536 P={target} G", 0.1)
-    assert send(bench, unwired, b"LOAD ") == b""
-    assert unwired.axes["shaft"].position == 0
-    assert ask(bench, unwired, "RBo") == "1"
-
-
-@pytest.mark.parametrize("cure", ["UCI UDI ZS", "UDI UCI Zl Zr", "UCI UDI Zr Zl Zr Zl", "ZS UCI UDI ZS ZS"])
-def test_the_sample_code_of_section_3_1_clears_it(bench, unwired, cure):
-    """3.1 note 3: the sample code is UCI, UDI, ZS; clearing the flags one by one instead of ZS works too."""
-    assert send(bench, unwired, cure) == b""
-    assert send(bench, unwired, "RS RW") == b"128\r128\r"
-
-
-def test_grounding_the_pins_clears_it_as_well(bench, unwired):
-    """3.1 step 2: "or grounding Ports C and/or D" clears the real-time bits; the historical bits stay."""
-    unwired.pins["C"].drive(0.0)
-    unwired.pins["D"].drive(False)
-    bench.run(0.01)
-    assert ask(bench, unwired, "RW") == "134"
-    send(bench, unwired, "Zr")
-    assert ask(bench, unwired, "RW") == "132"
-    send(bench, unwired, "Zl")
-    assert ask(bench, unwired, "RW") == "128"
-
-
-def test_limits_are_wired_from_the_first_moment(bench):
-    """A motor whose limit switches are closed before power-up boots without a fault."""
-    motor = bare(bench, shaft={"limits": (-1000, 1000)})
-    assert send(bench, motor, "RW RMODE RU") == b"128\rB\r115\r"
-
-
-@pytest.mark.parametrize("name", DEFAULTS)
-def test_a_power_on_default(bench, unwired, name):
-    """Reference 16: the value after power-up."""
-    assert value(bench, unwired, name) == DEFAULTS[name]
+def test_boot_up_defaults(script):
+    play(script)
 
 
 def test_a_power_cycle_and_z_restore_every_default(bench, motor):
@@ -154,33 +98,12 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
         assert value(bench, motor, "CLK") < 2600
 
 
-def test_the_firmware_is_4_76(bench, unwired):
-    """Page 1: firmware 4.76; RSP reports 24576/476."""
-    assert ask(bench, unwired, "RSP") == "24576/476"
-
-
 @pytest.mark.parametrize("command", ADDED)
 def test_a_command_added_is_known(bench, motor, command):
     """1.2: the commands that 4.76 has added are accepted."""
     answer = send(bench, motor, command)
     assert (b"\r" in answer) == command.startswith("R")
     assert ask(bench, motor, "RBs") == "0"
-
-
-@pytest.mark.parametrize("command", REMOVED)
-def test_a_command_removed_is_a_syntax_error(bench, motor, command):
-    """1.3: the commands that 4.76 has removed are syntax errors."""
-    assert send(bench, motor, command) == b""
-    assert ask(bench, motor, "RW") == str(128 + BS)
-
-
-@pytest.mark.parametrize("moment", [0.0, 0.0001, 0.1, 0.199, 0.2, 0.3])
-def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
-    """Faults can be cleared at any time, in the first sample and in the boot window too."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(moment)
-    send(bench, motor, "UCI UDI ZS", 0.5)
-    assert ask(bench, motor, "RW") == "128"
 
 
 def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench, motor):

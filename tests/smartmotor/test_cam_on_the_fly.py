@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .scenarios import start_cam, turn_through, turn_to
+from .playing import play, scripts
+from .scenarios import cam, start_cam, turn_through, turn_to
 from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 OLD = {11_000: 750, 12_000: 1000, 18_000: 1000, 18_100: 1000, 20_000: 1000, 21_000: 1250}
@@ -52,68 +53,61 @@ CHANGES = {
 """Commands at 3000 counts, and the positions of the shaft at further counts."""
 
 
+@scripts(
+    {
+        # Dwell
+        '9.2: "First send the new dwell value and issue "CI" which initializes the new dwell value the next time '
+        'the "zero" point, end of base plus dwell or aw[0], is passed": the dwell is still 2000 in this cycle, '
+        "100 in the next":
+        f"{cam()}; turn 3000; D=100 CI; turn 9999 10000 18000 18100 19100: 500 500 1000 1000 1250; CX is 1",
+        '9.3: "crosses the zero-point boundary (between 0 and BASE plus dwell) in either direction"':
+        f"{cam()}; turn 3000; D=100 CI; turn 0 -100 -1100 -8100 -8200 -9200: 0 0 250 -500 -500 -250",
+        "9.2: in cam modulo a new dwell is used from the next zero point too":
+        f"{cam('F=128')}; turn 3000; D=100 CI; turn 9999; RCTR -> 9999; turn 18099; RCTR RP -> 8099 500; "
+        "turn 18100; RCTR RP -> 0 0",
+        '9.1: "Dwell can be set to zero"':
+        f"{cam()}; turn 3000; D=0 CI; turn 10000 18000 19000: 500 1000 1250; D=50 CI; "
+        "turn 26000 34000 34050 35050: 1500 2000 2000 2250",
+        # BASE, SIZE, MCn
+        '9.5: "Send the new values of BASE and/or SIZE ... followed by the MCn and CI command"':
+        f"{cam()}; turn 3000; BASE=4000 MC CI; "
+        "turn 8000 10000 10500 13000 14000 16000 16500: 500 500 750 1500 1000 1000 1250",
+        'Option cam_multiplier="table": CI puts MC2 in force as twice the distance':
+        f"with cam_multiplier=table; {cam()}; turn 3000; MC2 CI; "
+        "turn 8000 10000 11000 16000 18000 20000 21000: 500 500 1000 2500 1500 1500 2000",
+        'Example 5: "BASE=1 will have no effect until next MCn command"; G uses the BASE that MC2 has taken':
+        "MF4 aw[0] 0 10 20 30 40 50 60 70 80 90 100. F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G; "
+        "turn 500 2500 4999 5000 7500: 10 50 99 100 150",
+        # What invalidates a CI
+        "9.5: only D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F invalidate CI":
+        [f"{cam()}; turn 3000; D=100 CI {words} -> *; turn 10000 18000 18100 19100: 500 1000 1000 1250"
+         for words in (
+             "F=16 ", "F=24 ", "F=17 ", "V=5 A=7 P=3 E=900 ", "aw[20]=5 ", "RP x=CX RCTR ", "CI ",
+         )],
+        '9.5: "A new MCn and CI command must be issued"':
+        f"{cam()}; turn 3000; BASE=4000 MC CI D=0; turn 7000; MC CI; turn 10000 10500 14000 14500: 500 750 1000 1250",
+        "CI has effect at one crossing only: a later D needs another CI":
+        f"{cam()}; turn 3000; D=100 CI; turn 10001; D=700; turn 18100 19100 26200 27200: 1000 1250 1500 1750",
+        # F=16 and F=128 on the fly
+        '9.5: "will not take effect in cam mode, even though the change has been made in F, until the CI command '
+        'is issued and there is a zero-point crossing"':
+        f"{cam()}; turn 3000; F=144; turn 11000; RCTR RP -> 11000 750; CI; turn 25000; turn 30500; "
+        "RCTR RP -> 500 125; at 1625",
+        '9.4: without F=16 "absolute positioning would take immediate effect"; with CI at the zero point (9.5)':
+        f"{cam()}; turn 3000; F=0 MC CI; turn 9000 10000 11000 16000 17000 18000 19000: 500 0 250 1000 750 0 250",
+    }
+)  # fmt: skip
+def test_cam_on_the_fly(script):
+    play(script)
+
+
 @pytest.mark.parametrize(("commands", "expected"), CHANGES.values(), ids=CHANGES)
 def test_a_change(bench, motor, commands, expected):
     send(bench, motor, commands, 0)
     see(bench, motor, expected)
 
 
-# Dwell
-
-
-def test_a_new_dwell_is_used_from_the_next_zero_point_on(bench, motor):
-    """9.2: "First send the new dwell value and issue "CI" which initializes the new dwell value the next time the
-    "zero" point, end of base plus dwell or aw[0], is passed": the dwell is still 2000 in this cycle, 100 in the next.
-    """
-    send(bench, motor, "D=100 CI", 0)
-    see(bench, motor, {9_999: 500, 10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
-    assert value(bench, motor, "CX") == 1
-
-
-def test_a_new_dwell_holds_for_a_crossing_backwards_too(bench, motor):
-    """9.3: "crosses the zero-point boundary (between 0 and BASE plus dwell) in either direction"."""
-    send(bench, motor, "D=100 CI", 0)
-    see(bench, motor, {0: 0, -100: 0, -1100: 250, -8100: -500, -8200: -500, -9200: -250})
-
-
-def test_the_crossing_in_example_1_takes_the_new_dwell_too(bench):
-    """9.2: in cam modulo a new dwell is used from the next zero point too."""
-    motor = ready(bench)
-    start_cam(bench, motor, "F=128")
-    turn_to(bench, motor, 3000)
-    send(bench, motor, "D=100 CI", 0)
-    turn_to(bench, motor, 9999)
-    assert send(bench, motor, "RCTR", 0) == b"9999\r"
-    turn_to(bench, motor, 18_099)
-    assert send(bench, motor, "RCTR RP", 0) == b"8099\r500\r"
-    turn_to(bench, motor, 18_100)
-    assert send(bench, motor, "RCTR RP", 0) == b"0\r0\r"
-
-
-def test_dwell_may_become_zero_and_grow_again(bench, motor):
-    """9.1: "Dwell can be set to zero"."""
-    send(bench, motor, "D=0 CI", 0)
-    see(bench, motor, {10_000: 500, 18_000: 1000, 19_000: 1250})
-    send(bench, motor, "D=50 CI", 0)
-    see(bench, motor, {26_000: 1500, 34_000: 2000, 34_050: 2000, 35_050: 2250})
-
-
 # BASE, SIZE, MCn
-
-
-def test_base_is_changed_with_mc_and_ci(bench, motor):
-    """9.5: "Send the new values of BASE and/or SIZE ... followed by the MCn and CI command"."""
-    send(bench, motor, "BASE=4000 MC CI", 0)
-    see(bench, motor, {8000: 500, 10_000: 500, 10_500: 750, 13_000: 1500, 14_000: 1000, 16_000: 1000, 16_500: 1250})
-
-
-def test_the_multiplied_table_is_changed_with_ci(bench):
-    """Option cam_multiplier="table": CI puts MC2 in force as twice the distance."""
-    motor = ready(bench, cam_multiplier="table")
-    start_cam(bench, motor)
-    turn_to(bench, motor, 3000)
-    send(bench, motor, "MC2 CI", 0)
-    see(bench, motor, {8000: 500, 10_000: 500, 11_000: 1000, 16_000: 2500, 18_000: 1500, 20_000: 1500, 21_000: 2000})
 
 
 @pytest.mark.parametrize("words", ["BASE=4000 ", "BASE=4000 CI ", "SIZE=4 CI ", "BASE=4000 MC ", "MC2 ", "MC8 D=1 "])
@@ -121,14 +115,6 @@ def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
     """9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"."""
     send(bench, motor, words, 0)
     see(bench, motor, OLD)
-
-
-def test_example_5_base_has_no_effect_until_the_next_mcn(bench):
-    """Example 5: "BASE=1 will have no effect until next MCn command"; G uses the BASE that MC2 has taken."""
-    motor = ready(bench)
-    table = "0 10 20 30 40 50 60 70 80 90 100."
-    send(bench, motor, f"MF4 aw[0] {table} F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G", 0)
-    assert turn_through(bench, motor, [500, 2500, 4999, 5000, 7500]) == [10, 50, 99, 100, 150]
 
 
 # What invalidates a CI
@@ -152,45 +138,7 @@ def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, wo
     see(bench, motor, OLD)
 
 
-@pytest.mark.parametrize(
-    "words", ["F=16 ", "F=24 ", "F=17 ", "V=5 A=7 P=3 E=900 ", "aw[20]=5 ", "RP x=CX RCTR ", "CI "]
-)
-def test_other_commands_leave_it_valid(bench, motor, words):
-    """9.5: only D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F invalidate CI."""
-    send(bench, motor, "D=100 CI " + words, 0)
-    see(bench, motor, {10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
-
-
-def test_a_new_mcn_and_ci_make_it_valid_again(bench, motor):
-    """9.5: "A new MCn and CI command must be issued"."""
-    send(bench, motor, "BASE=4000 MC CI D=0", 0)
-    turn_to(bench, motor, 7000)
-    send(bench, motor, "MC CI", 0)
-    see(bench, motor, {10_000: 500, 10_500: 750, 14_000: 1000, 14_500: 1250})
-
-
-def test_after_the_zero_point_nothing_is_invalidated_any_more(bench, motor):
-    """CI has effect at one crossing only: a later D needs another CI."""
-    send(bench, motor, "D=100 CI", 0)
-    turn_to(bench, motor, 10_001)
-    send(bench, motor, "D=700", 0)
-    see(bench, motor, {18_100: 1000, 19_100: 1250, 26_200: 1500, 27_200: 1750})
-
-
 # F=16 and F=128 on the fly
-
-
-def test_f_128_takes_effect_at_a_zero_point_with_ci(bench, motor):
-    """9.5: "will not take effect in cam mode, even though the change has been made in F, until the CI command is issued
-    and there is a zero-point crossing"."""
-    send(bench, motor, "F=144", 0)
-    turn_to(bench, motor, 11_000)
-    assert send(bench, motor, "RCTR RP", 0) == b"11000\r750\r"
-    send(bench, motor, "CI", 0)
-    turn_to(bench, motor, 25_000)
-    turn_to(bench, motor, 30_500)
-    assert send(bench, motor, "RCTR RP", 0) == b"500\r125\r"
-    assert motor.axes["shaft"].position == 1625
 
 
 def test_f_128_withdrawn_lets_the_counter_go_on(bench):
@@ -204,12 +152,6 @@ def test_f_128_withdrawn_lets_the_counter_go_on(bench):
     turn_to(bench, motor, 40_500)
     assert value(bench, motor, "CTR") > 10_000
     assert motor.axes["shaft"].position == 2125
-
-
-def test_f_0_with_ci_makes_positions_absolute(bench, motor):
-    """9.4: without F=16 "absolute positioning would take immediate effect"; with CI at the zero point (9.5)."""
-    send(bench, motor, "F=0 MC CI", 0)
-    see(bench, motor, {9000: 500, 10_000: 0, 11_000: 250, 16_000: 1000, 17_000: 750, 18_000: 0, 19_000: 250})
 
 
 # The programs

@@ -6,8 +6,9 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .bits import BE, BL, BM, BO, BP, BR, BT
+from .playing import play, scripts
 from .scenarios import points, position
-from .talking import advance, ask, bare, clear, load, send, status_word
+from .talking import advance, ask, clear, load, send, status_word
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 COUNTING = "WHILE 1 a=a+1 LOOP "
@@ -19,19 +20,47 @@ def jam(bench: Bench, motor: Controller) -> None:
     advance(bench, 101)
 
 
+@scripts(
+    {
+        # F=2 and the limit switches
+        '7.1: the shaft spins "in the opposite direction for any given mode"; 3.1: pin C is the positive limit. '
+        "The pins belong to commanded directions: with F=2 a positive move reaches the switch on D, and does not "
+        "stop there":
+        [f"bare limits=-500,500; ZS F=2 MP A=65536 V=65536*10 P={target} G; 1.0 s; at {-target}; W {flags}"
+         for target, flags in ((2000, BL + BM), (-2000, BR + BP))],
+        # F=1 and a position error
+        '4.1, item 1: "Turn off servo amplifier, if F=1 is not issued"':
+        f"{CRUISE}; 0.01 s; jam; 110 samples; free; W eo",
+        # Zl and Zr
+        '3.1: "left limit (Port C)", "right limit (Port D)"; but its first line and table 4.1 exchange C and D':
+        [f"C low; D low; UCP UDM ZS; 0.01 s; {pin} released; 2 samples; W {flags + BO}; {pin} low; 2 samples; "
+         f"{leaves}; W {(flags & BR + BL) + BO}; {clears}; W o"
+         for pin, flags, clears, leaves in (("C", BR + BP, "Zr", "Zl"), ("D", BL + BM, "Zl", "Zr"))],
+        # What a fault inhibits
+        '3.2, 4.1: G, MT, MF1, MF4, MS, S and X are inhibited; 5.2 adds MF2; 2.0, item 5: "No further shaft '
+        'movement"':
+        [f"bare; A=65536 V=65536 {command}; master 1000 in 0.01 s; 0.05 s; at 0; RMODE -> B"
+         for command in ("MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G")],
+        '4.1: "during a motor protection fault the "RUN" command is inhibited"; GOSUB is not named, so it works':
+        [f"load a=1 END C5 a=5 RETURN ; {CRUISE}; 0.01 s; jam; 110 samples; free; {command}; 0.01 s; "
+         f"Ra -> {value}"
+         for command, value in (("GOSUB5", "5"), ("GOTO5", "5"), ("RUN", "0"))],
+        # The brake's pin
+        '5.1, note 2: such commands "will change the function of the I/O pin G": pin G becomes the direction line':
+        [f"UGO BRKG; G is high; {command}; 0.1 s; G is low; BRKRLS BRKENG; G is low"
+         for command in ("RS4", "OCHN(RS4,0,N,9600,1,8,C)")],
+        # Mode cam and host mode
+        '6.1: PRINT(U) "to communication channel 0", PRINT1(U) to channel 1, RU "to current communication '
+        'channel"':
+        "OCHN(RS4,1,N,9600,1,8,C); 485 writes PRINT(U,UA,#13) PRINT1(1,#13) RU<SP>; 0.1 s; receives 1271<CR>; "
+        "485 receives 1<CR>127<CR>",
+    }
+)  # fmt: skip
+def test_decisions_faults(script):
+    play(script)
+
+
 # F=2 and the limit switches
-
-
-@pytest.mark.parametrize(("target", "flags"), [(2000, BL + BM), (-2000, BR + BP)])
-def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, target, flags):
-    """7.1: the shaft spins "in the opposite direction for any given mode"; 3.1: pin C is the positive limit.
-
-    The pins belong to commanded directions: with F=2 a positive move reaches the switch on D, and does not stop there.
-    """
-    motor = bare(bench, shaft={"limits": (-500, 500)})
-    send(bench, motor, f"ZS F=2 MP A=65536 V=65536*10 P={target} G", 1.0)
-    assert motor.axes["shaft"].position == -target
-    assert status_word(bench, motor, 0) == flags
 
 
 @pytest.mark.parametrize(("pin", "speed", "flags"), [("C", 10, BR + BP), ("D", -10, BL + BM)])
@@ -70,34 +99,6 @@ def test_f_1_decelerates_on_a_position_error_too(bench, motor, mtb):
     assert ask(bench, motor, "RMODE RV", 0).split("\r") == ["B" if mtb else "V", "0"]
 
 
-def test_without_f_1_a_position_error_switches_off_at_once(bench, motor):
-    """4.1, item 1: "Turn off servo amplifier, if F=1 is not issued"."""
-    send(bench, motor, CRUISE, 0.01)
-    jam(bench, motor)
-    assert status_word(bench, motor, 0) == BE + BO
-
-
-# Zl and Zr
-
-
-@pytest.mark.parametrize(("pin", "flags", "clears", "leaves"), [("C", BR + BP, "Zr", "Zl"), ("D", BL + BM, "Zl", "Zr")])
-def test_zr_belongs_to_pin_c_and_zl_to_pin_d(bench, motor, pin, flags, clears, leaves):
-    """3.1: "left limit (Port C)", "right limit (Port D)"; but its first line and table 4.1 exchange C and D."""
-    for name in "CD":
-        motor.pins[name].drive(False)
-    send(bench, motor, "UCP UDM ZS", 0.01)
-    motor.pins[pin].release()
-    advance(bench, 2)
-    assert status_word(bench, motor, 0) == flags + BO
-    motor.pins[pin].drive(False)
-    advance(bench, 2)
-    historical = flags & (BR + BL)
-    send(bench, motor, leaves)
-    assert status_word(bench, motor, 0) == historical + BO
-    send(bench, motor, clears)
-    assert status_word(bench, motor, 0) == BO
-
-
 # F=32 without C1
 
 
@@ -132,44 +133,6 @@ def test_f_4_and_a_host_that_asks(bench):
     assert motor.serial.read() == b""
 
 
-# What a fault inhibits
-
-
-@pytest.mark.parametrize("command", ["MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G"])
-def test_a_fault_inhibits_every_command_that_moves(bench, command):
-    """3.2, 4.1: G, MT, MF1, MF4, MS, S and X are inhibited; 5.2 adds MF2; 2.0, item 5: "No further shaft movement"."""
-    motor = bare(bench)
-    send(bench, motor, f"A=65536 V=65536 {command}")
-    motor.master.move(1000, 0.01)
-    bench.run(0.05)
-    assert motor.axes["shaft"].position == 0
-    assert ask(bench, motor, "RMODE") == "B"
-
-
-@pytest.mark.parametrize(("command", "value"), [("GOSUB5", "5"), ("GOTO5", "5"), ("RUN", "0")])
-def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, motor, command, value):
-    """4.1: "during a motor protection fault the "RUN" command is inhibited"; GOSUB is not named, so it works."""
-    load(bench, motor, "a=1 END C5 a=5 RETURN ")
-    send(bench, motor, CRUISE, 0.01)
-    jam(bench, motor)
-    send(bench, motor, command, 0.01)
-    assert ask(bench, motor, "Ra") == value
-
-
-# The brake's pin
-
-
-@pytest.mark.parametrize("command", ["RS4", "OCHN(RS4,0,N,9600,1,8,C)"])
-def test_rs4_takes_pin_g_from_the_brake(bench, motor, command):
-    """5.1, note 2: such commands "will change the function of the I/O pin G": pin G becomes the direction line."""
-    send(bench, motor, "UGO BRKG")
-    assert motor.pins["G"].level is True  # engaged
-    send(bench, motor, command, 0.1)
-    assert motor.pins["G"].level is False
-    send(bench, motor, "BRKRLS BRKENG")
-    assert motor.pins["G"].level is False
-
-
 # Mode cam and host mode
 
 
@@ -190,12 +153,3 @@ def test_a_position_without_a_clock_value_before_two_are_known_is_replaced(bench
     advance(bench, 50)
     assert motor.axes["shaft"].position in range(190, 205)  # on the way to 400, not to 999
     assert ask(bench, motor, "RBs", 0) == "0"
-
-
-def test_print_of_a_host_goes_to_channel_0(bench, motor):
-    """6.1: PRINT(U) "to communication channel 0", PRINT1(U) to channel 1, RU "to current communication channel"."""
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
-    motor.rs485.write(b"PRINT(U,UA,#13) PRINT1(1,#13) RU ")
-    bench.run(0.1)
-    assert motor.serial.read() == b"1271\r"
-    assert motor.rs485.read() == b"1\r127\r"

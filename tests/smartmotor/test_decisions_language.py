@@ -2,9 +2,37 @@
 
 import pytest
 
-from .scenarios import trigger
-from .talking import advance, ask, load, ready, run, send, values, wired
+from .playing import play, scripts
+from .talking import advance, ask, ready, run, send, values, wired
 from .test_check import shown
+
+
+@scripts(
+    {
+        "1.2 names RETURNF for C1 and RETURNI for C2; after a GOSUB they return too":
+        [f"run GOSUB7 / b=1 / END / C7 / a=1 / {word}; a is 1; b is 1; RBs -> 0"
+         for word in ("RETURN", "RETURNF", "RETURNI")],
+        "3 of the base language: a block word and its expression need one space between them; otherwise Bs is set":
+        [f"run {text} / c=1 / END; RBs -> 1"
+         for text in ("IF(a==0) b=1 ENDIF", "WHILE(a==0) b=1 LOOP", "SWITCH(a) CASE 0 b=1 ENDS")],
+        "8 of the base language: RUN starts from the top in any state of the program":
+        "run a=a+1 / WAIT=30000 / END; a is 1; RUN; 0.01 s; a is 2",
+        "Each sample executes statements, then the trajectory: G moves at once; the next statement reads the "
+        "result":
+        "run A=65536 / V=655360 / P=1000 / G / a=@P / b=@P / END; a is 1; b is 3",
+        "9 of the base language marks them as uncertain; TEMP is the housing, at 25 °C":
+        "RTEMP RAMPS RBASE RSIZE REPTR RADDR RBs -> 25 1023 0 0 0 0 0",
+        "Ruling 11 reads ZI as Zl, RU{pin}JA as RU{pin}A, and RUE in the list of analog reports as RUEA":
+        f"Zs {'ZI'} RBs -> 1; Zs {'RUEJA'} RBs -> 1; Zs Zl RUEA RUE RBs -> 1023 1 0",
+        "Ruling 17 for C2: pin G calls C2 while no program runs; after RETURNI no program runs":
+        "load F=64 / UGI / END / C2 / j=j+1 / RETURNI / j=9; RUN; 0.05 s; trigger; j is 1; trigger; j is 2",
+        '7.1: pin G "is de-bounced"; the manual has no figure, and three samples are used':
+        "run F=64 / UGI / WHILE 1 / LOOP / END / C2 / j=j+1 / RETURNI; G low; 1 sample; G high; 20 samples; "
+        "j is 0; G low; 2 samples; G high; 20 samples; j is 0; G low; 3 samples; G high; 20 samples; j is 1",
+    }
+)  # fmt: skip
+def test_decisions_language(script):
+    play(script)
 
 
 def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
@@ -14,14 +42,6 @@ def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
         run(bench, motor, f"a=1\n{word}\na=a+1\nEND\n")
         assert values(bench, motor, "a") == [2]
         assert ask(bench, motor, "RBs") == "1"
-
-
-@pytest.mark.parametrize("word", ["RETURN", "RETURNF", "RETURNI"])
-def test_each_return_goes_back_from_any_call(bench, motor, word):
-    """1.2 names RETURNF for C1 and RETURNI for C2; after a GOSUB they return too."""
-    run(bench, motor, f"GOSUB7\nb=1\nEND\nC7\na=1\n{word}\n")
-    assert values(bench, motor, "ab") == [1, 1]
-    assert ask(bench, motor, "RBs") == "0"
 
 
 @pytest.mark.parametrize("word", ["RETURN", "RETURNI"])
@@ -39,13 +59,6 @@ def test_c1_may_be_left_by_another_return(bench, word):
         send(bench, motor, "ZS", 0.01)
 
 
-@pytest.mark.parametrize("text", ["IF(a==0) b=1 ENDIF", "WHILE(a==0) b=1 LOOP", "SWITCH(a) CASE 0 b=1 ENDS"])
-def test_a_block_word_and_its_expression_are_parted_by_a_blank(bench, motor, text):
-    """3 of the base language: a block word and its expression need one space between them; otherwise Bs is set."""
-    run(bench, motor, f"{text}\nc=1\nEND\n")
-    assert ask(bench, motor, "RBs") == "1"
-
-
 def test_nested_switches_to_any_depth(bench, motor):
     """8 of the base language names four levels for later firmware; six nested SWITCHes keep their own values here."""
     inner = "a=a+1\n"
@@ -56,54 +69,11 @@ def test_nested_switches_to_any_depth(bench, motor):
     assert [line.partition(": ")[2] for line in shown(f"{inner}END")] == ["more than 4 nested SWITCH"]
 
 
-def test_run_ends_a_wait(bench, motor):
-    """8 of the base language: RUN starts from the top in any state of the program."""
-    run(bench, motor, "a=a+1\nWAIT=30000\nEND\n")
-    assert values(bench, motor, "a") == [1]
-    send(bench, motor, "RUN", 0.01)
-    assert values(bench, motor, "a") == [2]
-
-
 def test_a_statement_of_any_kind_takes_a_sample(bench, motor):
     """Ruling 14: a statement of any kind takes a sample, so c=CLK, after b=CLK and four parameters, is 5 larger."""
     run(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")
     begin, end = values(bench, motor, "bc")
     assert end - begin == 5
-
-
-def test_what_a_sample_does_first(bench, motor):
-    """Each sample executes statements, then the trajectory: G moves at once; the next statement reads the result."""
-    run(bench, motor, "A=65536\nV=655360\nP=1000\nG\na=@P\nb=@P\nEND\n")
-    assert values(bench, motor, "ab") == [1, 3]
-
-
-def test_rtemp_and_similar_reports_answer(bench, motor):
-    """9 of the base language marks them as uncertain; TEMP is the housing, at 25 °C."""
-    assert send(bench, motor, "RTEMP RAMPS RBASE RSIZE REPTR RADDR RBs") == b"25\r1023\r0\r0\r0\r0\r0\r"
-
-
-def test_the_manuals_typing_errors(bench, motor):
-    """Ruling 11 reads ZI as Zl, RU{pin}JA as RU{pin}A, and RUE in the list of analog reports as RUEA."""
-    for wrong in ("ZI", "RUEJA"):
-        assert send(bench, motor, f"Zs {wrong} RBs") == b"1\r"
-    assert send(bench, motor, "Zs Zl RUEA RUE RBs") == b"1023\r1\r0\r"
-
-
-def test_c2_is_called_while_no_program_runs(bench, motor):
-    """Ruling 17 for C2: pin G calls C2 while no program runs; after RETURNI no program runs."""
-    load(bench, motor, "F=64\nUGI\nEND\nC2\nj=j+1\nRETURNI\nj=9\n")
-    send(bench, motor, "RUN", 0.05)
-    for count in (1, 2):
-        trigger(bench, motor)
-        assert values(bench, motor, "j") == [count]
-
-
-def test_g_is_debounced_for_three_samples(bench, motor):
-    """7.1: pin G "is de-bounced"; the manual has no figure, and three samples are used."""
-    run(bench, motor, "F=64\nUGI\nWHILE 1\nLOOP\nEND\nC2\nj=j+1\nRETURNI\n")
-    for low, calls in ((1, 0), (2, 0), (3, 1)):
-        trigger(bench, motor, low=low)
-        assert values(bench, motor, "j") == [calls]
 
 
 def test_a_motor_fault_with_a_full_stack_ends_the_program(bench):

@@ -2,22 +2,22 @@
 
 import pytest
 
-from .scenarios import clock, points, position, turn_through
+from .playing import play, scripts
+from .scenarios import clock, points, position
 from .talking import ACKNOWLEDGE, END, SAMPLE_S, UNIT, advance, ask, ready, send, value, wired
 
 CAM = "MF4 F=16 D=0 BASE=8 SIZE=8 aw[0] 0 10 20 30 40 50 60 70 80. MV V=0 G"
 
 
-def test_a_relative_cam_begins_at_the_place_of_ctr(bench, motor):
-    """9.3: positions are "relative to where it is when it starts into the cam table": 3 counts are 30 further."""
-    send(bench, motor, "S " + CAM, 0)
-    motor.master.move(3, SAMPLE_S)
-    advance(bench, 4)
-    assert (value(bench, motor, "CTR"), motor.axes["shaft"].position) == (3, 0)
-    send(bench, motor, "MC G", 0)
-    advance(bench, 2)
-    assert motor.axes["shaft"].position == 30
-    assert turn_through(bench, motor, [4, 8, 9], 1) == [40, 80, 90]
+@scripts(
+    {
+        '9.3: positions are "relative to where it is when it starts into the cam table": 3 counts are 30 further':
+        f"S {CAM}; master 3 in 1 samples; 4 samples; CTR is 3; at 0; MC G; 2 samples; at 30; "
+        "turn 4 8 9 by 1: 40 80 90",
+    }
+)  # fmt: skip
+def test_decisions_numbers(script):
+    play(script)
 
 
 @pytest.mark.parametrize("target", [1000, -1000])

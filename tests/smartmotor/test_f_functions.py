@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import advance, ask, clear, load, ready, send, steps, wired
+from .playing import play, scripts
+from .talking import advance, ask, load, ready, send, steps, wired
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
@@ -22,31 +23,42 @@ def f_of(bench: Bench, motor: Controller) -> int:
     return int(send(bench, motor, "x=F Rx", 0))
 
 
-def test_f_is_0_at_power_up(bench, motor):
-    """7.0: "Upon power up F=0 is the default state", and again after a power cut."""
-    assert f_of(bench, motor) == 0
-    send(bench, motor, "F=255")
-    motor.power(False)
-    bench.run(0.1)
-    motor.power(True)
-    clear(bench, motor)
-    assert f_of(bench, motor) == 0
-
-
-@pytest.mark.parametrize("value", [0, 1, 2, 4, 8, 16, 32, 33, 35, 64, 96, 128, 144, 191, 255])
-def test_f_is_a_sum_of_bits(bench, motor, value):
-    """7.0: F is the sum of the functions' values, e.g. F=33 (4.3), F=144 (9.5), F&191 (7.1)."""
-    send(bench, motor, f"F={value}", 0)
-    assert f_of(bench, motor) == value
-    send(bench, motor, "F=F&191", 0)
-    assert f_of(bench, motor) == value & 191
-    assert ask(bench, motor, "RBs") == "0"
-
-
-def test_f_with_an_equal_sign_is_not_the_f_without(bench, motor):
-    """13 of the base language: F without an equal sign puts the tuning in force and leaves the functions unchanged."""
-    send(bench, motor, "F=35 KP=100 F", 0)
-    assert f_of(bench, motor) == 35
+@scripts(
+    {
+        '7.0: "Upon power up F=0 is the default state", and again after a power cut':
+        "wired; F is 0; F=255; power off; 0.1 s; power on; clear; F is 0",
+        "7.0: F is the sum of the functions' values, e.g. F=33 (4.3), F=144 (9.5), F&191 (7.1)":
+        [f"wired; F={value}; F is {value}; F=F&191; F is {value & 191}; RBs -> 0"
+         for value in (0, 1, 2, 4, 8, 16, 32, 33, 35, 64, 96, 128, 144, 191, 255)],
+        "13 of the base language: F without an equal sign puts the tuning in force and leaves the functions "
+        "unchanged":
+        "wired; F=35 KP=100 F; F is 35",
+        # Bit 0: deceleration to a stop
+        '7.1, F=1: "Bo will equal 0"':
+        f"wired; F=1 {CRUISE}; 50 samples; C high; 5 samples; RBo RBr RBp -> 0 1 1",
+        '4.2, F=1: "With MTB disabled the motor will decelerate to a stop and hold position"':
+        f"wired; BRKRLS OFF F=1 {CRUISE}; 50 samples; C high; 30 samples; RBt RBo -> 0 0; mark; push 30; "
+        "30 samples; moved 0",
+        "7.1: positions 55, 65, …, 105 pass the soft limit 100; with F=1 the stop takes 9+8+…+1 = 45 counts more":
+        [f"wired; F={functions} SLP=100 SLN=-100 SLE {CRUISE}; 100 samples; at {end}; RBr RBl -> 1 0"
+         for functions, end in ((0, 105), (1, 150))],
+        # Bit 1: the direction of the shaft
+        '7.1, F=2: "will take effect at the moment the second bit of F is set"':
+        f"wired; {CRUISE}; 50 samples; F=2; 20 steps of -10; F=34; 5 steps of -10; F=32; 20 steps of 10",
+        '7.1, F=2: "in the opposite direction for any given mode"; positions are reported as commanded':
+        "wired; F=2 A=65536 V=65536*10 P=300 G; 100 samples; at -300; RP RPE -> 300 0; D=-500 G; 100 samples; "
+        "at 200",
+        # Bit 2: channel 1
+        '7.1, F=4: "Directs user program prints and report command to channel 1"':
+        f"wired; {OPEN}; "
+        'load PRINT("a",#13) / RP / F=4 / PRINT("b",#13) / RP / RUA / F=0 / PRINT("c",#13) / RF=1 / END; '
+        "RUN -> a 0 c in 0.3 s; 485 receives b<CR>0<CR>1<CR>",
+        "7.1, F=4: only a *program's* output goes to channel 1; a host receives answers on its own channel (6.2)":
+        f"wired; {OPEN} F=4; RP -> 0; 485 writes RP<CR>; 0.1 s; 485 receives 0<CR>",
+    }
+)  # fmt: skip
+def test_f_functions(script):
+    play(script)
 
 
 # Bit 0: deceleration to a stop
@@ -66,15 +78,6 @@ def test_f_1_decelerates_to_a_stop_at_a_limit(bench, motor, functions):
     assert found.count(10) <= 1
 
 
-def test_while_it_decelerates_bo_is_0(bench, motor):
-    """7.1, F=1: "Bo will equal 0"."""
-    send(bench, motor, f"F=1 {CRUISE}", 0)
-    advance(bench, 50)
-    motor.pins["C"].drive(True)
-    advance(bench, 5)
-    assert send(bench, motor, "RBo RBr RBp", 0) == b"0\r1\r1\r"
-
-
 def test_f_1_with_mtb_ends_in_mtb(bench, motor):
     """4.2, F=1: "With MTB enabled, the motor will decelerate to a stop and then switch to MTB"."""
     send(bench, motor, f"F=1 {CRUISE}", 0)
@@ -84,19 +87,6 @@ def test_f_1_with_mtb_ends_in_mtb(bench, motor):
     assert ask(bench, motor, "RMODE", 0) != "B"
     advance(bench, 10)
     assert send(bench, motor, "RMODE RBt", 0) == b"B\r0\r"
-
-
-def test_f_1_without_mtb_ends_in_holding(bench, motor):
-    """4.2, F=1: "With MTB disabled the motor will decelerate to a stop and hold position"."""
-    send(bench, motor, f"BRKRLS OFF F=1 {CRUISE}", 0)
-    advance(bench, 50)
-    motor.pins["C"].drive(True)
-    advance(bench, 30)
-    assert send(bench, motor, "RBt RBo", 0) == b"0\r0\r"
-    at = motor.axes["shaft"].position
-    motor.axes["shaft"].encoder.displace(30)
-    advance(bench, 30)
-    assert motor.axes["shaft"].position == at
 
 
 def test_f_1_decelerates_at_the_newest_a(bench, motor):
@@ -120,39 +110,7 @@ def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
     assert send(bench, motor, "RBo RMODE", 0) == b"1\rB\r"
 
 
-@pytest.mark.parametrize(("functions", "end"), [(0, 105), (1, 150)])
-def test_a_soft_limit_with_f(bench, motor, functions, end):
-    """7.1: positions 55, 65, …, 105 pass the soft limit 100; with F=1 the stop takes 9+8+…+1 = 45 counts more."""
-    send(bench, motor, f"F={functions} SLP=100 SLN=-100 SLE {CRUISE}", 0)
-    advance(bench, 100)
-    assert motor.axes["shaft"].position == end
-    assert send(bench, motor, "RBr RBl", 0) == b"1\r0\r"
-
-
 # Bit 1: the direction of the shaft
-
-
-def test_f_2_reverses_velocity_mode_at_once(bench, motor):
-    """7.1, F=2: "will take effect at the moment the second bit of F is set"."""
-    send(bench, motor, CRUISE, 0)
-    advance(bench, 50)
-    send(bench, motor, "F=2", 0)
-    assert steps(bench, motor, 20) == [-10] * 20
-    send(bench, motor, "F=34", 0)
-    assert steps(bench, motor, 5) == [-10] * 5
-    send(bench, motor, "F=32", 0)
-    assert steps(bench, motor, 20) == [10] * 20
-
-
-def test_f_2_reverses_position_mode(bench, motor):
-    """7.1, F=2: "in the opposite direction for any given mode"; positions are reported as commanded."""
-    send(bench, motor, "F=2 A=65536 V=65536*10 P=300 G", 0)
-    advance(bench, 100)
-    assert motor.axes["shaft"].position == -300
-    assert send(bench, motor, "RP RPE", 0) == b"300\r0\r"
-    send(bench, motor, "D=-500 G", 0)
-    advance(bench, 100)
-    assert motor.axes["shaft"].position == 200
 
 
 @pytest.mark.parametrize("mode", ["MF4", "MS", "MFMUL=2 MFDIV=1 MFR G"])
@@ -190,27 +148,6 @@ def test_f_2_and_back_leaves_a_resting_motor_where_it_is(bench, functions):
     send(bench, motor, functions, 0.2)
     assert abs(motor.axes["shaft"].position - at) <= 1
     assert send(bench, motor, "RBe RBo", 0) == b"0\r0\r"
-
-
-# Bit 2: channel 1
-
-
-def test_f_4_sends_a_programs_prints_and_reports_to_channel_1(bench, motor):
-    """7.1, F=4: "Directs user program prints and report command to channel 1"."""
-    port = motor.rs485
-    send(bench, motor, OPEN, 0)
-    load(bench, motor, 'PRINT("a",#13)\nRP\nF=4\nPRINT("b",#13)\nRP\nRUA\nF=0\nPRINT("c",#13)\nRF=1\nEND\n')
-    assert send(bench, motor, "RUN", 0.3) == b"a\r0\rc\r"
-    assert port.read() == b"b\r0\r1\r"
-
-
-def test_f_4_leaves_the_hosts_answers(bench, motor):
-    """7.1, F=4: only a *program's* output goes to channel 1; a host receives answers on its own channel (6.2)."""
-    send(bench, motor, f"{OPEN} F=4", 0)
-    assert ask(bench, motor, "RP") == "0"
-    motor.rs485.write(b"RP\r")
-    bench.run(0.1)
-    assert motor.rs485.read() == b"0\r"
 
 
 # Bit 3: the integral term

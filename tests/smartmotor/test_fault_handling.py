@@ -11,6 +11,7 @@ from axistwin import Bench
 
 from . import talking
 from .bits import BA, BE, BI, BO, BP, BR, BT
+from .playing import play, scripts
 from .scenarios import jam, open_limit
 from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send, steps, wired
 
@@ -21,6 +22,33 @@ MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 
 FAULTS = {"limit": (open_limit, BR + BP, "Zr"), "position error": (jam, BE, "Ze")}
+
+
+@scripts(
+    {
+        "Reference 13: a fault needs |e| > E; E is 1000 at power-up":
+        [f"jam; A={UNIT} V={UNIT} P={target} G; 0.5 s; W {BO + BE if trips else 0}; "
+         f"RPE -> {0 if trips else target}"
+         for target, trips in ((1000, False), (1001, True), (-1000, False), (-1001, True))],
+        "E= takes effect at once: an error of E counts is allowed, one more is a fault":
+        [f"E={error}; jam; A={UNIT} V={100 * UNIT} P={error} G; 0.5 s; W; P={error + 1} G; 0.1 s; W eo"
+         for error in (0, 1, 10, 32000)],
+        "With the servo off the motor counts the shaft's position; there is no commanded position, so no error "
+        "results":
+        "push 50000; 3 samples; RP RPE -> 50000 0; W o; G; W t",
+        'Table 4.2, F=0: "the motor turns off servo amplifier"':
+        f"wired; F=1 F=0 {MOVE}; 0.1 s; C released; 3 samples; 5 steps of 0; W rop",
+        "Up to E=1000 counts the servo returns the shaft; beyond E the shaft stays there with a position error":
+        [f"with frame23; G; 0.1 s; push {by}; 1.0 s; RP -> {by if trips else 0}; RBe -> {int(trips)}"
+         for by, trips in ((1000, False), (1001, True), (-1000, False), (-1001, True), (5000, True))],
+        '4.1 item 3: the brake signal is "external and/or internal"; 5.1: 5 V means engaged, 0 V released':
+        [f"wired; {setup} {MOVE}; {signal} is low; C released; 3 samples; {signal} is high; Zr V=-{UNIT} G; "
+         f"{signal} is low"
+         for signal, setup in (("G", "UGO BRKG"), ("brake", "BRKI"), ("brake", "UGO BRKG"))],
+    }
+)  # fmt: skip
+def test_fault_handling(script):
+    play(script)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -84,36 +112,6 @@ def test_what_clears_a_fault(bench, fault, clear, left):
     assert status_word(bench, motor) == BO + left
 
 
-@pytest.mark.parametrize(("target", "trips"), [(1000, False), (1001, True), (-1000, False), (-1001, True)])
-def test_the_position_error_must_exceed_e(bench, motor, target, trips):
-    """Reference 13: a fault needs |e| > E; E is 1000 at power-up."""
-    motor.axes["shaft"].jam(True)
-    send(bench, motor, f"A={UNIT} V={UNIT} P={target} G", 0.5)
-    assert status_word(bench, motor) == (BO + BE if trips else 0)
-    assert ask(bench, motor, "RPE") == str(0 if trips else target)
-
-
-@pytest.mark.parametrize("error", [0, 1, 10, 32000])
-def test_another_e(bench, motor, error):
-    """E= takes effect at once: an error of E counts is allowed, one more is a fault."""
-    send(bench, motor, f"E={error}")
-    motor.axes["shaft"].jam(True)
-    send(bench, motor, f"A={UNIT} V={100 * UNIT} P={error} G", 0.5)
-    assert status_word(bench, motor) == 0
-    send(bench, motor, f"P={error + 1} G", 0.1)
-    assert status_word(bench, motor) == BO + BE
-
-
-def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench, motor):
-    """With the servo off the motor counts the shaft's position; there is no commanded position, so no error results."""
-    motor.axes["shaft"].encoder.displace(50_000)
-    advance(bench, 3)
-    assert send(bench, motor, "RP RPE") == b"50000\r0\r"
-    assert status_word(bench, motor) == BO
-    send(bench, motor, "G")
-    assert status_word(bench, motor) == BT
-
-
 @pytest.mark.parametrize("f", [1, 33])
 @pytest.mark.parametrize("mtb", [True, False])
 def test_f_1_decelerates_to_a_stop(bench, f, mtb):
@@ -144,15 +142,6 @@ def test_while_decelerating_the_servo_is_on_and_nothing_else_is_obeyed(bench):
     path = steps(bench, motor, 120)
     assert 80 < sum(step > 0 for step in path) < 95
     assert all(later - earlier in (-1, 0, 1) for earlier, later in pairwise(path))
-    assert status_word(bench, motor) == BO + BR + BP
-
-
-def test_f_0_after_f_1_switches_off_again(bench):
-    """Table 4.2, F=0: "the motor turns off servo amplifier"."""
-    motor = wired(bench)
-    send(bench, motor, f"F=1 F=0 {MOVE}", 0.1)
-    open_limit(bench, motor)
-    assert steps(bench, motor, 5) == [0] * 5
     assert status_word(bench, motor) == BO + BR + BP
 
 
@@ -256,26 +245,3 @@ def test_a_load_turns_a_motor_that_has_no_power(bench):
     motor.power(True)
     bench.run(0.5)
     assert ask(bench, motor, "RP") == "0"
-
-
-@pytest.mark.parametrize(("by", "trips"), [(1000, False), (1001, True), (-1000, False), (-1001, True), (5000, True)])
-def test_a_displacement_against_the_servo(bench, by, trips):
-    """Up to E=1000 counts the servo returns the shaft; beyond E the shaft stays there with a position error."""
-    motor = ready(bench, shaft={"motor": "frame23"})
-    send(bench, motor, "G", 0.1)
-    motor.axes["shaft"].encoder.displace(by)
-    bench.run(1.0)
-    assert ask(bench, motor, "RP") == str(by if trips else 0)
-    assert ask(bench, motor, "RBe") == str(int(trips))
-
-
-@pytest.mark.parametrize(("signal", "setup"), [("G", "UGO BRKG"), ("brake", "BRKI"), ("brake", "UGO BRKG")])
-def test_the_static_brake_signal_follows_the_fault(bench, signal, setup):
-    """4.1 item 3: the brake signal is "external and/or internal"; 5.1: 5 V means engaged, 0 V released."""
-    motor = wired(bench)
-    send(bench, motor, f"{setup} {MOVE}")
-    assert not motor.pins[signal].level
-    open_limit(bench, motor)
-    assert motor.pins[signal].level
-    send(bench, motor, f"Zr V=-{UNIT} G")
-    assert not motor.pins[signal].level

@@ -9,6 +9,7 @@ from axistwin.bench import Controller
 
 from . import talking
 from .bits import BA, BE, BI, BL, BM, BO, BP, BR, BS
+from .playing import play, scripts
 from .scenarios import jam, open_limit
 from .talking import UNIT, advance, ask, load, ready, send, wired
 
@@ -45,6 +46,36 @@ def counts(bench: Bench, motor: Controller) -> bool:
     return ask(bench, motor, "Ra") != before
 
 
+@scripts(
+    {
+        '4.1: "during a motor protection fault the "RUN" command is inhibited"; LOAD is too (2.0 item 6)':
+        [f"load a=a+1 / END; F={f} {MOVE}; 0.01 s; jam; 110 samples; free; Za RUN; 0.01 s; LOAD; Ra -> 0; "
+         "Ze RUN; 0.01 s; Ra -> 1"
+         for f in (0, 32)],
+        "4.1 inhibits RUN for motor protection faults only; the sample code of 3.1 needs RUN":
+        "load UCI / UDI / ZS / a=a+1 / END; UCP UDM; 0.001 s; W rlopm; RUN; 0.01 s; Ra -> 1; 0.001 s; W o",
+        '1.2: "on a new occurrence of motor protection fault": C1 is called when Bp is set anew, not while it '
+        "stays 1":
+        f"wired; load {WITH_C1.format(f=32)}; C released; 3 samples; RUN; 0.1 s; Rc -> 0; Zr; 0.1 s; Rc -> 0; "
+        "C low; ZS; 0.1 s; C released; 3 samples; 0.1 s; Rc -> 1; C low; ZS; 0.1 s; C released; 3 samples; 0.1 s; "
+        "Rc -> 2; C low; ZS; 0.1 s; C released; 3 samples; 0.1 s; Rc -> 3",
+        '7.1: "The fault takes priority and GOSUB2 will not be called"':
+        f"wired debounce_samples=1; UGI; load F=96 / {COUNTING}C1 / c=c+1 / RETURNF / C2 / d=d+1 / RETURNI; RUN; "
+        "0.1 s; C released; G low; 0.1 s; Rc Rd -> 1 0; G high; 0.1 s; G low; 0.1 s; Rc Rd -> 1 1",
+        "4.3: the sample program, loaded as it is printed":
+        f"with frame23; load {SAMPLE}; RUN; 3.0 s; W; RP -> 20000",
+        "Two limits that open in the same sample call C1 once":
+        f"wired; load {WITH_C1.format(f=32)}; RUN; 0.05 s; D released; C released; 3 samples; 0.1 s; Rc -> 1",
+        "3.1 note 3: the sample code clears the boot fault; without this code the program runs but moves nothing":
+        [f"load {clears}A={UNIT} / V={UNIT} / P=100 / G / a=7 / END; power cycle; 0.5 s; Ra -> 7; "
+         f"RP -> {'100' if clears else '0'}; W {0 if clears else BO + BR + BL + BP + BM}"
+         for clears in ('UCI\nUDI\nZS\n', "")],
+    }
+)  # fmt: skip
+def test_fault_program(script):
+    play(script)
+
+
 @pytest.mark.parametrize(("f", "ends"), [(0, False), (1, False), (32, False), (33, False)])
 def test_a_limit_does_not_end_the_program(bench, f, ends):
     """4.1 item 4, limits: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1"."""
@@ -67,46 +98,6 @@ def test_a_position_error_ends_the_program_or_calls_c1(bench, motor, f, ends):
     advance(bench, 30)
     assert counts(bench, motor) is not ends
     assert ask(bench, motor, "Rc") == str(f // 32)
-
-
-@pytest.mark.parametrize("f", [0, 32])
-def test_run_is_inhibited_during_a_motor_protection_fault(bench, motor, f):
-    """4.1: "during a motor protection fault the "RUN" command is inhibited"; LOAD is too (2.0 item 6)."""
-    load(bench, motor, "a=a+1\nEND\n")
-    send(bench, motor, f"F={f} {MOVE}", 0.01)
-    jam(bench, motor)
-    send(bench, motor, "Za RUN", 0.01)
-    assert send(bench, motor, b"LOAD ") == b""
-    assert ask(bench, motor, "Ra") == "0"
-    send(bench, motor, "Ze RUN", 0.01)
-    assert ask(bench, motor, "Ra") == "1"
-
-
-def test_run_is_not_inhibited_by_a_limit(bench, motor):
-    """4.1 inhibits RUN for motor protection faults only; the sample code of 3.1 needs RUN."""
-    load(bench, motor, "UCI\nUDI\nZS\na=a+1\nEND\n")
-    send(bench, motor, "UCP UDM")
-    assert status_word(bench, motor) == BO + BR + BL + BP + BM
-    send(bench, motor, "RUN", 0.01)
-    assert ask(bench, motor, "Ra") == "1"
-    assert status_word(bench, motor) == BO
-
-
-def test_c1_is_called_on_a_new_occurrence_only(bench):
-    """1.2: "on a new occurrence of motor protection fault": C1 is called when Bp is set anew, not while it stays 1."""
-    motor = wired(bench)
-    load(bench, motor, WITH_C1.format(f=32))
-    open_limit(bench, motor)
-    send(bench, motor, "RUN", 0.1)
-    assert ask(bench, motor, "Rc") == "0"
-    send(bench, motor, "Zr", 0.1)
-    assert ask(bench, motor, "Rc") == "0"
-    for times in (1, 2, 3):
-        motor.pins["C"].drive(0.0)
-        send(bench, motor, "ZS", 0.1)
-        open_limit(bench, motor)
-        bench.run(0.1)
-        assert ask(bench, motor, "Rc") == str(times)
 
 
 def test_c1_returns_to_where_the_program_was(bench):
@@ -148,23 +139,6 @@ def test_wait_is_not_cut_short_by_c1(bench):
     assert 1000 <= int(ask(bench, motor, "Rc")) <= 1005
 
 
-def test_a_fault_takes_priority_over_pin_g(bench):
-    """7.1: "The fault takes priority and GOSUB2 will not be called"."""
-    motor = wired(bench, debounce_samples=1)
-    send(bench, motor, "UGI")
-    load(bench, motor, "F=96\n" + COUNTING + "C1\nc=c+1\nRETURNF\nC2\nd=d+1\nRETURNI\n")
-    send(bench, motor, "RUN", 0.1)
-    motor.pins["C"].release()
-    motor.pins["G"].drive(False)
-    bench.run(0.1)
-    assert send(bench, motor, "Rc Rd") == b"1\r0\r"
-    motor.pins["G"].drive(True)
-    bench.run(0.1)
-    motor.pins["G"].drive(False)
-    bench.run(0.1)
-    assert send(bench, motor, "Rc Rd") == b"1\r1\r"
-
-
 def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):
     """7.1: "C1 will be called and return to C2"."""
     motor = wired(bench)
@@ -178,14 +152,6 @@ def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):
     assert 30 < int(ask(bench, motor, "Rc")) < 120
     assert send(bench, motor, "Rb Rd RBs") == b"400\r1\r0\r"
     assert counts(bench, motor)
-
-
-def test_the_sample_program_moves_2000_times_10_counts(bench):
-    """4.3: the sample program, loaded as it is printed."""
-    motor = ready(bench, shaft={"motor": "frame23"})
-    load(bench, motor, SAMPLE)
-    assert send(bench, motor, "RUN", 3.0) == b""
-    assert (status_word(bench, motor), ask(bench, motor, "RP")) == (0, "20000")
 
 
 def test_the_sample_program_tells_a_position_error(bench, motor):
@@ -237,28 +203,6 @@ def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on
         assert counts(bench, motor) is runs_on
         motor.pins["C"].drive(0.0)
         send(bench, motor, "ZS", 0.01)
-
-
-def test_both_limits_at_once_are_one_call(bench):
-    """Two limits that open in the same sample call C1 once."""
-    motor = wired(bench)
-    load(bench, motor, WITH_C1.format(f=32))
-    send(bench, motor, "RUN", 0.05)
-    motor.pins["D"].release()
-    open_limit(bench, motor)
-    bench.run(0.1)
-    assert ask(bench, motor, "Rc") == "1"
-
-
-@pytest.mark.parametrize("clears", ["UCI\nUDI\nZS\n", ""])
-def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, motor, clears):
-    """3.1 note 3: the sample code clears the boot fault; without this code the program runs but moves nothing."""
-    load(bench, motor, f"{clears}A={UNIT}\nV={UNIT}\nP=100\nG\na=7\nEND\n")
-    motor.power_cycle()
-    bench.run(0.5)
-    assert ask(bench, motor, "Ra") == "7"
-    assert ask(bench, motor, "RP") == ("100" if clears else "0")
-    assert status_word(bench, motor) == (0 if clears else BO + BR + BL + BP + BM)
 
 
 def test_the_boot_fault_is_not_a_new_occurrence(bench, motor):

@@ -1,5 +1,6 @@
 """Program flow with a host: RUN, END, GOSUB, interrupts (8 of the base language; 4.1 and 7.0 of the manual)."""
 
+from .playing import play, scripts
 from .talking import ask, load, ready, send
 
 
@@ -10,16 +11,21 @@ def motor_with(bench, program):
     return motor
 
 
+@scripts(
+    {
+        "RUN without a program does nothing; GOSUB5 sets Bs, because there is no label C5":
+        "RUN GOSUB5; 0.01 s; RBs -> 1",
+    }
+)  # fmt: skip
+def test_flow(script):
+    play(script)
+
+
 def test_run_starts_the_program_from_the_top_and_keeps_the_variables(bench):
     motor = motor_with(bench, "a=a+1 END")
     send(bench, motor, "a=5 RUN", 0.01)
     send(bench, motor, "RUN", 0.01)
     assert ask(bench, motor, "Ra") == "7"
-
-
-def test_run_without_a_program_does_nothing(bench, motor):
-    send(bench, motor, "RUN GOSUB5", 0.01)
-    assert ask(bench, motor, "RBs") == "1"  # GOSUB5 has set it: there is no label C5
 
 
 def test_end_stops_the_program_and_forgets_its_returns(bench):

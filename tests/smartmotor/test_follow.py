@@ -9,16 +9,43 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
+from .playing import play, scripts
 from .scenarios import turn_through, turn_to
-from .talking import SAMPLE_NS, advance, load, ready, send, value
+from .talking import SAMPLE_NS, advance, ready, send, value
 
 
-@pytest.mark.parametrize(("mode", "edges"), [("MF1", 4), ("MF2", 2), ("MF4", 1), ("MS", 1)])
-def test_the_shaft_follows_one_to_one(bench, motor, mode, edges):
-    """5: MF1, MF2, MF4 count quadrature ×1, ×2, ×4, and MS counts steps; the shaft follows the counter 1:1."""
-    send(bench, motor, mode + "", 0)
-    assert turn_through(bench, motor, [100 * edges, 4000, 0, -4000]) == [100, 4000 // edges, 0, -4000 // edges]
-    assert send(bench, motor, "RCTR RBo RBs", 0) == b"%d\r0\r0\r" % (-4000 // edges)
+@scripts(
+    {
+        "5: MF1, MF2, MF4 count quadrature ×1, ×2, ×4, and MS counts steps; the shaft follows the counter 1:1":
+        [f"{mode}; turn {100 * edges} 4000 0 -4000: 100 {4000 // edges} 0 {-4000 // edges}; "
+         f"RCTR RBo RBs -> {-4000 // edges} 0 0"
+         for mode, edges in (("MF1", 4), ("MF2", 2), ("MF4", 1), ("MS", 1))],
+        "other commands leave the counter alone":
+        [f"MF4; turn 1000; {mode}; 3 samples; CTR is 1000"
+         for mode in ("MFR G", "MSR G", "MP", "MV", "MT", "O=5", "OFF")],
+        "5: MF0 and MS0 set up pins A and B and zero the counter; the motion continues unchanged":
+        [f"{mode}; turn 300: 0; RMODE RBo RCTR -> B 1 300; A=65536 V=65536 MV G; 3 samples; "
+         f"{mode} RMODE RV -> V 65536"
+         for mode in ("MF0", "MS0")],
+        "MF4 after a move causes no jump and does not redefine the position":
+        "A=65536*50 V=65536*50 P=500 G; 30 samples; MF4; 2 samples; at 500; turn -100: 400; RP -> 400",
+        "S, OFF and MTB end following; CTR still counts":
+        [f"MF4; turn 100; {word}; turn 500: 100; CTR is 500" for word in ("S", "OFF", "MTB")],
+        # Ratios
+        "16: MFMUL and MFDIV are 1":
+        "MF4 MFR G; turn 77: 77",
+        '5: "MFR must come after MFMUL and MFDIV"; the new ratio is in force after G':
+        "MF4 MFMUL=2 MFR G; turn 100; MFMUL=5 G; turn 200: 400; MFR; turn 300: 600; G; turn 400: 1100",
+        '5: "MFDIV=0 → error": following does not begin, and the motor executes further commands':
+        "MFMUL=1 MFDIV=0 MFR G; turn 100: 0; RBs -> 1",
+        # Pins A and B show the edges (base 12; 6.1, 6.2)
+        "With an edge every 20 samples pin A changes every 40, and the program reads A at least every 5":
+        "load WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END; MF0 b=0 RUN; "
+        f"master 400 in {400 * 20 * SAMPLE_NS / 1000000000.0} s; 3 s; Ra -> 200",
+    }
+)  # fmt: skip
+def test_follow(script):
+    play(script)
 
 
 @pytest.mark.parametrize("mode", ["MF1", "MF2", "MF4", "MF0", "MS", "MS0"])
@@ -29,37 +56,6 @@ def test_the_counter_is_zeroed(bench, motor, mode):
     send(bench, motor, mode + "", 0)
     assert value(bench, motor, "CTR") == 0
     assert motor.axes["shaft"].position == 0
-
-
-@pytest.mark.parametrize("mode", ["MFR G", "MSR G", "MP", "MV", "MT", "O=5", "OFF"])
-def test_other_commands_leave_the_counter_alone(bench, motor, mode):
-    send(bench, motor, "MF4", 0)
-    turn_to(bench, motor, 1000)
-    send(bench, motor, mode + "", 0)
-    advance(bench, 3)
-    assert value(bench, motor, "CTR") == 1000
-
-
-@pytest.mark.parametrize("mode", ["MF0", "MS0"])
-def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
-    """5: MF0 and MS0 set up pins A and B and zero the counter; the motion continues unchanged."""
-    send(bench, motor, mode + "", 0)
-    assert turn_to(bench, motor, 300) == 0
-    assert send(bench, motor, "RMODE RBo RCTR", 0) == b"B\r1\r300\r"
-    send(bench, motor, "A=65536 V=65536 MV G", 0)
-    advance(bench, 3)
-    assert send(bench, motor, mode + " RMODE RV", 0) == b"V\r65536\r"
-
-
-def test_following_begins_where_the_shaft_is(bench, motor):
-    """MF4 after a move causes no jump and does not redefine the position."""
-    send(bench, motor, "A=65536*50 V=65536*50 P=500 G", 0)
-    advance(bench, 30)
-    send(bench, motor, "MF4", 0)
-    advance(bench, 2)
-    assert motor.axes["shaft"].position == 500
-    assert turn_to(bench, motor, -100) == 400
-    assert send(bench, motor, "RP", 0) == b"400\r"
 
 
 def test_mf4_in_a_move_takes_over_at_once(bench, motor):
@@ -87,16 +83,6 @@ def test_leaving_follow_mode_for_a_velocity(bench, motor):
     assert found == [4, 9, 14, 19]
 
 
-@pytest.mark.parametrize("word", ["S", "OFF", "MTB"])
-def test_following_ends(bench, motor, word):
-    """S, OFF and MTB end following; CTR still counts."""
-    send(bench, motor, "MF4", 0)
-    turn_to(bench, motor, 100)
-    send(bench, motor, word + "", 0)
-    assert turn_to(bench, motor, 500) == 100
-    assert value(bench, motor, "CTR") == 500
-
-
 # Ratios
 
 
@@ -122,12 +108,6 @@ def test_the_ratio_is_mfmul_by_mfdiv(bench, motor, mul, div, counts, expected, m
     assert value(bench, motor, "CTR") == counts[-1]
 
 
-def test_the_default_ratio_is_one(bench, motor):
-    """16: MFMUL and MFDIV are 1."""
-    send(bench, motor, "MF4 MFR G", 0)
-    assert turn_to(bench, motor, 77) == 77
-
-
 def test_the_remainder_is_carried(bench, motor):
     """5: "remainder carried, no drift": a thousand steps at ratio 2/7, forwards and backwards, lose nothing."""
     send(bench, motor, "MFMUL=2 MFDIV=7 MFR G", 0)
@@ -137,25 +117,6 @@ def test_the_remainder_is_carried(bench, motor):
     for count in range(139, -1, -1):
         turn_to(bench, motor, count, 1)
     assert motor.axes["shaft"].position == 0
-
-
-def test_the_ratio_waits_for_mfr_and_g(bench, motor):
-    """5: "MFR must come after MFMUL and MFDIV"; the new ratio is in force after G."""
-    send(bench, motor, "MF4 MFMUL=2 MFR G", 0)
-    turn_to(bench, motor, 100)
-    send(bench, motor, "MFMUL=5 G", 0)
-    assert turn_to(bench, motor, 200) == 400
-    send(bench, motor, "MFR", 0)
-    assert turn_to(bench, motor, 300) == 600
-    send(bench, motor, "G", 0)
-    assert turn_to(bench, motor, 400) == 1100
-
-
-def test_a_divisor_of_zero_is_an_error(bench, motor):
-    """5: "MFDIV=0 → error": following does not begin, and the motor executes further commands."""
-    send(bench, motor, "MFMUL=1 MFDIV=0 MFR G", 0)
-    assert turn_to(bench, motor, 100) == 0
-    assert send(bench, motor, "RBs", 0) == b"1\r"
 
 
 # Pins A and B
@@ -263,15 +224,6 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
         report = send(bench, motor, "RUA RUB RUAA RUBA RU")
         assert report == f"{a:d}\r{b:d}\r{1023 * a}\r{1023 * b}\r{124 + a + 2 * b}\r".encode()
     assert send(bench, motor, "RCTR") == b"%d\r" % (8 * sign)
-
-
-def test_a_program_sees_the_edges(bench, motor):
-    """With an edge every 20 samples pin A changes every 40, and the program reads A at least every 5."""
-    load(bench, motor, "WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END")
-    send(bench, motor, "MF0 b=0 RUN")  # the program waits for the level b
-    motor.master.move(400, 400 * 20 * SAMPLE_NS / 1e9)
-    bench.run(3)
-    assert send(bench, motor, "Ra") == b"200\r"  # A falls and rises 100 times
 
 
 def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):

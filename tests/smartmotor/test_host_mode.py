@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .scenarios import clock, points, position, start_host_mode, turn_to
-from .talking import advance, load, positions, ready, send
+from .playing import play, scripts
+from .scenarios import clock, points, position, start_host_mode
+from .talking import advance, positions, ready, send
 
 # the example of 10.1, byte by byte
 STROBED = bytes.fromhex(
@@ -23,6 +24,52 @@ STROBED = bytes.fromhex(
     "FA 00 00 40 00 0D"
 ).decode("latin-1")
 ONE_SEGMENT = points((0, 0), (64, 256))  # a quarter of a count per sample
+
+
+@scripts(
+    {
+        # What a record is
+        "Reports are answered between two records on the same line":
+        f"O=0 MD; {points((0, 0), (100, 100))}; G; 50 samples; "
+        f"{position(200)}RP {clock(200)}RMODE {clock(200)}RP -> 50 H 50; 150 samples; at 200; RMODE RBs -> P 0",
+        "10.2: \"MD 'buffer host mode\"; \"G 'begin host mode\"":
+        f"A=65536 V=65536 MV G MD {ONE_SEGMENT}; positions 1 2 3; RMODE -> V; G; RMODE -> H",
+        # Underflow
+        '10.2: "stop sending data points to host mode, resulting in host mode data underflow ... losing control"; '
+        "on 4.76 the mode torque brake follows (5.2), so that RMODE says B":
+        f"O=0 MD; {ONE_SEGMENT}; G; 256 samples; at 64; 2 samples; RMODE RBo RBt RV -> B 1 0 0; 100 steps of 0; "
+        "at 64",
+        "10.2: G without a segment is an underflow at once; the motor still executes commands":
+        [f"O=0 MD; {records}; G; 2 samples; RMODE RBo -> B 1" for records in ("", position(0), points((0, 0)))],
+        # 10.2 Orderly exit
+        '10.2: "If host mode position-time data ended with the motor at zero velocity ... motor will servo at the '
+        'final host mode position"; the position of the duplicated clock value is ignored':
+        f"O=0 MP A=2 V=10000 D=0 MD; {points((0, 0), (64, 256), (64, 512), (9999, 512))}; G; 512 samples; "
+        "100 steps of 0; at 64; RMODE RBt RBo RV -> R 0 0 0",
+        "10.2: MFR, MF_n, MSR and MS follow the external counter from the latched position":
+        [f"O=0 {mode}MD; {ONE_SEGMENT}{clock(256)}; G; 256 samples; RMODE -> {letter}; 5 samples; at 64; "
+         f"turn 100 by 1: {64 + followed}"
+         for mode, letter, followed in (
+             ("MF1 ", "F", 25), ("MF2 ", "F", 50), ("MF4 ", "F", 100), ("MF4 MFMUL=3 MFDIV=2 MFR ", "X", 150),
+             ("MS ", "S", 100), ("MS0 MFMUL=3 MFDIV=2 MSR ", "X", 150),
+         )],
+        '10.2, another exit from host mode: "send a G command ... to execute the next buffered mode"':
+        f"O=0 MP A=65536 V=65536 MD; {points((0, 0), (1000, 1000))}; G; 100 samples; P=110 G RMODE -> P; "
+        "positions 101 102 103 104 105 106 107 108 109 110 110 110 110 110 110",
+        "A late record has no effect on velocity mode, and none of its bytes becomes a command":
+        f"O=0 MV V=65536 A=1 MD; {points((0, 0), (10, 10))}{clock(10)}; G; 20 samples; "
+        f"{points((0, 0), (1394627360, 20))}RMODE -> V; positions 21 22 23 24 25",
+        "A program sends MD and G; the host sends the records while the program runs":
+        "load O=0 / MV / V=65536 / A=100 / MD / WAIT=100 / G / END; RUN; 20 samples; "
+        f"{points((0, 0), (100, 100))}{clock(100)}; 400 samples; RMODE RV -> V 65536",
+        # Beyond
+        "a power cut forgets the records":
+        f"O=0 MD; {points((0, 0), (1000, 1000))}; G; 100 samples; power cycle; 0.5 s; RMODE UCI UDI ZS MD G -> B; "
+        "10 samples; at 100; RMODE -> B",
+    }
+)  # fmt: skip
+def test_host_mode(script):
+    play(script)
 
 
 # 10.1 Automatic strobing
@@ -110,36 +157,7 @@ def test_a_segment_that_is_not_a_whole_number_of_counts_per_sample(bench, motor)
         assert 0 <= min(3 * at, 48) - 16 * where < 16
 
 
-def test_reports_are_answered_between_records(bench, motor):
-    """Reports are answered between two records on the same line."""
-    start_host_mode(bench, motor, "O=0 ", points((0, 0), (100, 100)))
-    advance(bench, 50)
-    assert send(bench, motor, position(200) + "RP " + clock(200) + "RMODE " + clock(200) + "RP", 0) == b"50\rH\r50\r"
-    assert positions(bench, motor, 150)[-1] == 200
-    assert send(bench, motor, "RMODE RBs", 0) == b"P\r0\r"
-
-
-def test_md_is_buffered_until_g(bench, motor):
-    """10.2: "MD 'buffer host mode"; "G 'begin host mode"."""
-    send(bench, motor, "A=65536 V=65536 MV G MD " + ONE_SEGMENT, 0)
-    assert positions(bench, motor, 3) == [1, 2, 3]
-    assert send(bench, motor, "RMODE", 0) == b"V\r"
-    send(bench, motor, "G", 0)
-    assert send(bench, motor, "RMODE", 0) == b"H\r"
-
-
 # Underflow
-
-
-def test_underflow_loses_control_of_the_motor(bench, motor):
-    """10.2: "stop sending data points to host mode, resulting in host mode data underflow ... losing control"; on 4.76
-    the mode torque brake follows (5.2), so that RMODE says B."""
-    start_host_mode(bench, motor, "O=0 ", ONE_SEGMENT)
-    positions(bench, motor, 256)
-    assert motor.axes["shaft"].position == 64
-    positions(bench, motor, 2)
-    assert send(bench, motor, "RMODE RBo RBt RV", 0) == b"B\r1\r0\r0\r"
-    assert set(positions(bench, motor, 100)) == {64}
 
 
 def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor):
@@ -152,14 +170,6 @@ def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor)
     assert send(bench, motor, "RMODE RP", 0) == b"P\r10\r"
 
 
-@pytest.mark.parametrize("records", ["", position(0), points((0, 0))])
-def test_g_without_a_segment_is_an_underflow_at_once(bench, motor, records):
-    """10.2: G without a segment is an underflow at once; the motor still executes commands."""
-    start_host_mode(bench, motor, "O=0 ", records)
-    positions(bench, motor, 2)
-    assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
-
-
 # 10.2 Orderly exit
 
 
@@ -168,16 +178,6 @@ def test_the_example_of_constant_speed(bench, motor):
     start_host_mode(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x400, 0x100)) + clock(0x100))
     assert positions(bench, motor, 600) == [4 * at for at in range(1, 601)]
     assert send(bench, motor, "RMODE RV", 0) == b"V\r262144\r"
-
-
-def test_the_example_of_servo_in_place_at_zero_velocity(bench, motor):
-    """10.2: "If host mode position-time data ended with the motor at zero velocity ... motor will servo at the final
-    host mode position"; the position of the duplicated clock value is ignored."""
-    records = points((0, 0), (64, 256), (64, 512), (9999, 512))
-    start_host_mode(bench, motor, "O=0 MP A=2 V=10000 D=0 ", records)
-    positions(bench, motor, 512)
-    assert set(positions(bench, motor, 100)) == {64}
-    assert send(bench, motor, "RMODE RBt RBo RV", 0) == b"R\r0\r0\r0\r"
 
 
 def test_the_example_of_servo_in_place_with_a_velocity(bench, motor):
@@ -229,39 +229,6 @@ def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
 
 
 @pytest.mark.parametrize(
-    ("mode", "letter", "followed"),
-    [
-        ("MF1 ", "F", 25), ("MF2 ", "F", 50), ("MF4 ", "F", 100), ("MF4 MFMUL=3 MFDIV=2 MFR ", "X", 150),
-        ("MS ", "S", 100), ("MS0 MFMUL=3 MFDIV=2 MSR ", "X", 150),
-    ],
-)  # fmt: skip
-def test_exit_into_the_following_modes(bench, motor, mode, letter, followed):
-    """10.2: MFR, MF_n, MSR and MS follow the external counter from the latched position."""
-    start_host_mode(bench, motor, "O=0 " + mode, ONE_SEGMENT + clock(256))
-    positions(bench, motor, 256)
-    assert send(bench, motor, "RMODE", 0) == letter.encode() + b"\r"
-    positions(bench, motor, 5)
-    assert motor.axes["shaft"].position == 64
-    assert turn_to(bench, motor, 100, 1) == 64 + followed
-
-
-def test_g_in_the_middle_leaves_host_mode_too(bench, motor):
-    """10.2, another exit from host mode: "send a G command ... to execute the next buffered mode"."""
-    start_host_mode(bench, motor, "O=0 MP A=65536 V=65536 ", points((0, 0), (1000, 1000)))
-    positions(bench, motor, 100)
-    assert send(bench, motor, "P=110 G RMODE", 0) == b"P\r"
-    assert positions(bench, motor, 15) == [*range(101, 111)] + [110] * 5
-
-
-def test_records_after_the_exit_do_not_disturb_the_new_mode(bench, motor):
-    """A late record has no effect on velocity mode, and none of its bytes becomes a command."""
-    start_host_mode(bench, motor, "O=0 MV V=65536 A=1 ", points((0, 0), (10, 10)) + clock(10))
-    positions(bench, motor, 20)
-    assert send(bench, motor, points((0, 0), (0x53205320, 20)) + "RMODE", 0) == b"V\r"
-    assert positions(bench, motor, 5) == [21, 22, 23, 24, 25]
-
-
-@pytest.mark.parametrize(
     ("word", "mode", "after"),
     [("S ", "P", [100] * 3), ("X ", "P", [100] * 3), ("OFF ", "B", [100] * 3), ("MTB ", "B", [100] * 3)],
 )
@@ -272,16 +239,6 @@ def test_stopping_a_host_mode(bench, motor, word, mode, after):
     send(bench, motor, word, 0)
     assert positions(bench, motor, 3) == after
     assert send(bench, motor, "RMODE", 0) == mode.encode() + b"\r"
-
-
-def test_a_program_starts_host_mode_with_records_of_the_host(bench, motor):
-    """A program sends MD and G; the host sends the records while the program runs."""
-    load(bench, motor, "O=0\nMV\nV=65536\nA=100\nMD\nWAIT=100\nG\nEND\n")
-    send(bench, motor, "RUN", 0)
-    advance(bench, 20)
-    send(bench, motor, points((0, 0), (100, 100)) + clock(100), 0)
-    advance(bench, 400)
-    assert send(bench, motor, "RMODE RV", 0) == b"V\r65536\r"
 
 
 # Beyond
@@ -296,17 +253,6 @@ def test_a_full_buffer_loses_only_the_record(bench):
     found = positions(bench, motor, 100)
     assert found[:30] == list(range(1, 31))
     assert set(found[30:]) == {30}
-
-
-def test_a_power_cut_forgets_the_records(bench, motor):
-    start_host_mode(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
-    positions(bench, motor, 100)
-    motor.power_cycle()
-    bench.run(0.5)
-    assert send(bench, motor, "RMODE UCI UDI ZS MD G", 0) == b"B\r"
-    advance(bench, 10)
-    assert motor.axes["shaft"].position == 100
-    assert send(bench, motor, "RMODE", 0) == b"B\r"
 
 
 RECORDS = st.one_of(

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
+from .playing import play, scripts
 from .scenarios import clock, points, position, start_host_mode
 from .talking import SAMPLE_NS, advance, positions, ready, send
 
@@ -21,6 +22,17 @@ def records_of(segments, omit):
         words += position(where) + ("" if left_out and last == samples else clock(at))
         last = samples
     return words + clock(at) + clock(at), stations
+
+
+@scripts(
+    {
+        "10.2, relative distance: G makes the exit's own move, and another G repeats it":
+        f"O=0 MP A=65536000 V=65536000 D=50 MD; {points((0, 0), (100, 100))}{clock(100)}; G; 102 samples; at 150; "
+        "G; 3 samples; at 200",
+    }
+)  # fmt: skip
+def test_host_streams(script):
+    play(script)
 
 
 @settings(deadline=None, max_examples=30)
@@ -147,14 +159,6 @@ def test_host_mode_after_host_mode(bench, motor):
     assert positions(bench, motor, 20)[-1] == 20
     start_host_mode(bench, motor, "", points((20, 5000), (40, 5010), (60, 5020), (70, 5030)) + clock(5030))
     assert positions(bench, motor, 40) == [*range(22, 61, 2), *range(61, 81)]
-
-
-def test_a_relative_move_from_the_exit_can_be_repeated(bench, motor):
-    """10.2, relative distance: G makes the exit's own move, and another G repeats it."""
-    start_host_mode(bench, motor, "O=0 MP A=65536000 V=65536000 D=50 ", points((0, 0), (100, 100)) + clock(100))
-    assert positions(bench, motor, 102)[-1] == 150
-    send(bench, motor, "G", 0)
-    assert positions(bench, motor, 3)[-1] == 200
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from axistwin import AxistwinError, Bench
 from axistwin.bench import Controller
 
-from .talking import SAMPLE_NS, ask, bare, clear, load, ready, send
+from .playing import play, scripts
+from .talking import SAMPLE_NS, ask, clear, load, ready, send
 
 PINS = "ABCDEFG"
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
@@ -26,6 +27,47 @@ def flag(bench: Bench, motor: Controller, text: str) -> bool:
     send(bench, motor, "ZS", 0)
     assert send(bench, motor, text) == b""
     return ask(bench, motor, "RBs") == "1"
+
+
+@scripts(
+    {
+        # U
+        '6.1: "state of all 7 I/O pins", also of limit inputs and the go input':
+        f"bare; C low; G low; RU RUC RUD RUG -> {127 - 4 - 64} 0 1 0",
+        '1.2, RU{pin}: "input or output"':
+        f"{' '.join((f'U{name}={0 >> bit & 1} U{name}O' for bit, name in enumerate(PINS)))}; RU -> 0; "
+        f"{' '.join((f'U{name}={127 >> bit & 1} U{name}O' for bit, name in enumerate(PINS)))}; RU -> 127; "
+        f"{' '.join((f'U{name}={76 >> bit & 1} U{name}O' for bit, name in enumerate(PINS)))}; RU -> 76",
+        "6.1, PRINT1(U): prints to the RS485 channel, for which pins E and F are used":
+        f"{OPEN}; D low; PRINT1(U&15,#13); 0.1 s; 485 receives 7<CR>",
+        "`read()` gives everything the host has received":
+        f'{OPEN}; PRINT1("abc"); 0.1 s; 485 receives abc',
+        "6.1: with IF and WHILE a program counts the samples during which a button is pressed":
+        "load WHILE U&1 / LOOP / IF U&2 / PRINT(U&3,#13) / ELSE / RUB / ENDIF / END; RUN; 0.1 s; receives nothing; "
+        "A low; 0.1 s; receives 2<CR>",
+        # Analog values
+        "6.3: 1 V, 2 V and 4 V read as 1023 × 1/5, 2/5 and 4/5, to the nearest whole number":
+        "load a=UAA+0 / b=UBA*2 / c=UEA/2 / PRINT(a,#32,b,#32,c,#13) / END; A 1.0 V; B 2.0 V; E 4.0 V; "
+        "RUN => 205 818 409<CR> in 0.1 s",
+        # Directions, latches, roles
+        "12: UxO and UxI set the direction, Ux= the latch; the latch is kept while the pin is an input":
+        [f"U{name}=1 U{name}O; {name} is 5.0 V; U{name}=0; {name} is 0.0 V; U{name}I; {name} is 5.0 V; "
+         f"U{name}O; {name} is 0.0 V; U{name}=-4 U{name}I; {name} is high; {name} low; RU{name} RBs -> 0 0"
+         for name in PINS],
+        "3.1: limits are active high; ordinary inputs have no effect on motion":
+        [f"{name} low; {role}; 0.01 s; {flags} -> 0 0; {name} high; 0.01 s; {flags} -> 1 1; U{name}I ZS; "
+         f"0.01 s; {flags} -> 0 0"
+         for name, role, flags in (("C", "UCP", "RBp RBr"), ("D", "UDM", "RBm RBl"))],
+        "12: after reading pin G by RUG, U or UG, it is still the go input":
+        "A=65536 V=65536 P=50 RUG a=U a=UG a=UGI RUGA -> *; G low; 0.1 s; at 50",
+        "10 of the base language: Bx is the real-time level of the index input, which is not part of U":
+        [f"index {'high' if level else 'low'}; 0.001 s; RBx RU -> {int(level)} 127" for level in (True, False)],
+        '5 of the base language: "UAI/UAO/UBI/UBO do not stop the counter from counting"':
+        "MF0; master 100 in 0.05 s; UAI UBI; 0.1 s; RCTR -> 100",
+    }
+)  # fmt: skip
+def test_inputs_outputs(script):
+    play(script)
 
 
 # U
@@ -64,43 +106,12 @@ def test_u_is_stored_into_variables_and_arrays(bench, motor):
     assert send(bench, motor, "Ra Rzz Rab[3] Raw[5] Ral[9] RU") == b"90\r90\r90\r90\r90\r0\r"
 
 
-def test_u_reports_pins_in_any_role(bench):
-    """6.1: "state of all 7 I/O pins", also of limit inputs and the go input."""
-    motor = bare(bench)
-    motor.pins["C"].drive(False)
-    motor.pins["G"].drive(False)
-    assert send(bench, motor, "RU RUC RUD RUG") == f"{127 - 4 - 64}\r0\r1\r0\r".encode()
-
-
-def test_u_reports_outputs_too(bench, motor):
-    """1.2, RU{pin}: "input or output"."""
-    for word in (0, 127, 0b1001100):
-        send(bench, motor, " ".join(f"U{name}={word >> bit & 1} U{name}O" for bit, name in enumerate(PINS)))
-        assert ask(bench, motor, "RU") == str(word)
-
-
 def test_print_u_adds_nothing(bench, motor):
     """6.1, PRINT(U): prints the value of U without a CR."""
     wire(motor, 90)
     assert send(bench, motor, "PRINT(U)") == b"90"
     assert send(bench, motor, "PRINT(U,#13)") == b"90\r"
     assert send(bench, motor, 'PRINT("U=",U," ",U&8,#13)') == b"U=90 8\r"
-
-
-def test_print1_u_goes_to_channel_1(bench, motor):
-    """6.1, PRINT1(U): prints to the RS485 channel, for which pins E and F are used."""
-    port = motor.rs485
-    send(bench, motor, OPEN)
-    motor.pins["D"].drive(False)
-    assert send(bench, motor, "PRINT1(U&15,#13)", 0.1) == b""
-    assert port.read() == b"7\r"
-
-
-def test_channel_1_receives_before_its_first_read(bench, motor):
-    """`read()` gives everything the host has received."""
-    send(bench, motor, OPEN)
-    send(bench, motor, 'PRINT1("abc")', 0.1)
-    assert motor.rs485.read() == b"abc"
 
 
 @pytest.mark.parametrize("channel", [0, 1])
@@ -113,16 +124,6 @@ def test_reports_go_to_the_current_channel(bench, motor, channel, word):
     bench.run(0.2)
     assert ports[channel].read().endswith(b"\r")
     assert ports[1 - channel].read() == b""
-
-
-def test_u_in_a_program(bench, motor):
-    """6.1: with IF and WHILE a program counts the samples during which a button is pressed."""
-    load(bench, motor, "WHILE U&1\nLOOP\nIF U&2\nPRINT(U&3,#13)\nELSE\nRUB\nENDIF\nEND\n")
-    send(bench, motor, "RUN", 0.1)
-    assert motor.serial.read() == b""
-    motor.pins["A"].drive(False)
-    bench.run(0.1)
-    assert motor.serial.read() == b"2\r"
 
 
 @pytest.mark.parametrize("text", ["U=5", "RUH", "RUU", "RUAB", "RU1", "UHI", "UAX", "UAA=5", "UAI=1", "Rua", "U"])
@@ -188,33 +189,7 @@ def test_analog_values_of_outputs(bench, motor):
         assert send(bench, motor, f"U{name}=0 U{name}O RU{name}A U{name}=1 RU{name}A") == b"0\r1023\r"
 
 
-def test_analog_values_in_a_program(bench, motor):
-    """6.3: 1 V, 2 V and 4 V read as 1023 × 1/5, 2/5 and 4/5, to the nearest whole number."""
-    load(bench, motor, "a=UAA+0\nb=UBA*2\nc=UEA/2\nPRINT(a,#32,b,#32,c,#13)\nEND\n")
-    for name, volts in (("A", 1.0), ("B", 2.0), ("E", 4.0)):
-        motor.pins[name].drive(volts)
-    assert send(bench, motor, "RUN", 0.1) == b"205 818 409\r"
-
-
 # Directions, latches, roles
-
-
-@pytest.mark.parametrize("name", PINS)
-def test_directions_and_latches(bench, motor, name):
-    """12: UxO and UxI set the direction, Ux= the latch; the latch is kept while the pin is an input."""
-    pin = motor.pins[name]
-    send(bench, motor, f"U{name}=1 U{name}O")
-    assert pin.volts == 5.0
-    send(bench, motor, f"U{name}=0")
-    assert pin.volts == 0.0
-    send(bench, motor, f"U{name}I")
-    assert pin.volts == 5.0
-    send(bench, motor, f"U{name}O")
-    assert pin.volts == 0.0
-    send(bench, motor, f"U{name}=-4 U{name}I")
-    assert pin.level is True
-    pin.drive(False)
-    assert send(bench, motor, f"RU{name} RBs") == b"0\r0\r"
 
 
 def test_outputs_are_independent(bench, motor):
@@ -246,43 +221,6 @@ def test_a_program_makes_pulses_of_whole_samples(bench, motor):
     assert all(at % SAMPLE_NS == 0 for at in times)
     gaps = [(later - earlier) // SAMPLE_NS for earlier, later in pairwise(times)]
     assert gaps[:9] == [2, 1, 3, 1, 3, 1, 3, 1, 3]  # the first pulse follows UAO, WHILE and UA=1
-
-
-@pytest.mark.parametrize(("name", "role", "flags"), [("C", "UCP", "RBp RBr"), ("D", "UDM", "RBm RBl")])
-def test_limit_roles(bench, motor, name, role, flags):
-    """3.1: limits are active high; ordinary inputs have no effect on motion."""
-    motor.pins[name].drive(False)
-    send(bench, motor, role, 0.01)
-    assert send(bench, motor, flags) == b"0\r0\r"
-    motor.pins[name].drive(True)
-    bench.run(0.01)
-    assert send(bench, motor, flags) == b"1\r1\r"
-    send(bench, motor, f"U{name}I ZS", 0.01)
-    assert send(bench, motor, flags) == b"0\r0\r"
-
-
-def test_reading_pin_g_or_c_changes_no_role(bench, motor):
-    """12: after reading pin G by RUG, U or UG, it is still the go input."""
-    send(bench, motor, "A=65536 V=65536 P=50 RUG a=U a=UG a=UGI RUGA")
-    motor.pins["G"].drive(False)
-    bench.run(0.1)
-    assert motor.axes["shaft"].position == 50
-
-
-@pytest.mark.parametrize("level", [True, False])
-def test_the_index_input_is_bx(bench, motor, level):
-    """10 of the base language: Bx is the real-time level of the index input, which is not part of U."""
-    motor.pins["index"].drive(level)
-    bench.run(0.001)
-    assert send(bench, motor, "RBx RU") == f"{int(level)}\r127\r".encode()
-
-
-def test_counting_continues_in_any_direction_of_a_and_b(bench, motor):
-    """5 of the base language: "UAI/UAO/UBI/UBO do not stop the counter from counting"."""
-    send(bench, motor, "MF0")
-    motor.master.move(100, 0.05)
-    send(bench, motor, "UAI UBI", 0.1)
-    assert ask(bench, motor, "RCTR") == "100"
 
 
 def test_pins_after_a_power_cut_in_the_middle(bench, motor):

@@ -5,8 +5,9 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
+from .playing import play, scripts
 from .scenarios import COUNTING, delays, trigger
-from .talking import advance, ask, load, ready, run, send, values, wired
+from .talking import advance, ask, load, ready, run, values, wired
 
 # Both at once
 
@@ -97,19 +98,21 @@ RETURNI
 """
 
 
-def test_f_and_191_as_the_first_instruction_of_c1_inhibits_c2(bench):
-    """7.1, note: "F=F&191 (191+64=255)" as the first line of C1 inhibits C2; F=96 at the end of C1 allows C2 again."""
-    motor = wired(bench)
-    run(bench, motor, "F=96" + GUARDED)
-    motor.pins["C"].drive(True)
-    advance(bench, 20)
-    assert send(bench, motor, "f=F Rf", 0) == b"32\r"
-    trigger(bench, motor)
-    assert values(bench, motor, "ij") == [1, 0]
-    advance(bench, 200)
-    assert values(bench, motor, "ij") == [2, 0]
-    trigger(bench, motor)
-    assert values(bench, motor, "ij") == [2, 1]
+@scripts(
+    {
+        # Both at once
+        '7.1, note: "F=F&191 (191+64=255)" as the first line of C1 inhibits C2; F=96 at the end of C1 allows C2 '
+        "again":
+        f"wired; run F=96{GUARDED}; C high; 20 samples; f=F Rf -> 32; trigger; i is 1; j is 0; 200 samples; i is 2; "
+        "j is 0; trigger; i is 2; j is 1",
+        # Commands in progress
+        '4.1: "End program execution"; the statement after the WAIT is not executed':
+        "run E=20 / A=65536 / V=65536 / MV / G / a=1 / WAIT=1000 / a=2 / END; jam; 50 samples; free; RBe -> 1; "
+        "OFF ZS; 2000 samples; a is 1",
+    }
+)  # fmt: skip
+def test_interrupt_priority(script):
+    play(script)
 
 
 # Commands in progress
@@ -127,18 +130,6 @@ def test_wait_is_cut_short_by_c2(bench, motor):
     assert values(bench, motor, "b") == [start + to_c2 + 2]  # +2: g=CLK and RETURNI are executed before b=CLK
     advance(bench, 9000)
     assert values(bench, motor, "b") == [start + to_c2 + 2]
-
-
-def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench, motor):
-    """4.1: "End program execution"; the statement after the WAIT is not executed."""
-    run(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")
-    motor.axes["shaft"].jam(True)
-    advance(bench, 50)
-    motor.axes["shaft"].jam(False)
-    assert ask(bench, motor, "RBe", 0) == "1"
-    send(bench, motor, "OFF ZS", 0)
-    advance(bench, 2000)
-    assert values(bench, motor, "a") == [1]
 
 
 def test_twait_is_not_cut_short(bench, motor):

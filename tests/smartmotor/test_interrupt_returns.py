@@ -2,8 +2,34 @@
 
 import pytest
 
+from .playing import play, scripts
 from .scenarios import main_with, trigger
 from .talking import advance, ask, load, ready, run, send, value
+
+
+@scripts(
+    {
+        # Re-entrance
+        '7.1: "a new input trigger occurrence will not trigger a GOSUB2 until a prior GOSUB2 call has been '
+        'completed"':
+        "run UGI / F=64 / GOSUB2 / WHILE 1 / LOOP / END / C2 / j=j+1 / WHILE p==0 / LOOP / RETURNI; trigger; "
+        "j is 1; p=1; 50 samples; trigger; j is 2",
+        "7.1: STACK completes C2 anywhere in the program":
+        "run UGI / F=64 / C5 / IF s==1 / s=0 / STACK / GOTO5 / ENDIF / GOTO5 / END / C2 / j=j+1 / RETURN; trigger; "
+        "trigger; j is 1; s=1; 30 samples; trigger; j is 2",
+        # Which return
+        "Without an interrupt or a GOSUB to return from, the motor still answers after the return":
+        [f"run a=1 / {word} / b=1 / END; a is 1; RP -> 0; {word}; RP -> 0"
+         for word in ("RETURNF", "RETURNI", "RETURN")],
+        "1.2: a host may send GOSUBn for a handler: the subroutine is run, and then the motor is idle again":
+        [f"load END / C{1 if word == 'RETURNF' else 2} / a=a+1 / {word} / b=b+1 / END; "
+         f"GOSUB{1 if word == 'RETURNF' else 2}; 0.01 s; a is 1"
+         for word in ("RETURNF", "RETURNI")],
+    }
+)  # fmt: skip
+def test_interrupt_returns(script):
+    play(script)
+
 
 # Re-entrance
 
@@ -18,17 +44,6 @@ def test_an_edge_during_c2_does_not_call_it_again(bench, motor):
     advance(bench, 50)
     assert value(bench, motor, "j") == 1
     send(bench, motor, "p=0", 0)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 2
-
-
-def test_an_edge_during_the_program_s_own_gosub2_does_not_call_c2(bench, motor):
-    """7.1: "a new input trigger occurrence will not trigger a GOSUB2 until a prior GOSUB2 call has been completed"."""
-    run(bench, motor, "UGI\nF=64\nGOSUB2\nWHILE 1\nLOOP\nEND\nC2\nj=j+1\nWHILE p==0\nLOOP\nRETURNI")
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 1
-    send(bench, motor, "p=1", 0)
-    advance(bench, 50)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 2
 
@@ -51,19 +66,6 @@ def test_stack_and_goto_complete_c2(bench, motor):
         trigger(bench, motor)
         assert (value(bench, motor, "j"), value(bench, motor, "k")) == (count, count)
     assert ask(bench, motor, "RBs", 0) == "0"
-
-
-def test_stack_in_the_main_program_after_a_plain_return(bench, motor):
-    """7.1: STACK completes C2 anywhere in the program."""
-    program = "UGI\nF=64\nC5\nIF s==1\ns=0\nSTACK\nGOTO5\nENDIF\nGOTO5\nEND\nC2\nj=j+1\nRETURN\n"
-    run(bench, motor, program)
-    trigger(bench, motor)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 1
-    send(bench, motor, "s=1", 0)
-    advance(bench, 30)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 2
 
 
 def test_end_completes_c2(bench, motor):
@@ -130,25 +132,6 @@ RETURN
 
 
 # Which return
-
-
-@pytest.mark.parametrize("word", ["RETURNF", "RETURNI", "RETURN"])
-def test_a_return_with_nothing_to_return_to(bench, motor, word):
-    """Without an interrupt or a GOSUB to return from, the motor still answers after the return."""
-    run(bench, motor, f"a=1\n{word}\nb=1\nEND\n")
-    assert value(bench, motor, "a") == 1
-    assert ask(bench, motor, "RP", 0) == "0"
-    send(bench, motor, word)
-    assert ask(bench, motor, "RP", 0) == "0"
-
-
-@pytest.mark.parametrize("word", ["RETURNF", "RETURNI"])
-def test_the_host_may_call_a_handler(bench, motor, word):
-    """1.2: a host may send GOSUBn for a handler: the subroutine is run, and then the motor is idle again."""
-    number = 1 if word == "RETURNF" else 2
-    load(bench, motor, f"END\nC{number}\na=a+1\n{word}\nb=b+1\nEND\n")
-    send(bench, motor, f"GOSUB{number}", 0.01)
-    assert value(bench, motor, "a") == 1
 
 
 def test_an_end_in_c1_ends_the_program(bench, motor):

@@ -6,52 +6,38 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .scenarios import main_with, trigger
-from .talking import SAMPLE_NS, advance, ask, ready, run, send, value
+from .playing import play, scripts
+from .scenarios import main_with
+from .talking import SAMPLE_NS, advance, ready, run, send, value
+
+
+@scripts(
+    {
+        # UG, UGI, UGO, BRKG
+        '7.1, F=64 1: "GOSUB2 triggered with concurrent "Go" on input pin G high to low edge transition"':
+        f"run {main_with('RETURNI').replace('UGI', 'UG / A=65536 / V=65536 / P=100')}; G low; 300 samples; G high; "
+        "20 samples; j is 1; at 100",
+        '4.1, note: "G-synchronization function on I/O pin G is inhibited"; but F=64 "operates independently" of '
+        "it":
+        f"C low; UCP ZS; 0.01 s; run {main_with('RETURNI').replace('UGI', 'UG / A=65536 / V=65536 / P=100')}; "
+        "C high; 20 samples; G low; 300 samples; G high; 20 samples; j is 1; at 0; RBo -> 1",
+        "7.1, F=64 2: after UGI, an edge on pin G calls C2 and starts no move":
+        f"run {main_with('RETURNI').replace('UGI', 'UGI / A=65536 / V=65536 / P=100')}; G low; 300 samples; G high; "
+        "20 samples; j is 1; at 0",
+        '7.1, F=64 3: "GOSUB2 triggered on UG=0 (when Port G goes from High to Low)"':
+        f"run {main_with('RETURNI').replace('UGI', 'UG=1 / UGO')}; j is 0; UG=0; 20 samples; j is 1; UG=1; "
+        "20 samples; j is 1; UG=0; 20 samples; j is 2; UG=1; 20 samples; j is 2; UG=0; 20 samples; j is 3; UG=1; "
+        "20 samples; j is 3",
+        '5.1 note 3: with BRKG and BRKSRV, pin G rises at a fault; "If F=32 is issued, C1 will also be called"':
+        "run F=32 / UGO / BRKG / E=50 / MV / A=65536 / V=65536 / G / WHILE 1 / LOOP / END / C1 / i=i+1 / RETURNF; "
+        "G is low; jam; 200 samples; i is 1; G is high",
+    }
+)  # fmt: skip
+def test_interrupt_roles(script):
+    play(script)
+
 
 # UG, UGI, UGO, BRKG
-
-
-def test_f_64_and_ug_goes_and_calls_c2(bench, motor):
-    """7.1, F=64 1: "GOSUB2 triggered with concurrent "Go" on input pin G high to low edge transition"."""
-    run(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
-    trigger(bench, motor, 300, 20)
-    assert value(bench, motor, "j") == 1
-    assert motor.axes["shaft"].position == 100
-
-
-def test_in_a_fault_pin_g_calls_c2_but_does_not_go(bench, motor):
-    """4.1, note: "G-synchronization function on I/O pin G is inhibited"; but F=64 "operates independently" of it."""
-    motor.pins["C"].drive(False)
-    send(bench, motor, "UCP ZS", 0.01)
-    run(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
-    motor.pins["C"].drive(True)
-    advance(bench, 20)
-    trigger(bench, motor, 300, 20)
-    assert value(bench, motor, "j") == 1
-    assert motor.axes["shaft"].position == 0
-    assert ask(bench, motor, "RBo", 0) == "1"
-
-
-def test_f_64_and_ugi_only_calls_c2(bench, motor):
-    """7.1, F=64 2: after UGI, an edge on pin G calls C2 and starts no move."""
-    run(bench, motor, main_with("RETURNI").replace("UGI", "UGI\nA=65536\nV=65536\nP=100"))
-    trigger(bench, motor, 300, 20)
-    assert value(bench, motor, "j") == 1
-    assert motor.axes["shaft"].position == 0
-
-
-def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench, motor):
-    """7.1, F=64 3: "GOSUB2 triggered on UG=0 (when Port G goes from High to Low)"."""
-    run(bench, motor, main_with("RETURNI").replace("UGI", "UG=1\nUGO"))
-    assert value(bench, motor, "j") == 0
-    for count in (1, 2, 3):
-        send(bench, motor, "UG=0", 0)
-        advance(bench, 20)
-        assert value(bench, motor, "j") == count
-        send(bench, motor, "UG=1", 0)
-        advance(bench, 20)
-        assert value(bench, motor, "j") == count
 
 
 def test_a_program_triggers_itself(bench, motor):
@@ -72,16 +58,6 @@ def test_brkg_calls_c2_when_the_brake_is_released(bench, motor, mode):
         send(bench, motor, "OFF", 0)
         advance(bench, 50)
         assert value(bench, motor, "j") == count
-
-
-def test_a_motor_fault_calls_c1_while_g_is_a_motor_fault_output(bench, motor):
-    """5.1 note 3: with BRKG and BRKSRV, pin G rises at a fault; "If F=32 is issued, C1 will also be called"."""
-    program = "F=32\nUGO\nBRKG\nE=50\nMV\nA=65536\nV=65536\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n"
-    run(bench, motor, program)
-    assert motor.pins["G"].level is False
-    motor.axes["shaft"].jam(True)
-    advance(bench, 200)
-    assert (value(bench, motor, "i"), motor.pins["G"].level) == (1, True)
 
 
 # Any order of events

@@ -2,22 +2,54 @@
 
 import pytest
 
+from .playing import play, scripts
 from .scenarios import COUNTING, trigger
-from .talking import advance, ask, load, ready, run, send, values, wired
+from .talking import advance, ask, ready, run, send, values
+
+
+@scripts(
+    {
+        # Calls of C1 and C2, and returns from C1 and C2
+        '7.1, F=64: "when the I/O pin G goes from a high to low edge transition"; a low level alone calls nothing':
+        f"run F=64{COUNTING}; G low; 200 samples; i is 0; j is 1; G high; 200 samples; i is 0; j is 1; G low; "
+        "200 samples; i is 0; j is 2; G high; 200 samples; i is 0; j is 2; G low; 200 samples; i is 0; j is 3; "
+        "G high; 200 samples; i is 0; j is 3; G low; 200 samples; i is 0; j is 4; G high; 200 samples; i is 0; "
+        "j is 4",
+        "without f 64 an edge calls nothing":
+        f"wired; run F=0{COUNTING}; trigger; C high; 50 samples; i is 0; j is 0",
+        "7.1: an edge calls C2; a pin that is already low when F=64 is given does not":
+        f"G low; 50 samples; run F=64{COUNTING}; j is 0; G high; 50 samples; trigger; j is 1",
+        '1.2, F=32: "on a new occurrence of motor protection fault"; 7.1: when Bp or Bm "becomes active"':
+        [f"wired; run F=32{COUNTING}; {names} high; 50 samples; i is 1; j is 0; {names} low; ZS; 50 samples; "
+         f"i is 1; j is 0; {names} high; 50 samples; i is 2; j is 0; {names} low; ZS; 50 samples; i is 2; "
+         f"j is 0; {names} high; 50 samples; i is 3; j is 0; {names} low; ZS; 50 samples; i is 3; j is 0"
+         for names in ("C", "D")],
+        "7.1: first Bp and then Bm are two occurrences, so C1 is called twice":
+        f"wired; run F=32{COUNTING}; C high; 50 samples; D high; 50 samples; i is 2",
+        '7.1: C1 is called when the limit "becomes active", not for a limit that already is':
+        f"wired; C high; 50 samples; UCI ZS UCP; 50 samples; RBp -> 1; UCI ZS; 0.01 s; load {COUNTING.strip()}; "
+        "UCP; 0.01 s; RUN; 0.01 s; F=32; 0.01 s; i is 0",
+        '7.1: C1 is called for limits "via software or hardware limits"':
+        f"wired; run F=32{COUNTING}; SLN=-5000 SLP=100 SLE A=65536 V=65536 P=1000 G; 90 samples; i is 0; "
+        "30 samples; i is 1",
+        "7.1: Bh (overheat) calls C1":
+        f"run F=32{COUNTING}; THD=100 TH=10; 200 samples; RBh -> 1; i is 1",
+        '1.2: "a new occurrence": if a limit opens while C1 handles a position error, C1 is called again '
+        "afterwards":
+        "wired; "
+        "run F=32 / E=20 / A=65536 / V=65536 / MV / G / WHILE 1 / LOOP / END / C1 / i=i+1 / WAIT=60 / j=j+1 / "
+        "RETURNF; jam; 30 samples; C high; 10 samples; i is 1; j is 0; 300 samples; i is 2; j is 2",
+        "RULINGS 17: after the main program of 4.3 has ended, a fault calls C1; the main program does not "
+        "continue":
+        "wired; load F=32 / a=1 / END / a=2 / C1 / i=i+1 / RETURNF / a=3; RUN; 0.05 s; C high; 50 samples; i is 1; "
+        "a is 1; C low; ZS; 0.01 s; C high; 50 samples; i is 2; a is 1",
+    }
+)  # fmt: skip
+def test_interrupts(script):
+    play(script)
+
 
 # Calls of C1 and C2, and returns from C1 and C2
-
-
-def test_each_falling_edge_of_g_calls_c2_once(bench, motor):
-    """7.1, F=64: "when the I/O pin G goes from a high to low edge transition"; a low level alone calls nothing."""
-    run(bench, motor, "F=64" + COUNTING)
-    for count in range(1, 5):
-        motor.pins["G"].drive(False)
-        advance(bench, 200)
-        assert values(bench, motor, "ij") == [0, count]
-        motor.pins["G"].drive(True)
-        advance(bench, 200)
-        assert values(bench, motor, "ij") == [0, count]
 
 
 def test_the_program_goes_on_where_it_was_interrupted(bench, motor):
@@ -27,27 +59,6 @@ def test_the_program_goes_on_where_it_was_interrupted(bench, motor):
     before = values(bench, motor, "m")[0]
     advance(bench, 300)
     assert values(bench, motor, "m")[0] == before + 100  # WHILE, m=m+1 and LOOP take three samples per pass
-
-
-def test_without_f_64_an_edge_calls_nothing(bench):
-    motor = wired(bench)
-    run(bench, motor, "F=0" + COUNTING)
-    trigger(bench, motor)
-    motor.pins["C"].drive(True)
-    advance(bench, 50)
-    assert values(bench, motor, "ij") == [0, 0]
-
-
-def test_pin_g_low_already_when_f_64_is_given(bench, motor):
-    """7.1: an edge calls C2; a pin that is already low when F=64 is given does not."""
-    motor.pins["G"].drive(False)
-    advance(bench, 50)
-    run(bench, motor, "F=64" + COUNTING)
-    assert values(bench, motor, "j") == [0]
-    motor.pins["G"].drive(True)
-    advance(bench, 50)
-    trigger(bench, motor)
-    assert values(bench, motor, "j") == [1]
 
 
 @pytest.mark.parametrize("debounce", [1, 2, 5, 20])
@@ -89,59 +100,6 @@ def test_a_bouncing_switch_calls_c2_once(bench):
     assert values(bench, motor, "j") == [1]
 
 
-@pytest.mark.parametrize("names", ["C", "D"])
-def test_a_limit_input_calls_c1_once_for_each_new_occurrence(bench, names):
-    """1.2, F=32: "on a new occurrence of motor protection fault"; 7.1: when Bp or Bm "becomes active"."""
-    motor = wired(bench)
-    run(bench, motor, "F=32" + COUNTING)
-    for count in (1, 2, 3):
-        motor.pins[names].drive(True)
-        advance(bench, 50)
-        assert values(bench, motor, "ij") == [count, 0]
-        motor.pins[names].drive(False)
-        send(bench, motor, "ZS", 0)
-        advance(bench, 50)
-        assert values(bench, motor, "ij") == [count, 0]
-
-
-def test_both_limits_one_after_the_other(bench):
-    """7.1: first Bp and then Bm are two occurrences, so C1 is called twice."""
-    motor = wired(bench)
-    run(bench, motor, "F=32" + COUNTING)
-    motor.pins["C"].drive(True)
-    advance(bench, 50)
-    motor.pins["D"].drive(True)
-    advance(bench, 50)
-    assert values(bench, motor, "i") == [2]
-
-
-def test_a_limit_that_is_active_already_calls_nothing(bench):
-    """7.1: C1 is called when the limit "becomes active", not for a limit that already is."""
-    motor = wired(bench)
-    motor.pins["C"].drive(True)
-    advance(bench, 50)
-    send(bench, motor, "UCI ZS UCP", 0)
-    advance(bench, 50)
-    assert ask(bench, motor, "RBp", 0) == "1"
-    send(bench, motor, "UCI ZS", 0.01)
-    load(bench, motor, f"{COUNTING.strip()}\n")
-    send(bench, motor, "UCP", 0.01)
-    send(bench, motor, "RUN", 0.01)
-    send(bench, motor, "F=32", 0.01)
-    assert values(bench, motor, "i") == [0]
-
-
-def test_a_software_limit_calls_c1(bench):
-    """7.1: C1 is called for limits "via software or hardware limits"."""
-    motor = wired(bench)
-    run(bench, motor, "F=32" + COUNTING)
-    send(bench, motor, "SLN=-5000 SLP=100 SLE A=65536 V=65536 P=1000 G", 0)
-    advance(bench, 90)
-    assert values(bench, motor, "i") == [0]
-    advance(bench, 30)
-    assert values(bench, motor, "i") == [1]
-
-
 @pytest.mark.parametrize("functions", [0, 32])
 def test_a_position_error_calls_c1_or_ends_the_program(bench, motor, functions):
     """4.1: "End program execution, if F=32 is not issued.  If F=32 is issued, program goes to label C1"."""
@@ -156,15 +114,6 @@ def test_a_position_error_calls_c1_or_ends_the_program(bench, motor, functions):
     assert (values(bench, motor, "m")[0] > before) is bool(functions)
 
 
-def test_overheat_calls_c1(bench, motor):
-    """7.1: Bh (overheat) calls C1."""
-    run(bench, motor, "F=32" + COUNTING)
-    send(bench, motor, "THD=100 TH=10", 0)
-    advance(bench, 200)
-    assert ask(bench, motor, "RBh", 0) == "1"
-    assert values(bench, motor, "i") == [1]
-
-
 def test_a_jammed_motor_overheats_and_calls_c1(bench):
     """7.1, Bh: "this is also RMS over-current"; here full torque on a shaft that cannot turn."""
     motor = ready(bench, shaft={"motor": "frame23"})
@@ -174,32 +123,3 @@ def test_a_jammed_motor_overheats_and_calls_c1(bench):
     advance(bench, 20)
     assert values(bench, motor, "i") == [1]
     assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
-
-
-def test_a_fault_in_c1_calls_c1_again_when_it_has_returned(bench):
-    """1.2: "a new occurrence": if a limit opens while C1 handles a position error, C1 is called again afterwards."""
-    motor = wired(bench)
-    program = "F=32\nE=20\nA=65536\nV=65536\nMV\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nWAIT=60\nj=j+1\nRETURNF\n"
-    run(bench, motor, program)
-    motor.axes["shaft"].jam(True)
-    advance(bench, 30)
-    motor.pins["C"].drive(True)
-    advance(bench, 10)
-    assert values(bench, motor, "ij") == [1, 0]
-    advance(bench, 300)
-    assert values(bench, motor, "ij") == [2, 2]
-
-
-def test_c1_is_called_when_the_main_program_has_ended(bench):
-    """RULINGS 17: after the main program of 4.3 has ended, a fault calls C1; the main program does not continue."""
-    motor = wired(bench)
-    load(bench, motor, "F=32\na=1\nEND\na=2\nC1\ni=i+1\nRETURNF\na=3\n")
-    send(bench, motor, "RUN", 0.05)
-    motor.pins["C"].drive(True)
-    advance(bench, 50)
-    assert values(bench, motor, "ia") == [1, 1]
-    motor.pins["C"].drive(False)
-    send(bench, motor, "ZS", 0.01)
-    motor.pins["C"].drive(True)
-    advance(bench, 50)
-    assert values(bench, motor, "ia") == [2, 1]

@@ -2,17 +2,45 @@
 
 import pytest
 
-from .talking import ask, bare, clear, load, send
+from .playing import play, scripts
+from .talking import clear, load, send
 
 PINS = "ABCDEFG"
 
 
-@pytest.mark.parametrize(("volts", "value"), [(0.0, 0), (2.5, 512), (5.0, 1023), (1.0, 205)])
-@pytest.mark.parametrize("name", PINS)
-def test_analog_values_are_1023_for_5_volts(bench, motor, name, volts, value):
-    """6.3: "1023 is 5.0 Vdc and 0 is zero volts"; halves are rounded upwards, e.g. 511.5 at 2.5 V to 512."""
-    motor.pins[name].drive(volts)
-    assert send(bench, motor, f"RU{name}A a=U{name}A Ra") == f"{value}\r{value}\r".encode()
+@scripts(
+    {
+        '6.3: "1023 is 5.0 Vdc and 0 is zero volts"; halves are rounded upwards, e.g. 511.5 at 2.5 V to 512':
+        [f"{name} {volts} V; RU{name}A a=U{name}A Ra -> {value} {value}"
+         for volts, value in ((0.0, 0), (2.5, 512), (5.0, 1023), (1.0, 205)) for name in PINS],
+        "a latch does nothing to an input":
+        "UA=0; A is high",
+        "A report of an output reads the pin's level, which a test lead can force against the output":
+        "UAO UA=0; A high; RUA -> 1",
+        '3.1: "reassign the limits": after UCI and UDI, or as outputs, the pins are not limits':
+        [f"bare; UC=1 UD=1 UC{direction} UD{direction} ZS; 0.01 s; RW -> 128" for direction in ("I", "O")],
+        '12: "synchronous go" is the role of pin G at power-up; UGI ends this role, and UG begins it again':
+        [f"UGI {command} P=100 V=1000000 A=1000; 0.01 s; G low; 0.5 s; RP -> {'100' if moves else '0'}"
+         for command, moves in (("UG", True), ("UGI", False), ("UGO UG=1", False))],
+        "12: at power-up pins E and F are channel 1; UEO makes pin E an output":
+        "UEO OCHN(RS4,1,N,9600,1,8,C); E is high; 485: RP -> 0; UEO; 485: RP",
+        # The brake's signal (5.1)
+        '5.1 note 2: such commands change the function of the pin "and may cause the brake to release"':
+        [f"U{name}O {brake}; {name} is high; U{name}=0; {name} is low; BRKENG; {name} is low; {brake}; "
+         f"{name} is high"
+         for brake, name in (("BRKC", "C"), ("BRKG", "G"))],
+        "5.1 note 2: UCI or UGI makes the pin an input, without the brake's signal; note 1: UCO or UGO come first":
+        [f"U{name}O {brake} U{name}I BRKRLS; {name} is high; U{name}O {brake}; {name} is low"
+         for brake, name in (("BRKC", "C"), ("BRKG", "G"))],
+        # AniLink
+        "12: without devices on the Anilink bus, AINpc, DINpc, AOUTp and DOUTpc read 0":
+        "a=5 a=AINA1 Ra a=5 a=DINH63 Ra AOUTA,512 DOUTB7,1 RBs -> 0 0 0",
+        "5.1 note 1: BRKG without UGO sends no signal to pin G; then reading pin G leaves its synchronous go":
+        "BRKG a=UG A=65536 V=65536 P=10 MP; G low; 0.01 s; at 10",
+    }
+)  # fmt: skip
+def test_io(script):
+    play(script)
 
 
 def test_the_latch_survives_a_change_of_direction(bench, motor):
@@ -23,18 +51,6 @@ def test_the_latch_survives_a_change_of_direction(bench, motor):
     assert levels == []
     send(bench, motor, "UA=0 UAI UAO")
     assert levels == [False, True, False]
-
-
-def test_a_latch_does_nothing_to_an_input(bench, motor):
-    send(bench, motor, "UA=0")
-    assert motor.pins["A"].level is True
-
-
-def test_an_output_reads_the_pin_itself(bench, motor):
-    """A report of an output reads the pin's level, which a test lead can force against the output."""
-    send(bench, motor, "UAO UA=0")
-    motor.pins["A"].drive(True)
-    assert ask(bench, motor, "RUA") == "1"
 
 
 def test_all_pins_are_inputs_again_after_power_up(bench, motor):
@@ -49,66 +65,7 @@ def test_all_pins_are_inputs_again_after_power_up(bench, motor):
     assert motor.pins["A"].level is True
 
 
-@pytest.mark.parametrize("direction", ["I", "O"])
-def test_uci_and_udi_end_the_limit_role(bench, direction):
-    """3.1: "reassign the limits": after UCI and UDI, or as outputs, the pins are not limits."""
-    motor = bare(bench)
-    assert send(bench, motor, f"UC=1 UD=1 UC{direction} UD{direction} ZS", 0.01) == b""
-    assert ask(bench, motor, "RW") == "128"
-
-
-@pytest.mark.parametrize(("command", "moves"), [("UG", True), ("UGI", False), ("UGO UG=1", False)])
-def test_a_falling_edge_at_pin_g_is_a_go_while_it_has_that_role(bench, motor, command, moves):
-    """12: "synchronous go" is the role of pin G at power-up; UGI ends this role, and UG begins it again."""
-    send(bench, motor, f"UGI {command} P=100 V=1000000 A=1000", 0.01)
-    motor.pins["G"].drive(False)
-    bench.run(0.5)
-    assert ask(bench, motor, "RP") == ("100" if moves else "0")
-
-
-def test_pins_e_and_f_are_channel_1_or_inputs_and_outputs(bench, motor):
-    """12: at power-up pins E and F are channel 1; UEO makes pin E an output."""
-    port = motor.rs485
-    send(bench, motor, "UEO OCHN(RS4,1,N,9600,1,8,C)")
-    assert motor.pins["E"].level is True
-    assert send(bench, port, "RP") == b"0\r"
-    send(bench, motor, "UEO")
-    assert send(bench, port, "RP") == b""
-
-
-# The brake's signal (5.1)
-
-
-@pytest.mark.parametrize(("brake", "name"), [("BRKC", "C"), ("BRKG", "G")])
-def test_writing_to_the_brakes_pin_takes_its_function_away(bench, motor, brake, name):
-    """5.1 note 2: such commands change the function of the pin "and may cause the brake to release"."""
-    pin = motor.pins[name]
-    send(bench, motor, f"U{name}O {brake}")
-    assert pin.level is True  # 5 V: the motor is off, so the brake is engaged
-    send(bench, motor, f"U{name}=0")
-    assert pin.level is False
-    send(bench, motor, "BRKENG")
-    assert pin.level is False
-    send(bench, motor, brake)
-    assert pin.level is True
-
-
-@pytest.mark.parametrize(("brake", "name"), [("BRKC", "C"), ("BRKG", "G")])
-def test_as_an_input_the_pin_does_not_follow_the_brake(bench, motor, brake, name):
-    """5.1 note 2: UCI or UGI makes the pin an input, without the brake's signal; note 1: UCO or UGO come first."""
-    pin = motor.pins[name]
-    send(bench, motor, f"U{name}O {brake} U{name}I BRKRLS")
-    assert pin.level is True  # the pull-up sets the level
-    send(bench, motor, f"U{name}O {brake}")
-    assert pin.level is False
-
-
 # AniLink
-
-
-def test_without_devices_anilink_reads_0(bench, motor):
-    """12: without devices on the Anilink bus, AINpc, DINpc, AOUTp and DOUTpc read 0."""
-    assert send(bench, motor, "a=5 a=AINA1 Ra a=5 a=DINH63 Ra AOUTA,512 DOUTB7,1 RBs") == b"0\r0\r0\r"
 
 
 @pytest.mark.parametrize(("brake", "name"), [("BRKC", "C"), ("BRKG", "G")])
@@ -157,11 +114,3 @@ def test_a_program_takes_the_brakes_pin_at_the_sample_of_its_assignment(bench, m
 def test_an_output_that_is_no_brakes_signal_is_read_and_stays_an_output(bench, motor, name):
     assert send(bench, motor, f"U{name}=0 U{name}O a=U{name} Ra U{name}=1 a=U{name} Ra") == b"0\r1\r"
     assert motor.pins[name].is_output
-
-
-def test_the_go_role_stays_when_brkg_has_no_output(bench, motor):
-    """5.1 note 1: BRKG without UGO sends no signal to pin G; then reading pin G leaves its synchronous go."""
-    send(bench, motor, "BRKG a=UG A=65536 V=65536 P=10 MP")
-    motor.pins["G"].drive(False)
-    bench.run(0.01)
-    assert motor.axes["shaft"].position == 10

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .bits import BL, BM, BO, BP, BR, BT
-from .talking import UNIT, advance, ask, bare, load, positions, ready, send, status_word
+from .bits import BL, BM, BO, BP, BR
+from .playing import play, scripts
+from .talking import UNIT, advance, ask, bare, load, positions, send, status_word
 
 PINS = {"C": (BR, BP, +1, "Zr", "UCI"), "D": (BL, BM, -1, "Zl", "UDI")}
 ACTS = [
@@ -37,6 +38,58 @@ def run_into(bench: Bench, motor: Controller, pin: str) -> int:
 @pytest.fixture
 def motor(bench: Bench) -> Controller:
     return wired(bench)
+
+
+@scripts(
+    {
+        '3.1 note 3: "assign right limit to be used as standard user-input port": such a pin is not a limit':
+        [f"wired; {PINS[pin][4]}; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; "
+         f"W t; RU{pin} -> 1"
+         for pin in "CD"],
+        "Reference 12: UCP and UDM make open pins limits again, so the next sample sets the faults again":
+        "UCP; 0.001 s; W rop; UDM; 0.001 s; W rlopm",
+        '3.2 note 1: "The fault has to be cleared before", even if the switch has closed again':
+        [f"wired; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; mark; {pin} low; "
+         f"T=500 MP; master 1000 in 0.01 s; {command}; 0.1 s; W {BO + PINS[pin][0]}; RMODE -> B; moved 0; "
+         f"{PINS[pin][3]}; W o"
+         for pin in "CD"
+         for command in (
+             "G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "P=@P-100 G", "P=@P+100 G", "MV V=-V G",
+         )],
+        '3.1 note 1: "You can move in the opposite direction … but the Historical Limit Status bit must be '
+        'cleared first". While the switch is open the flag reads 1 again at the next sample (RULINGS 15); with '
+        "the switch closed it stays 0":
+        [f"wired; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; mark; "
+         f"MP D={-50 * PINS[pin][2]} G; 0.1 s; moved 0; {clear if clear == 'ZS' else PINS[pin][3]}; 0.001 s; "
+         f"W {BO + PINS[pin][0] + PINS[pin][1]}; V={UNIT} D={-50 * PINS[pin][2]} G; 0.1 s; "
+         f"moved {-(50 * PINS[pin][2])}; W {PINS[pin][0] + PINS[pin][1]}; {pin} low; 2 samples; "
+         f"W {PINS[pin][0]}; {PINS[pin][3]}; 0.001 s; W; D={10 * PINS[pin][2]} G; 0.1 s; "
+         f"moved {-(40 * PINS[pin][2])}"
+         for pin in "CD" for clear in ("ZS", "own")],
+        'RULINGS 15: "A move towards it is not, and needs a new acknowledgement"':
+        [f"wired; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; mark; "
+         f"{PINS[pin][3]} MP D={50 * PINS[pin][2]} G; 0.1 s; moved 0; {PINS[pin][3]} D={-50 * PINS[pin][2]} G; "
+         f"0.1 s; moved {-(50 * PINS[pin][2])}"
+         for pin in "CD"],
+        "RULINGS 15: torque that is reversed towards the limit is a new fault, which needs a new acknowledgement":
+        [f"wired; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; "
+         f"{PINS[pin][3]} {before.format(s=PINS[pin][2])}; 0.01 s; T={PINS[pin][2]}*1000; 0.1 s; "
+         f"W {BO + PINS[pin][0] + PINS[pin][1]}"
+         for pin in "CD" for before in ("MT", "T=-1*{s}*500 MT")],
+        '1.1, 3.1: "directional only": at the end that the motor leaves, an open switch is flagged; the move '
+        "continues":
+        [f"wired; A={UNIT} V={UNIT} P={-200 * PINS[pin][2]} MP G; 0.01 s; {pin} released; 0.1 s; "
+         f"RP -> {-200 * PINS[pin][2]}; W {PINS[pin][0] + PINS[pin][1]}"
+         for pin in "CD"],
+        'RULINGS 15: "With both limits asserted there is no way out but wiring or UCI/UDI"':
+        f"wired; A={UNIT} V={PINS['C'][2] * UNIT} MV G; 0.01 s; C released; 2 samples; D released; 2 samples; mark; "
+        f"ZS {'V=65536 MV G'}; 0.05 s; W rlopm; moved 0; ZS {'V=-65536 MV G'}; 0.05 s; W rlopm; moved 0; "
+        f"ZS {'MP D=5 G'}; 0.05 s; W rlopm; moved 0; ZS {'MP D=-5 G'}; 0.05 s; W rlopm; moved 0; "
+        "UCI ZS V=65536 MP D=5 G; 0.05 s; moved 5",
+    }
+)  # fmt: skip
+def test_limits(script):
+    play(script)
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -69,78 +122,6 @@ def test_a_limit_switches_the_servo_off_and_brakes(bench, motor, pin):
 
 
 @pytest.mark.parametrize("pin", "CD")
-def test_a_limit_pin_that_is_an_input_is_no_limit(bench, motor, pin):
-    """3.1 note 3: "assign right limit to be used as standard user-input port": such a pin is not a limit."""
-    send(bench, motor, PINS[pin][4])
-    run_into(bench, motor, pin)
-    assert status_word(bench, motor) == BT
-    assert send(bench, motor, f"RU{pin}") == b"1\r"
-
-
-def test_ucp_and_udm_make_them_limits_again(bench):
-    """Reference 12: UCP and UDM make open pins limits again, so the next sample sets the faults again."""
-    motor = ready(bench)
-    send(bench, motor, "UCP")
-    assert status_word(bench, motor) == BO + BR + BP
-    send(bench, motor, "UDM")
-    assert status_word(bench, motor) == BO + BR + BP + BL + BM
-
-
-@pytest.mark.parametrize("pin", "CD")
-@pytest.mark.parametrize(
-    "command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "P=@P-100 G", "P=@P+100 G", "MV V=-V G"]
-)
-def test_commands_are_inhibited_before_the_flag_is_cleared(bench, motor, pin, command):
-    """3.2 note 1: "The fault has to be cleared before", even if the switch has closed again."""
-    stood = run_into(bench, motor, pin)
-    motor.pins[pin].drive(0.0)
-    send(bench, motor, "T=500 MP")
-    motor.master.move(1000, 0.01)
-    send(bench, motor, command, 0.1)
-    assert status_word(bench, motor) == BO + PINS[pin][0]
-    assert ask(bench, motor, "RMODE") == "B"
-    assert motor.axes["shaft"].position == stood
-    send(bench, motor, PINS[pin][3])
-    assert status_word(bench, motor) == BO
-
-
-@pytest.mark.parametrize("pin", "CD")
-@pytest.mark.parametrize("clear", ["ZS", "own"])
-def test_moving_off_a_limit(bench, motor, pin, clear):
-    """3.1 note 1: "You can move in the opposite direction … but the Historical Limit Status bit must be cleared first".
-
-    While the switch is open the flag reads 1 again at the next sample (RULINGS 15); with the switch closed it stays 0.
-    """
-    latched, now, sign, own, _ = PINS[pin]
-    stood = run_into(bench, motor, pin)
-    send(bench, motor, f"MP D={-50 * sign} G", 0.1)
-    assert motor.axes["shaft"].position == stood
-    send(bench, motor, clear if clear == "ZS" else own)
-    assert status_word(bench, motor) == BO + latched + now
-    send(bench, motor, f"V={UNIT} D={-50 * sign} G", 0.1)
-    assert motor.axes["shaft"].position == stood - 50 * sign
-    assert status_word(bench, motor) == latched + now
-    motor.pins[pin].drive(0.0)
-    advance(bench, 2)
-    assert status_word(bench, motor) == latched
-    send(bench, motor, own)
-    assert status_word(bench, motor) == 0
-    send(bench, motor, f"D={10 * sign} G", 0.1)
-    assert motor.axes["shaft"].position == stood - 40 * sign
-
-
-@pytest.mark.parametrize("pin", "CD")
-def test_a_move_towards_the_limit_is_refused_and_needs_a_new_acknowledgement(bench, motor, pin):
-    """RULINGS 15: "A move towards it is not, and needs a new acknowledgement"."""
-    _, _, sign, own, _ = PINS[pin]
-    stood = run_into(bench, motor, pin)
-    send(bench, motor, f"{own} MP D={50 * sign} G", 0.1)
-    assert motor.axes["shaft"].position == stood
-    send(bench, motor, f"{own} D={-50 * sign} G", 0.1)
-    assert motor.axes["shaft"].position == stood - 50 * sign
-
-
-@pytest.mark.parametrize("pin", "CD")
 @pytest.mark.parametrize("move", ["MV V={v} G", "MP P=@P+{v} G", "MP D={v} G", "V=-1*{v} MV G", "T={s}*500 MT"])
 def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
     """After an acknowledgement, moves away from the switch are accepted, moves towards it are refused."""
@@ -153,17 +134,6 @@ def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
     send(bench, motor, "OFF V=65536")
     send(bench, motor, f"{own} " + move.format(v=-backwards * UNIT, s=-sign), 0.05)
     assert (stood - away.position) * sign > 10
-
-
-@pytest.mark.parametrize("pin", "CD")
-@pytest.mark.parametrize("before", ["MT", "T=-1*{s}*500 MT"])
-def test_reversed_torque_is_a_new_fault(bench, motor, pin, before):
-    """RULINGS 15: torque that is reversed towards the limit is a new fault, which needs a new acknowledgement."""
-    latched, now, sign, own, _ = PINS[pin]
-    run_into(bench, motor, pin)
-    send(bench, motor, f"{own} " + before.format(s=sign), 0.01)
-    send(bench, motor, f"T={sign}*1000", 0.1)
-    assert status_word(bench, motor) == BO + latched + now
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -202,17 +172,6 @@ def test_a_reversed_trajectory_stops_at_the_limit(bench, motor, pin, limit):
 
 
 @pytest.mark.parametrize("pin", "CD")
-def test_a_limit_is_directional(bench, motor, pin):
-    """1.1, 3.1: "directional only": at the end that the motor leaves, an open switch is flagged; the move continues."""
-    latched, now, sign, *_ = PINS[pin]
-    send(bench, motor, f"A={UNIT} V={UNIT} P={-200 * sign} MP G", 0.01)
-    motor.pins[pin].release()
-    bench.run(0.1)
-    assert ask(bench, motor, "RP") == str(-200 * sign)
-    assert status_word(bench, motor) == latched + now
-
-
-@pytest.mark.parametrize("pin", "CD")
 def test_the_other_flag_is_no_acknowledgement(bench, motor, pin):
     """Zl does not acknowledge the right limit (that of Zr); nor do Ze, Zh and Zs."""
     stood = run_into(bench, motor, pin)
@@ -220,20 +179,6 @@ def test_the_other_flag_is_no_acknowledgement(bench, motor, pin):
     for wrong in (other, "Ze", "Zh", "Zs", "Zw"):
         send(bench, motor, f"{wrong} MP D={-50 * PINS[pin][2]} G", 0.05)
         assert motor.axes["shaft"].position == stood
-
-
-def test_with_both_limits_only_wiring_or_input_roles_help(bench, motor):
-    """RULINGS 15: "With both limits asserted there is no way out but wiring or UCI/UDI"."""
-    run_into(bench, motor, "C")
-    motor.pins["D"].release()
-    advance(bench, 2)
-    stood = motor.axes["shaft"].position
-    for move in ("V=65536 MV G", "V=-65536 MV G", "MP D=5 G", "MP D=-5 G"):
-        send(bench, motor, f"ZS {move}", 0.05)
-        assert status_word(bench, motor) == BO + BR + BP + BL + BM
-        assert motor.axes["shaft"].position == stood
-    send(bench, motor, "UCI ZS V=65536 MP D=5 G", 0.05)
-    assert motor.axes["shaft"].position == stood + 5
 
 
 def test_limits_at_the_ends_of_the_travel(bench):

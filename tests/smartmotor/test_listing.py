@@ -354,9 +354,6 @@ def arrays(motor: Controller) -> tuple[object, ...]:
     return i, list(processor.v), list(processor.f)
 
 
-SAID = [b"RUN ", b"RUN ", b"GOSUB1 ", b"a=1 ", b"P=P+50 G ", b"Ra RP ", b"END ", b"RETURN ", b"GOTO3 ", b"STACK "]
-
-
 def session(seed: int, *, watch: bool) -> list[object]:
     """Run a random program, disturbed by a host and switches; return everything read meanwhile."""
     bench, random = Bench(), Random(seed)

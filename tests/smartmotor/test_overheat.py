@@ -9,7 +9,8 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from . import talking
-from .bits import BA, BE, BH, BI, BO, BT, BX
+from .bits import BA, BH, BI, BO, BX
+from .playing import play, scripts
 from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send
 
 status_word = partial(talking.status_word, ignored=BI | BX | BA)
@@ -26,25 +27,27 @@ def heat(bench: Bench, motor: Controller, celsius: float = 71) -> None:
     bench.run(3.1)
 
 
-@pytest.mark.parametrize(("celsius", "trips"), [(25, False), (69, False), (70, False), (71, True), (120, True)])
-def test_it_trips_above_th(bench, motor, celsius, trips):
-    """Table 4.1: "Controller temperature exceeded temperature limit"; TH is 70 at power-up."""
-    heat(bench, motor, celsius)
-    assert temperature(bench, motor) == celsius
-    assert status_word(bench, motor) == BO + trips * BH
-
-
-def test_it_must_last_for_thd_samples(bench, motor):
-    """THD=12000 by default: 12000 samples are 2.949 s; a shorter overheat has no effect."""
-    motor.ambient = 75
-    advance(bench, 11_950)
-    motor.ambient = 25
-    advance(bench, 100)
-    motor.ambient = 75
-    advance(bench, 11_950)
-    assert status_word(bench, motor) == BO
-    advance(bench, 100)
-    assert status_word(bench, motor) == BO + BH
+@scripts(
+    {
+        'Table 4.1: "Controller temperature exceeded temperature limit"; TH is 70 at power-up':
+        [f"air {celsius}; 3.1 s; TEMP is {celsius}; W {BO + trips * BH}"
+         for celsius, trips in ((25, False), (69, False), (70, False), (71, True), (120, True))],
+        "THD=12000 by default: 12000 samples are 2.949 s; a shorter overheat has no effect":
+        "air 75; 11950 samples; air 25; 100 samples; air 75; 11950 samples; W o; 100 samples; W ho",
+        'Reference 10: "Motion refused until cooled 5 °C below TH": 66 °C is too warm; only a Z clears the flag':
+        [f"air 71; 3.1 s; P=50 A=65536 V=65536 MP; air 71; 1.0 s; {clear} G; 0.1 s; W ho; at 0; air 70; 1.0 s; "
+         f"{clear} G; 0.1 s; W ho; at 0; air 66; 1.0 s; {clear} G; 0.1 s; W ho; at 0; air 65; 1.0 s; W ho; "
+         f"Ze Zr Zl G; 0.1 s; W ho; {clear} G; 0.1 s; W; at 50"
+         for clear in ("Zh", "ZS")],
+        "Two flags, each cleared by its own Z; both must be cleared":
+        f"air 69; 3.1 s; {MOVE}; 0.1 s; jam; 110 samples; free; air 71; 3.1 s; W eho; air 20; 3.1 s; Zh G; 0.1 s; "
+        "W eo; Ze G; 0.1 s; W t",
+        "TH=20 in a room of 25 °C is an overheat after THD samples":
+        "TH=20; 3.1 s; W ho; TH=29 Zh; 0.001 s; W ho; TH=30 Zh; 0.001 s; W o",
+    }
+)  # fmt: skip
+def test_overheat(script):
+    play(script)
 
 
 @pytest.mark.parametrize("thd", [1, 10, 1000])
@@ -104,27 +107,6 @@ def test_f_1_decelerates(bench, motor):
     assert status_word(bench, motor) == BO + BH
 
 
-@pytest.mark.parametrize("clear", ["Zh", "ZS"])
-def test_it_is_cleared_when_it_has_cooled_by_5_degrees(bench, motor, clear):
-    """Reference 10: "Motion refused until cooled 5 °C below TH": 66 °C is too warm; only a Z clears the flag."""
-    heat(bench, motor)
-    send(bench, motor, "P=50 A=65536 V=65536 MP")
-    for celsius in (71, 70, 66):
-        motor.ambient = celsius
-        bench.run(1.0)
-        send(bench, motor, f"{clear} G", 0.1)
-        assert status_word(bench, motor) == BO + BH
-        assert motor.axes["shaft"].position == 0
-    motor.ambient = 65
-    bench.run(1.0)
-    assert status_word(bench, motor) == BO + BH
-    send(bench, motor, "Ze Zr Zl G", 0.1)
-    assert status_word(bench, motor) == BO + BH
-    send(bench, motor, f"{clear} G", 0.1)
-    assert status_word(bench, motor) == 0
-    assert motor.axes["shaft"].position == 50
-
-
 def test_a_winding_warms_slowly(bench):
     """A frame 23 in hot air trips after a while; a power cycle clears the flag but does not cool the motor.
 
@@ -175,29 +157,3 @@ def test_a_held_load_within_the_rated_torque_never_trips(bench):
     bench.run(600.0)
     assert status_word(bench, motor) == 0
     assert abs(int(ask(bench, motor, "RP"))) < 5
-
-
-def test_overheat_and_position_error_together(bench, motor):
-    """Two flags, each cleared by its own Z; both must be cleared."""
-    heat(bench, motor, 69)
-    send(bench, motor, MOVE, 0.1)
-    motor.axes["shaft"].jam(True)
-    advance(bench, 110)
-    motor.axes["shaft"].jam(False)
-    heat(bench, motor)
-    assert status_word(bench, motor) == BO + BH + BE
-    heat(bench, motor, 20)
-    send(bench, motor, "Zh G", 0.1)
-    assert status_word(bench, motor) == BO + BE
-    send(bench, motor, "Ze G", 0.1)
-    assert status_word(bench, motor) == BT
-
-
-def test_th_below_the_temperature(bench, motor):
-    """TH=20 in a room of 25 °C is an overheat after THD samples."""
-    send(bench, motor, "TH=20", 3.1)
-    assert status_word(bench, motor) == BO + BH
-    send(bench, motor, "TH=29 Zh")
-    assert status_word(bench, motor) == BO + BH
-    send(bench, motor, "TH=30 Zh")
-    assert status_word(bench, motor) == BO

@@ -9,6 +9,7 @@ from axistwin.controllers.smartmotor.language import Statement, program, read
 from axistwin.errors import UsageError
 from axistwin.units import S
 
+from .playing import play, scripts
 from .talking import ACKNOWLEDGE, END, ask, bare, clear, load, ready, send, upload
 
 COUNTING = "a=1 'counts\nWHILE a<5\n  a=a+1\nLOOP\nEND\n"
@@ -16,33 +17,60 @@ TEXT = b"a=1\nWHILE a<5\na=a+1\nLOOP\nEND\n"
 IMAGE = b"$40000006D8" + b"00001D" + b"0000000000" + b"a=1\n$W0019LE a<5\na=a+1\n$L0004P\nEND\n"
 
 
+@scripts(
+    {
+        # Loading
+        "15: the motor sends 06 after LOAD and after each complete block of 8 bytes; FF FF ends the program":
+        "sends LOAD<SP> => <06>; sends a=1 b=2<SP> => <06>; sends c=3 EN; sends D; sends <FF><FF><SP>; RUN; 0.1 s; "
+        "Ra Rb Rc RBk -> 1 2 3 0",
+        "If FF is the last byte of a block, the motor sends 06 after 50 ms, or none if a second FF follows":
+        "sends LOAD<SP> -> *; sends a=1<LF>END<FF>; 0.04 s; sends <FF>; 1 s; sends LOAD<SP> -> *; "
+        # the sum of 61+3D+31+0A, and E1 for END
+        "sends a=1<LF>END<FF> => <06> in 0.1 s; sends a note<FF><FF>; RCKS => 000000 0001BA P<CR>",
+        "program bytes are neither commands nor addresses":
+        "sends SADDR1 LOAD<SP> -> *; sends b=7 Rb<LF><CR><82><80>RP END<FF><FF> -> *; Rb -> 0; RUN -> 7 in 0.1 s",
+        "2: during a download too, every received byte is echoed":
+        "sends ECHO LOAD<SP> => LOAD <06>; sends a=1 END<LF><FF><FF> => a=1 END<LF><06><FF><FF>",
+        # Refused downloads
+        "2.0 items 1 and 6: with nothing wired the motor is in fault at power-up; LOAD then sets Bs and sends no "
+        "06":
+        "bare; LOAD; RBs RBr RBl -> 1 1 1; UCI UDI LOAD ZS LOAD => <06>",
+        "a program cannot load":
+        "load LOAD / UPLOAD / UP / a=1; RUN; 0.1 s; Ra RBs -> 1 1",
+        # Incomplete downloads
+        "Some hosts of class 4 motors send a single FF; followed by silence it ends the download":
+        "sends LOAD<SP> -> *; sends a=1<LF><FF> -> *; 5.1 s; RBk RUN -> 0 in 0.1 s; Ra -> 1",
+        "10: Bk is set at power-up, and no program starts":
+        "load PRINT(1,#13); sends LOAD<SP> -> *; sends PRINT(2,#13) -> *; power cycle; 1 s; receives nothing; "
+        "RBk RUN RCKS => 1<CR>000000 000000 F<CR> in 0.1 s",
+        # Uploading
+        "15: UPLOAD sends 8 bytes after each 06 from the host, and FF at the end":
+        "load a=12345 / END; sends UPLOAD<SP> => a=12345<LF>; sends <06> => END<LF><FF>; RP -> 0",
+        "a text of whole blocks is followed by the end alone":
+        "load a=1 / END; sends UPLOAD<SP> => a=1<LF>END<LF>; sends <06> => <FF>",
+        "the echo applies to an upload":
+        "load a=12345 / END; sends ECHO UPLOAD<SP> => UPLOAD a=12345<LF>; sends <06> => <06>END<LF><FF>",
+        # Checksums
+        "a new motor has an empty program":
+        "RCKS RBk RUN RBs => 000000 000000 P<CR>0<CR>0<CR> in 0.1 s",
+        # Starting
+        "2: the stored program starts if nothing is received in the first 200 ms":
+        'load PRINT("up",#13) / END; power cycle; 0.199 s; receives nothing; 0.002 s; receives up<CR>',
+        "8: RUN? ends a program that power-up has started; a program started by RUN skips it":
+        'load PRINT("a") / RUN? / PRINT("b") / END; power cycle; 1 s; receives a; RUN => ab in 0.1 s',
+        "z starts it as power up does":
+        'load PRINT("up",#13) / END; Z; 0.19 s; 0.1 s; receives up<CR>',
+    }
+)  # fmt: skip
+def test_program_store(script):
+    play(script)
+
+
 # Loading
-
-
-def test_each_block_of_8_is_acknowledged_but_not_the_rest(bench, motor):
-    """15: the motor sends 06 after LOAD and after each complete block of 8 bytes; FF FF ends the program."""
-    assert send(bench, motor, b"LOAD ") == ACKNOWLEDGE
-    assert send(bench, motor, b"a=1 b=2 ") == ACKNOWLEDGE
-    assert send(bench, motor, b"c=3 EN") == b""
-    assert send(bench, motor, b"D") == b""
-    assert send(bench, motor, END + b" ") == b""
-    assert send(bench, motor, "RUN", 0.1) == b""
-    assert send(bench, motor, "Ra Rb Rc RBk") == b"1\r2\r3\r0\r"
 
 
 def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
     load(bench, motor, "a=1 END\n" * 2)
-
-
-def test_an_ff_that_ends_a_block_may_be_the_end(bench, motor):
-    """If FF is the last byte of a block, the motor sends 06 after 50 ms, or none if a second FF follows."""
-    send(bench, motor, b"LOAD ")
-    assert send(bench, motor, b"a=1\nEND\xff", 0.04) == b""
-    assert send(bench, motor, b"\xff", 1) == b""
-    send(bench, motor, b"LOAD ")
-    assert send(bench, motor, b"a=1\nEND\xff", 0.1) == ACKNOWLEDGE
-    assert send(bench, motor, b"a note" + END) == b""
-    assert ask(bench, motor, "RCKS") == "000000 0001BA P"  # the sum of 61+3D+31+0A, and E1 for END
 
 
 def test_a_block_may_have_32_bytes(bench):
@@ -70,36 +98,6 @@ def test_loading_stops_the_running_program(bench, motor):
     assert ask(bench, motor, "Ra") == before != "0"
 
 
-def test_program_bytes_are_neither_commands_nor_addresses(bench, motor):
-    send(bench, motor, b"SADDR1 LOAD ")
-    send(bench, motor, b"b=7 Rb\n\r\x82\x80RP END" + END)
-    assert ask(bench, motor, "Rb") == "0"
-    assert send(bench, motor, "RUN", 0.1) == b"7\r"
-
-
-def test_the_echo_goes_on_during_a_download(bench, motor):
-    """2: during a download too, every received byte is echoed."""
-    assert send(bench, motor, b"ECHO LOAD ") == b"LOAD " + ACKNOWLEDGE
-    assert send(bench, motor, b"a=1 END\n" + END) == b"a=1 END\n" + ACKNOWLEDGE + END
-
-
-# Refused downloads
-
-
-def test_a_motor_in_fault_takes_no_program(bench):
-    """2.0 items 1 and 6: with nothing wired the motor is in fault at power-up; LOAD then sets Bs and sends no 06."""
-    motor = bare(bench)
-    assert send(bench, motor, "LOAD") == b""
-    assert send(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
-    assert send(bench, motor, "UCI UDI LOAD ZS LOAD") == ACKNOWLEDGE
-
-
-def test_a_program_cannot_load(bench, motor):
-    load(bench, motor, "LOAD\nUPLOAD\nUP\na=1\n")
-    assert send(bench, motor, "RUN", 0.1) == b""
-    assert send(bench, motor, "Ra RBs") == b"1\r1\r"
-
-
 # Incomplete downloads
 
 
@@ -115,25 +113,6 @@ def test_a_silent_host_leaves_an_invalid_program(bench, motor):
     assert send(bench, motor, "ZS RCKS RBk").endswith(b" F\r1\r")
     load(bench, motor, COUNTING)
     assert ask(bench, motor, "RBk") == "0"
-
-
-def test_one_ff_and_silence_end_a_download_too(bench, motor):
-    """Some hosts of class 4 motors send a single FF; followed by silence it ends the download."""
-    send(bench, motor, b"LOAD ")
-    send(bench, motor, b"a=1\n\xff", 5.1)
-    assert send(bench, motor, "RBk RUN", 0.1) == b"0\r"
-    assert ask(bench, motor, "Ra") == "1"
-
-
-def test_a_power_cut_leaves_a_broken_program(bench, motor):
-    """10: Bk is set at power-up, and no program starts."""
-    load(bench, motor, "PRINT(1,#13)\n")
-    send(bench, motor, b"LOAD ")
-    send(bench, motor, b"PRINT(2,#13)")
-    motor.power_cycle()
-    bench.run(1)
-    assert motor.serial.read() == b""
-    assert send(bench, motor, "RBk RUN RCKS", 0.1) == b"1\r000000 000000 F\r"
 
 
 def test_a_program_that_is_too_long_is_broken(bench):
@@ -164,30 +143,10 @@ def test_a_line_error_breaks_the_download(bench):
 # Uploading
 
 
-def test_eight_bytes_come_for_each_acknowledge(bench, motor):
-    """15: UPLOAD sends 8 bytes after each 06 from the host, and FF at the end."""
-    load(bench, motor, "a=12345\nEND\n")
-    assert send(bench, motor, b"UPLOAD ") == b"a=12345\n"
-    assert send(bench, motor, ACKNOWLEDGE) == b"END\n\xff"
-    assert ask(bench, motor, "RP") == "0"
-
-
-def test_a_text_of_whole_blocks_is_followed_by_the_end_alone(bench, motor):
-    load(bench, motor, "a=1\nEND\n")
-    assert send(bench, motor, b"UPLOAD ") == b"a=1\nEND\n"
-    assert send(bench, motor, ACKNOWLEDGE) == b"\xff"
-
-
 def test_anything_else_than_06_ends_the_upload_and_is_heard(bench, motor):
     load(bench, motor, COUNTING)
     assert send(bench, motor, b"UPLOAD ") == TEXT[:8]
     assert send(bench, motor, b"RP ") == b"0\r"
-
-
-def test_the_echo_applies_to_an_upload(bench, motor):
-    load(bench, motor, "a=12345\nEND\n")
-    assert send(bench, motor, b"ECHO UPLOAD ") == b"UPLOAD a=12345\n"
-    assert send(bench, motor, ACKNOWLEDGE) == ACKNOWLEDGE + b"END\n\xff"
 
 
 def test_a_locked_program_is_not_uploaded(bench, motor):
@@ -218,21 +177,7 @@ def test_rcks(bench, motor, program, sums):
     assert ask(bench, motor, "RCKS") == sums
 
 
-def test_a_new_motor_has_an_empty_program(bench, motor):
-    assert send(bench, motor, "RCKS RBk RUN RBs", 0.1) == b"000000 000000 P\r0\r0\r"
-
-
 # Starting
-
-
-def test_the_program_starts_by_itself_after_200_ms(bench, motor):
-    """2: the stored program starts if nothing is received in the first 200 ms."""
-    load(bench, motor, 'PRINT("up",#13)\nEND\n')
-    motor.power_cycle()
-    bench.run(0.199)
-    assert motor.serial.read() == b""
-    bench.run(0.002)
-    assert motor.serial.read() == b"up\r"
 
 
 @pytest.mark.parametrize("traffic", [b"\r", b"\x85", b"RP"])
@@ -243,22 +188,6 @@ def test_any_character_in_the_first_200_ms_prevents_it(bench, motor, traffic):
     motor.serial.write(traffic)
     bench.run(1)
     assert motor.serial.read() == b""
-
-
-def test_run_question_mark_waits_for_run(bench, motor):
-    """8: RUN? ends a program that power-up has started; a program started by RUN skips it."""
-    load(bench, motor, 'PRINT("a")\nRUN?\nPRINT("b")\nEND\n')
-    motor.power_cycle()
-    bench.run(1)
-    assert motor.serial.read() == b"a"
-    assert send(bench, motor, "RUN", 0.1) == b"ab"
-
-
-def test_z_starts_it_as_power_up_does(bench, motor):
-    load(bench, motor, 'PRINT("up",#13)\nEND\n')
-    assert send(bench, motor, "Z", 0.19) == b""
-    bench.run(0.1)
-    assert motor.serial.read() == b"up\r"
 
 
 # Keeping

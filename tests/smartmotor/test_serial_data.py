@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
+from .playing import play, scripts
 from .talking import clear, load, ready, send
 
 CHARACTER_S = 10 / 9600
@@ -65,49 +66,96 @@ CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
 """Lines of the host and the motor's answers."""
 
 
+@scripts(
+    {
+        # Terminators
+        "2: the terminators; a report ends with one CR and nothing else":
+        [f"sends P=12 z=P Rz{terminator} -> 12" for terminator in (" ", '\r', '\n', '\x00')],
+        "a command without its terminator is not obeyed yet":
+        "sends a=1 Ra; 0.1 s; sends <CR> -> 1",
+        "a quote that is not closed ends with the line":
+        [f'sends PRINT("a b{end}; RBs -> 1' for end in ('\r', '\n', '\x00')],
+        # Lists of array values
+        "a list may have more characters than a command":
+        f"aw[0] {' '.join(str(1000 + n) for n in range(102))}. Raw[0] Raw[101] -> 1000 1101",
+        "A line end, or a word that is not a number, ends the list without effect; later commands are executed":
+        "aw[0] 1 2\rRaw[0] RBs -> 0 1; ZS aw[0] 1 2 a=7 Ra Raw[0] RBs -> 7 0 1",
+        "a list with too many values sets a flag and does no harm":
+        f"ab[0] {' '.join('1' for n in range(300))}. ZS RU -> 127",
+        # Long commands
+        "there is no address 121":
+        "SADDR121 RADDR RBs -> 0 1",
+        "an address byte ends what had been begun":
+        "sends SADDR1 G<81>RP RBs<SP> -> 0 1",
+        # Line errors
+        "a parity error sets bb":
+        "line 9600 8N1; OCHN(RS2,0,E,9600,1,8,C); 0.1 s; host parity O; a=1; 0.1 s; host parity E; "
+        "\rRa RBb RCHN0 RCHN1 RBf -> 0 1 8 0 0 in 0.2 s",
+        "a break is a framing error and ends what had been begun":
+        "line 9600 8N1; writes a=; break 0.01 s; 0.1 s; RBf RBs -> 1 0 in 0.1 s",
+        "one damaged character spoils one command":
+        "line 9600 8N1; OCHN(RS2,0,E,9600,1,8,C); 0.1 s; host parity E; flip 1; b=5 b=b+1 Rb -> 1 in 0.1 s",
+        # Host mode records and direct binary commands
+        "a record for others is passed over as a whole":
+        "sends SADDR1 <82><FA><81><81><81><81><CR>RP <81>RBs<SP> -> 0",
+        "A record without its CR sets Bs; it is dropped up to the next terminator, record or address":
+        "sends MD <FA><00><00><00><00>XX a=1 Ra RBs Zs<SP> -> 1 1; "
+        "sends <FA><00><00><00><00><FA><00><00><00><00><CR>RBs<SP> -> 1",
+        # Speed and format
+        "2: a report requested while another one is being sent follows it; no character is lost":
+        "line 9600 8N1; RSP RP RP -> 24576/476 0 0 in 0.1 s",
+        "ochn sets the format":
+        "line 9600 8N1; OCHN(RS2,0,O,19200,2,7,C); 0.1 s; host baudrate 19200; host bytesize 7; host parity O; "
+        "host stopbits 2; RP RBs -> 0 0 in 0.1 s",
+        "what cannot be opened sets bs":
+        [f"OCHN({parameters}) RBs -> 1"
+         for parameters in (
+             "RS2,1,N,9600,1,8,C", "RS3,0,N,9600,1,8,C", "RS2,2,N,9600,1,8,C", "RS2,0,X,9600,1,8,C",
+             "RS2,0,N,9601,1,8,C", "RS2,0,N,9600,3,8,C", "RS2,0,N,9600,1,9,C", "RS2,0,N,9600,1,8,E", "RS2,0", "",
+             "RS2,0,N,9600,1,8,C,x",
+         )],
+        "a closed channel neither hears nor speaks":
+        "485 writes ; OCHN(RS4,1,N,9600,1,8,C) CCHN(RS2,0); RP; 485: OCHN(RS2,0,N,9600,1,8,C) RP -> 0 in 0.1 s; "
+        "RBs -> 0",
+        # Channel 1
+        "channel 1 is closed at first":
+        '485: RP; PRINT1("lost") RBs -> 0; 485 receives nothing',
+        '6.2: an answer is sent "to the active channel"':
+        'OCHN(RS4,1,N,9600,1,8,C); 485: RP RUA -> 0 1; receives nothing; PRINT1("one",#13); 485 receives one<CR>',
+        "a channel sleeps by itself":
+        "OCHN(RS4,1,N,9600,1,8,C) SLEEP1 ECHO1; 485: RP -> RP; RP -> 0; "
+        "485: WAKE RP WAKE1 RP => WAKE RP WAKE1 RP<CR>0<CR>",
+        # The running program
+        "2: SILENT suppresses a program's output until TALK; reports that a host requests are still answered":
+        'load PRINT("x") / Ra / END; SILENT RUN Ra -> 0 in 0.1 s; TALK RUN -> x0 in 0.1 s',
+        # Direct binary commands: FE, FD, FC and four bytes, the most significant first
+        "A direct binary command for P makes the next move absolute, as P= does":
+        "sends A=65536*8 V=65536*8 D=5 <FE><00><00><00>dG<SP>; 0.1 s; sends RP RMODE<SP> -> 100 P",
+        "A motor that is not addressed ignores addresses, terminators and letters in the data of such a command":
+        "sends SADDR1 P=7 V=65536 A=65536 MV G<SP>; sends <82><FE><81> S RP <81>z=P Rz RBt RBs<SP> -> 7 1 0",
+        "Base 4: A cannot be negative":
+        "sends A=5 <FC><FF><FF><FF><FF>RA RBs<SP> -> 5 1",
+        "A parity error in the third byte sets Bb; all five bytes still belong to the command":
+        "line 9600 8N1; P=7 OCHN(RS2,0,E,9600,1,8,C); 0.1 s; host parity E; sends <FE><00>; 0.1 s; flip 1; "
+        "sends <00>S z=P Rz RBb RBs<SP> -> 7 1 0 in 0.2 s",
+        # OCHN's time-out
+        "Later guides: the time-out is for command mode; in data mode no characters are dropped":
+        "OCHN(RS4,1,N,9600,1,8,D,100); 485 writes ab; 0.5 s; a=LEN1 Ra RBs -> 2 0",
+        'RCHN: the time-out is reported as "4 scan/syntax"; the incomplete command is dropped, Bs; Zs clears both':
+        "OCHN(RS2,0,N,9600,1,8,C,100) ZS; RBs RCHN -> 0 0; a=; 2.0 s; RBs RCHN -> 1 4; Zs RBs RCHN -> 0 0",
+        "Base 2: in data mode LEN counts the unread characters of channel 0, and LEN1 those of channel 1":
+        "OCHN(RS4,1,N,9600,1,8,D); 485 writes xyz; 0.1 s; "
+        "PRINT(LEN,#32,LEN1,#32,GETCHR1,#32,LEN1,#13) => 0 3 120 2<CR>",
+    }
+)  # fmt: skip
+def test_serial_data(script):
+    play(script)
+
+
 @pytest.mark.parametrize("lines", CONVERSATIONS.values(), ids=CONVERSATIONS)
 def test_a_conversation(bench, motor, lines):
     for sent, received in lines:
         assert send(bench, motor, sent) == received
-
-
-# Terminators
-
-
-@pytest.mark.parametrize("terminator", [" ", "\r", "\n", "\0"])
-def test_a_space_cr_lf_or_nul_ends_a_command(bench, motor, terminator):
-    """2: the terminators; a report ends with one CR and nothing else."""
-    assert send(bench, motor, b"P=12 z=P Rz" + terminator.encode()) == b"12\r"
-
-
-def test_a_command_without_its_terminator_is_not_obeyed_yet(bench, motor):
-    assert send(bench, motor, b"a=1 Ra", 0.1) == b""
-    assert send(bench, motor, b"\r") == b"1\r"
-
-
-@pytest.mark.parametrize("end", ["\r", "\n", "\0"])
-def test_a_quote_that_is_not_closed_ends_with_the_line(bench, motor, end):
-    assert send(bench, motor, b'PRINT("a b' + end.encode()) == b""
-    assert send(bench, motor, "RBs") == b"1\r"
-
-
-# Lists of array values
-
-
-def test_a_list_may_have_more_characters_than_a_command(bench, motor):
-    values = " ".join(str(1000 + n) for n in range(102))
-    assert send(bench, motor, f"aw[0] {values}. Raw[0] Raw[101]") == b"1000\r1101\r"
-
-
-def test_a_list_without_its_period_is_no_list(bench, motor):
-    """A line end, or a word that is not a number, ends the list without effect; later commands are executed."""
-    assert send(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
-    assert send(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
-
-
-def test_a_list_with_too_many_values_sets_a_flag_and_does_no_harm(bench, motor):
-    values = " ".join("1" for n in range(300))
-    assert send(bench, motor, f"ab[0] {values}. ZS RU") == b"127\r"
 
 
 # Long commands
@@ -121,23 +169,12 @@ def test_a_command_has_64_characters_at_most(bench, motor):
     assert send(bench, motor, 'PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0') == b"1\r1\r1\r1\r"
 
 
-# Echo
-
-
 # Addresses
 
 
 @pytest.mark.parametrize("number", [1, 120])
 def test_addresses_go_up_to_120(bench, motor, number):
     assert send(bench, motor, f"SADDR{number} ".encode() + bytes([0x80 + number]) + b"RBs ") == b"0\r"
-
-
-def test_there_is_no_address_121(bench, motor):
-    assert send(bench, motor, "SADDR121 RADDR RBs") == b"0\r1\r"
-
-
-def test_an_address_byte_ends_what_had_been_begun(bench, motor):
-    assert send(bench, motor, b"SADDR1 G\x81RP RBs ") == b"0\r1\r"
 
 
 def test_a_chain_is_addressed_from_power_up(bench):
@@ -177,42 +214,7 @@ def test_a_framing_error_sets_bf_and_spoils_the_command(bench):
     assert send(bench, motor, "Zf RBf RCHN", 0.2) == b"0\r0\r"
 
 
-def test_a_parity_error_sets_bb(bench):
-    motor = clear(bench, bench.add("smartmotor"))
-    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
-    motor.serial.host.parity = "O"
-    send(bench, motor, "a=1", 0.1)
-    motor.serial.host.parity = "E"
-    assert send(bench, motor, "\rRa RBb RCHN0 RCHN1 RBf", 0.2) == b"0\r1\r8\r0\r0\r"
-
-
-def test_a_break_is_a_framing_error_and_ends_what_had_been_begun(bench):
-    motor = clear(bench, bench.add("smartmotor"))
-    motor.serial.write(b"a=")
-    motor.serial.send_break(0.01)
-    bench.run(0.1)
-    assert send(bench, motor, "RBf RBs", 0.1) == b"1\r0\r"
-
-
-def test_one_damaged_character_spoils_one_command(bench):
-    motor = clear(bench, bench.add("smartmotor"))
-    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
-    motor.serial.host.parity = "E"
-    motor.serial.to_device.flip(1)
-    assert send(bench, motor, "b=5 b=b+1 Rb", 0.1) == b"1\r"
-
-
 # Host mode records and direct binary commands
-
-
-def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
-    assert send(bench, motor, b"SADDR1 \x82\xfa\x81\x81\x81\x81\rRP \x81RBs ") == b"0\r"
-
-
-def test_a_record_without_its_cr_is_dropped(bench, motor):
-    """A record without its CR sets Bs; it is dropped up to the next terminator, record or address."""
-    assert send(bench, motor, b"MD \xfa\x00\x00\x00\x00XX a=1 Ra RBs Zs ") == b"1\r1\r"
-    assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
 
 
 FIRST, SECOND = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r", b"\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
@@ -315,54 +317,7 @@ def test_a_reply_begins_when_the_terminator_has_been_received(bench):
     assert arrivals_ms(bench, motor, "RP") == [4.167, 5.208]
 
 
-def test_a_reply_waits_while_another_one_is_being_sent(bench):
-    """2: a report requested while another one is being sent follows it; no character is lost."""
-    motor = clear(bench, bench.add("smartmotor"))
-    assert send(bench, motor, "RSP RP RP", 0.1) == b"24576/476\r0\r0\r"
-
-
-def test_ochn_sets_the_format(bench):
-    motor = clear(bench, bench.add("smartmotor"))
-    send(bench, motor, "OCHN(RS2,0,O,19200,2,7,C)", 0.1)
-    host = motor.serial.host
-    host.baudrate, host.bytesize, host.parity, host.stopbits = 19200, 7, "O", 2
-    assert send(bench, motor, "RP RBs", 0.1) == b"0\r0\r"
-
-
-@pytest.mark.parametrize(
-    "parameters",
-    ["RS2,1,N,9600,1,8,C", "RS3,0,N,9600,1,8,C", "RS2,2,N,9600,1,8,C", "RS2,0,X,9600,1,8,C", "RS2,0,N,9601,1,8,C",
-     "RS2,0,N,9600,3,8,C", "RS2,0,N,9600,1,9,C", "RS2,0,N,9600,1,8,E", "RS2,0", "", "RS2,0,N,9600,1,8,C,x"],
-)  # fmt: skip
-def test_what_cannot_be_opened_sets_bs(bench, motor, parameters):
-    assert send(bench, motor, f"OCHN({parameters}) RBs") == b"1\r"
-
-
-def test_a_closed_channel_neither_hears_nor_speaks(bench, motor):
-    motor.rs485.write(b"")
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) CCHN(RS2,0)")
-    assert send(bench, motor, "RP") == b""
-    assert send(bench, motor.rs485, "OCHN(RS2,0,N,9600,1,8,C) RP", 0.1) == b"0\r"
-    assert send(bench, motor, "RBs") == b"0\r"
-
-
 # Channel 1
-
-
-def test_channel_1_is_closed_at_first(bench, motor):
-    assert send(bench, motor.rs485, "RP") == b""
-    assert send(bench, motor, 'PRINT1("lost") RBs') == b"0\r"
-    assert motor.rs485.read() == b""
-
-
-def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
-    """6.2: an answer is sent "to the active channel"."""
-    port = motor.rs485
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
-    assert send(bench, port, "RP RUA") == b"0\r1\r"
-    assert motor.serial.read() == b""
-    assert send(bench, motor, 'PRINT1("one",#13)') == b""
-    assert port.read() == b"one\r"
 
 
 def test_data_mode_keeps_sixteen_bytes(bench, motor):
@@ -373,14 +328,6 @@ def test_data_mode_keeps_sixteen_bytes(bench, motor):
     assert send(bench, motor, "a=LEN1 Ra b=GETCHR1 Rb b=GETCHR1 Rb a=LEN1 Ra RBc") == b"16\r128\r129\r14\r0\r"
     port.write(b"\xfaRP")
     assert send(bench, motor, "a=LEN1 Ra RBc RCHN1 RCHN0") == b"16\r1\r1\r0\r"
-
-
-def test_a_channel_sleeps_by_itself(bench, motor):
-    port = motor.rs485
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) SLEEP1 ECHO1")
-    assert send(bench, port, "RP") == b"RP\r"
-    assert send(bench, motor, "RP") == b"0\r"
-    assert send(bench, port, "WAKE RP WAKE1 RP") == b"WAKE RP WAKE1 RP\r0\r"
 
 
 def test_rs4_takes_pin_g_as_its_direction_line(bench):
@@ -417,13 +364,6 @@ def load_slowly(bench: Bench, motor: Controller, program: str) -> None:
     motor.serial.write(program.encode() + b"\xff\xff")
     bench.run(1)
     assert set(motor.serial.read()) == {6}
-
-
-def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
-    """2: SILENT suppresses a program's output until TALK; reports that a host requests are still answered."""
-    load(bench, motor, 'PRINT("x")\nRa\nEND\n')
-    assert send(bench, motor, "SILENT RUN Ra", 0.1) == b"0\r"
-    assert send(bench, motor, "TALK RUN", 0.1) == b"x0\r"
 
 
 # Any bytes
@@ -467,33 +407,6 @@ def test_a_direct_binary_command_sets_a_parameter(bench, motor, record, report, 
     assert send(bench, motor, record + after + report + b" Rz RBs ") == b"%d\r0\r" % value
 
 
-def test_a_direct_binary_command_makes_the_next_move_absolute(bench, motor):
-    """A direct binary command for P makes the next move absolute, as P= does."""
-    send(bench, motor, b"A=65536*8 V=65536*8 D=5 \xfe\x00\x00\x00\x64G ", 0.1)
-    assert send(bench, motor, b"RP RMODE ") == b"100\rP\r"
-
-
-def test_a_direct_binary_command_for_others_is_ignored_as_a_whole(bench, motor):
-    """A motor that is not addressed ignores addresses, terminators and letters in the data of such a command."""
-    send(bench, motor, b"SADDR1 P=7 V=65536 A=65536 MV G ")
-    assert send(bench, motor, b"\x82\xfe\x81\x20\x53\x20RP \x81z=P Rz RBt RBs ") == b"7\r1\r0\r"
-
-
-def test_a_negative_acceleration_sets_bs_and_changes_nothing(bench, motor):
-    """Base 4: A cannot be negative."""
-    assert send(bench, motor, b"A=5 \xfc\xff\xff\xff\xffRA RBs ") == b"5\r1\r"
-
-
-def test_a_damaged_direct_binary_command_changes_nothing(bench):
-    """A parity error in the third byte sets Bb; all five bytes still belong to the command."""
-    motor = clear(bench, bench.add("smartmotor"))
-    send(bench, motor, "P=7 OCHN(RS2,0,E,9600,1,8,C)", 0.1)
-    motor.serial.host.parity = "E"
-    send(bench, motor, b"\xfe\x00", 0.1)
-    motor.serial.to_device.flip(1)
-    assert send(bench, motor, b"\x00\x53\x20z=P Rz RBb RBs ", 0.2) == b"7\r1\r0\r"
-
-
 # OCHN's time-out
 
 
@@ -527,14 +440,6 @@ def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor)
     assert send(bench, motor, b" Rd RBs ") == b"0\r1\r"
 
 
-def test_the_time_out_of_ochn_is_relevant_in_command_mode_only(bench, motor):
-    """Later guides: the time-out is for command mode; in data mode no characters are dropped."""
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D,100)")
-    motor.rs485.write(b"ab")
-    bench.run(0.5)
-    assert send(bench, motor, "a=LEN1 Ra RBs") == b"2\r0\r"
-
-
 def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
     open_with(bench, motor, ",100")
     send(bench, motor, b"a=", 0.05)
@@ -559,21 +464,3 @@ def test_the_first_motors_program_addresses_the_chain(bench):
         chain.write(b"%cRADDR " % (0x80 + number))
         bench.run(0.1)
         assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
-
-
-def test_an_expired_command_is_a_scan_error(bench, motor):
-    """RCHN: the time-out is reported as "4 scan/syntax"; the incomplete command is dropped, Bs; Zs clears both."""
-    send(bench, motor, "OCHN(RS2,0,N,9600,1,8,C,100) ZS", 0)
-    assert send(bench, motor, "RBs RCHN", 0) == b"0\r0\r"
-    send(bench, motor, "a=", 0)
-    bench.run(2.0)
-    assert send(bench, motor, "RBs RCHN", 0) == b"1\r4\r"
-    assert send(bench, motor, "Zs RBs RCHN", 0) == b"0\r0\r"
-
-
-def test_both_channels_count_their_characters(bench, motor):
-    """Base 2: in data mode LEN counts the unread characters of channel 0, and LEN1 those of channel 1."""
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)", 0)
-    motor.rs485.write(b"xyz")
-    bench.run(0.1)
-    assert send(bench, motor, "PRINT(LEN,#32,LEN1,#32,GETCHR1,#32,LEN1,#13)", 0) == b"0 3 120 2\r"

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import UNIT, ask, bare, load, ready, send
+from .playing import play, scripts
+from .talking import UNIT, ask, ready, send
 
 BITS = {letter: 1 << bit for bit, letter in enumerate("trliwehoxpmdusak")}
 ARRAY_ERRORS = [
@@ -29,21 +30,44 @@ def bits(bench: Bench, motor: Controller) -> str:
     return "".join(letter for letter, value in BITS.items() if word & value)
 
 
-@pytest.mark.parametrize("read", ["RW", "RS", "RBr", "RPW", "a=W", "a=S", "PRINT(W,#13)"])
-def test_reading_clears_nothing(bench, read):
-    """RULINGS 10: a report of the status clears no bit."""
-    motor = bare(bench)
-    send(bench, motor, "UCI UDI A5 a=1/0 aw[200]=0")
-    for _ in range(3):
-        send(bench, motor, read)
-        assert bits(bench, motor) == "rlodus"
-
-
-def test_values_and_reports_agree(bench, motor):
-    """x=W, x=S and the B letters have the same values in expressions as in reports."""
-    send(bench, motor, "a=1/0 b=W c=S d=Bd e=Bo f=Bt")
-    assert send(bench, motor, "Rb Rc Rd Re Rf") == b"2176\r128\r1\r1\r0\r"
-    assert ask(bench, motor, "PRINT(Bd+Bo+Bs,#13)") == "2"
+@scripts(
+    {
+        "RULINGS 10: a report of the status clears no bit":
+        [f"bare; UCI UDI A5 a=1/0 aw[200]=0 -> *; {read} -> *; Bits rlodus; {read} -> *; Bits rlodus; "
+         f"{read} -> *; Bits rlodus"
+         for read in ("RW", "RS", "RBr", "RPW", "a=W", "a=S", "PRINT(W,#13)")],
+        "x=W, x=S and the B letters have the same values in expressions as in reports":
+        "a=1/0 b=W c=S d=Bd e=Bo f=Bt; Rb Rc Rd Re Rf -> 2176 128 1 1 0; PRINT(Bd+Bo+Bs,#13) -> 2",
+        "Bt (1) and Bo (128) follow a move of 100 counts at one per sample; no Z command clears them":
+        f"Bits o; A={UNIT} V={UNIT} P=100 G; 0.001 s; Bits t; ZS; 0.001 s; Bits t; 0.1 s; Bits ; OFF; Bits o; ZS; "
+        "Bits o",
+        'Reference 6: "Index out of range → command ignored, Bu=1"; Zu and ZS clear Bu':
+        [f"{command}; Bits ou; Zs Zd Ze Zw Za; Bits ou; Zu; Bits o" for command in ARRAY_ERRORS],
+        'Reference 3: "An unknown or malformed command is ignored and sets Bs; nothing is returned"; Zs, ZS clear '
+        "it":
+        [f"{command}; Bits os; Zd Zu Ze Zw Za; Bits os; Zs; Bits o" for command in MISTAKES],
+        'Reference 10: Bi means a captured index, "cleared by RI or by using I"; then the next index is captured':
+        f"with index_at=300; A={UNIT} V={UNIT} P=400 G; 0.2 s; Bits i; RI -> 300; Bits ; P=200 G; 0.2 s; Bits i; "
+        "ZS a=I; Bits ; Ra -> 300",
+        "Bx is real-time: 1 on the index mark, 0 next to it":
+        f"with index_at=300; A={UNIT} V={10 * UNIT} P={299} G -> *; 0.1 s; RI -> *; Bits ; "
+        f"A={UNIT} V={10 * UNIT} P={300} G -> *; 0.1 s; RI -> *; Bits x; A={UNIT} V={10 * UNIT} P={301} G -> *; "
+        "0.1 s; RI -> *; Bits ",
+        'Reference 10, 15: "Bk=1 after a broken download; program then does not auto-run"; no Z command clears Bk':
+        "LOAD => <06>; sends a=5<LF>b=6<LF> -> *; power cycle; 0.5 s; receives *; UCI UDI ZS -> *; Bits ok; "
+        "Ra -> 0; Zk ZS -> *; Bits ok; load a=5 / END; power cycle; 0.5 s; UCI UDI ZS -> *; Bits o; Ra -> 5",
+        '3.1, ZS: "Reset all system state flags"':
+        f"A={UNIT} V={UNIT} O=2147483645 MV G; 0.01 s; S a=1/0 aw[200]=1 QQ UCP UDM; 0.01 s; Bits rlwopmdus; "
+        "UCI UDI; 0.01 s; Bits rlwodus; ZS; Bits o",
+        'Reference 17: "they must be silent and idempotent": Z commands return nothing and may be repeated':
+        [f"A={UNIT} V={UNIT} P=5000 G; 0.01 s; {command} {command} {command}; Bits t"
+         for command in ("Zr", "Zl", "Ze", "Zh", "Zs", "Zd", "Zu", "Zw", "Za", "Zb", "Zc", "Zf", "ZS")],
+        "A Z command for a real-time bit is a syntax error; RULINGS 11: the manual's ZI is a typing error for Zl":
+        [f"{command}; Bits os" for command in ("Zt", "Zo", "Zx", "Zp", "Zm", "ZI", "Zz")],
+    }
+)  # fmt: skip
+def test_status_word(script):
+    play(script)
 
 
 @pytest.mark.parametrize("letter", "trliwehoxpmdusakbcf")
@@ -52,21 +76,6 @@ def test_a_status_bit_cannot_be_assigned(bench, motor, letter):
     before = bits(bench, motor)
     send(bench, motor, f"B{letter}=1")
     assert bits(bench, motor) == before + "s"
-
-
-def test_bt_and_bo_are_real_time(bench, motor):
-    """Bt (1) and Bo (128) follow a move of 100 counts at one per sample; no Z command clears them."""
-    assert bits(bench, motor) == "o"
-    send(bench, motor, f"A={UNIT} V={UNIT} P=100 G", 0.001)
-    assert bits(bench, motor) == "t"
-    send(bench, motor, "ZS", 0.001)
-    assert bits(bench, motor) == "t"
-    bench.run(0.1)
-    assert bits(bench, motor) == ""
-    send(bench, motor, "OFF")
-    assert bits(bench, motor) == "o"
-    send(bench, motor, "ZS")
-    assert bits(bench, motor) == "o"
 
 
 @pytest.mark.parametrize("command", OVERFLOWS)
@@ -78,28 +87,6 @@ def test_bd_is_a_math_overflow(bench, motor, command):
     send(bench, motor, "Zs Zu Ze Zw Za")
     assert bits(bench, motor) == "od"
     send(bench, motor, "Zd")
-    assert bits(bench, motor) == "o"
-
-
-@pytest.mark.parametrize("command", ARRAY_ERRORS)
-def test_bu_is_an_array_index_error(bench, motor, command):
-    """Reference 6: "Index out of range → command ignored, Bu=1"; Zu and ZS clear Bu."""
-    assert send(bench, motor, command) == b""
-    assert bits(bench, motor) == "ou"
-    send(bench, motor, "Zs Zd Ze Zw Za")
-    assert bits(bench, motor) == "ou"
-    send(bench, motor, "Zu")
-    assert bits(bench, motor) == "o"
-
-
-@pytest.mark.parametrize("command", MISTAKES)
-def test_bs_is_a_syntax_error(bench, motor, command):
-    """Reference 3: "An unknown or malformed command is ignored and sets Bs; nothing is returned"; Zs, ZS clear it."""
-    assert send(bench, motor, command) == b""
-    assert bits(bench, motor) == "os"
-    send(bench, motor, "Zd Zu Ze Zw Za")
-    assert bits(bench, motor) == "os"
-    send(bench, motor, "Zs")
     assert bits(bench, motor) == "o"
 
 
@@ -116,29 +103,6 @@ def test_bw_is_a_wrap_of_the_position(bench, motor, start, speed):
     assert "w" in bits(bench, motor)
     send(bench, motor, "S Zw")
     assert bits(bench, motor) == ""
-
-
-def test_bi_is_cleared_by_ri_and_by_i(bench):
-    """Reference 10: Bi means a captured index, "cleared by RI or by using I"; then the next index is captured."""
-    motor = ready(bench, index_at=300)
-    send(bench, motor, f"A={UNIT} V={UNIT} P=400 G", 0.2)
-    assert bits(bench, motor) == "i"
-    assert ask(bench, motor, "RI") == "300"
-    assert bits(bench, motor) == ""
-    send(bench, motor, "P=200 G", 0.2)
-    assert bits(bench, motor) == "i"
-    send(bench, motor, "ZS a=I")
-    assert bits(bench, motor) == ""
-    assert ask(bench, motor, "Ra") == "300"
-
-
-def test_bx_is_the_index_as_it_is(bench):
-    """Bx is real-time: 1 on the index mark, 0 next to it."""
-    motor = ready(bench, index_at=300)
-    for target, level in ((299, ""), (300, "x"), (301, "")):
-        send(bench, motor, f"A={UNIT} V={10 * UNIT} P={target} G", 0.1)
-        send(bench, motor, "RI")
-        assert bits(bench, motor) == level
 
 
 def test_the_pin_index_and_bx_agree(bench):
@@ -160,52 +124,6 @@ def test_ba_is_an_over_current_that_occurred(bench):
     assert bits(bench, motor) == "oa"
     send(bench, motor, "Za")
     assert bits(bench, motor) == "o"
-
-
-def test_bk_is_a_broken_download(bench, motor):
-    """Reference 10, 15: "Bk=1 after a broken download; program then does not auto-run"; no Z command clears Bk."""
-    assert send(bench, motor, b"LOAD ") == b"\x06"
-    send(bench, motor, b"a=5\nb=6\n")
-    motor.power_cycle()
-    bench.run(0.5)
-    motor.serial.read()
-    send(bench, motor, "UCI UDI ZS")
-    assert bits(bench, motor) == "ok"
-    assert ask(bench, motor, "Ra") == "0"
-    send(bench, motor, "Zk ZS")
-    assert bits(bench, motor) == "ok"
-    load(bench, motor, "a=5\nEND\n")
-    motor.power_cycle()
-    bench.run(0.5)
-    send(bench, motor, "UCI UDI ZS")
-    assert bits(bench, motor) == "o"
-    assert ask(bench, motor, "Ra") == "5"
-
-
-def test_zs_clears_all_latched_bits_at_once(bench, motor):
-    """3.1, ZS: "Reset all system state flags"."""
-    send(bench, motor, f"A={UNIT} V={UNIT} O=2147483645 MV G", 0.01)
-    send(bench, motor, "S a=1/0 aw[200]=1 QQ UCP UDM", 0.01)
-    assert bits(bench, motor) == "rlwopmdus"
-    send(bench, motor, "UCI UDI", 0.01)
-    assert bits(bench, motor) == "rlwodus"
-    send(bench, motor, "ZS")
-    assert bits(bench, motor) == "o"
-
-
-@pytest.mark.parametrize("command", ["Zr", "Zl", "Ze", "Zh", "Zs", "Zd", "Zu", "Zw", "Za", "Zb", "Zc", "Zf", "ZS"])
-def test_a_z_is_silent_and_harmless(bench, motor, command):
-    """Reference 17: "they must be silent and idempotent": Z commands return nothing and may be repeated."""
-    send(bench, motor, f"A={UNIT} V={UNIT} P=5000 G", 0.01)
-    assert send(bench, motor, f"{command} {command} {command}") == b""
-    assert bits(bench, motor) == "t"
-
-
-@pytest.mark.parametrize("command", ["Zt", "Zo", "Zx", "Zp", "Zm", "ZI", "Zz"])
-def test_real_time_bits_have_no_z(bench, motor, command):
-    """A Z command for a real-time bit is a syntax error; RULINGS 11: the manual's ZI is a typing error for Zl."""
-    send(bench, motor, command)
-    assert bits(bench, motor) == "os"
 
 
 @settings(deadline=None, max_examples=20)

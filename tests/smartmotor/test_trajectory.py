@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.kernel import max_stoppable_speed, next_velocity, stopping_distance
 
-from .talking import advance, ask, positions, send
+from .playing import play, scripts
+from .talking import positions, send
 
 
 def test_a_trapezoid_of_whole_counts(bench, motor):
@@ -22,37 +23,6 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
     assert path.index(1000) == 108
 
 
-def test_a_triangle(bench, motor):
-    """The distance is too short to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
-    send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
-    assert positions(bench, motor, 9) == [1, 3, 6, 10, 14, 17, 19, 20, 20]
-
-
-def test_bt_falls_in_the_sample_in_which_the_commanded_trajectory_ends(bench, motor):
-    """Bt is 1 until the sample in which the target is commanded."""
-    send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
-    positions(bench, motor, 7)
-    assert send(bench, motor, b"RBt RV ", 0) == b"1\r131072\r"
-    positions(bench, motor, 1)
-    assert send(bench, motor, b"RBt RV RP ", 0) == b"0\r0\r20\r"
-
-
-def test_a_fraction_of_a_count_per_sample(bench, motor):
-    """With A=1/4 and V=1/2 the positions are 1/4, 3/4, 1 1/4 …, which are rounded down to whole counts."""
-    send(bench, motor, b"A=16384 V=32768 MV G ", 0)
-    assert positions(bench, motor, 8) == [0, 0, 1, 1, 2, 2, 3, 3]
-
-
-def test_a_relative_move_is_repeated_by_g(bench, motor):
-    """D=100 and G move by 100; another G moves by another 100."""
-    send(bench, motor, b"A=65536 V=65536*50 D=100 G ", 0)
-    positions(bench, motor, 40)
-    assert motor.axes["shaft"].position == 100
-    assert send(bench, motor, b"RMODE G ", 0) == b"R\r"
-    positions(bench, motor, 40)
-    assert motor.axes["shaft"].position == 200
-
-
 def test_a_target_in_the_other_direction(bench, motor):
     """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then it returns.
 
@@ -63,33 +33,6 @@ def test_a_target_in_the_other_direction(bench, motor):
     assert path == [1, 3, 6, 10, 15, 20]
     send(bench, motor, b"P=20 G ", 0)
     assert positions(bench, motor, 12) == [24, 27, 29, 30, 30, 29, 27, 24, 21, 20, 20, 20]
-
-
-def test_v_lowered_on_the_fly_takes_effect_at_g(bench, motor):
-    """A V assigned without G changes nothing; with G the motor decelerates at A to the new V."""
-    send(bench, motor, b"A=65536 V=5*65536 MV G ", 0)
-    positions(bench, motor, 5)
-    send(bench, motor, b"V=2*65536 ", 0)
-    assert positions(bench, motor, 2) == [20, 25]
-    send(bench, motor, b"G ", 0)
-    assert positions(bench, motor, 5) == [29, 32, 34, 36, 38]
-
-
-def test_a_change_of_sign_passes_through_zero_at_a(bench, motor):
-    """MV from 2 to -2 counts per sample with A=1 passes through 1, 0 and -1."""
-    send(bench, motor, b"A=65536 V=2*65536 MV G ", 0)
-    assert positions(bench, motor, 3) == [1, 3, 5]
-    send(bench, motor, b"V=-2*65536 G ", 0)
-    assert positions(bench, motor, 5) == [6, 6, 5, 3, 1]
-
-
-def test_x_decelerates_with_the_newest_a(bench, motor):
-    """X from 6 counts per sample with A=2 decelerates by 4, 2, 0; then the servo holds."""
-    send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
-    positions(bench, motor, 6)
-    send(bench, motor, b"A=2*65536 X ", 0)
-    assert positions(bench, motor, 4) == [25, 27, 27, 27]
-    assert send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
 
 
 def test_s_stops_at_once(bench, motor):
@@ -209,41 +152,43 @@ def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
     assert motor.axes["shaft"].position > zero
 
 
-def test_the_direction_of_an_absolute_move_decides_at_a_limit(bench, motor):
-    """3.1: limits are "directional": with the positive limit acknowledged, the move up to 2^31 - 1 is refused."""
-    send(bench, motor, b"A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP ", 0)
-    positions(bench, motor, 2)
-    assert send(bench, motor, b"Zr G RBt ", 0) == b"0\r"
-
-
 # Torque of a motor without a data sheet, and A=0
 
 
 FASTER = 4 * 65536
 
 
-@pytest.mark.parametrize(
-    ("torque", "counts"), [(0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31)]
-)
-@pytest.mark.parametrize(("functions", "way"), [(0, 1), (2, -1)])
-def test_torque_turns_the_shaft_by_a_32nd_of_it_in_a_sample(bench, motor, torque, counts, functions, way):
-    """Base 5, MT: T acts at once; without a data sheet the shaft turns T/32 counts per sample, or -T/32 with F=2."""
-    send(bench, motor, f"F={functions} MT T={torque}")
-    advance(bench)
-    before = motor.axes["shaft"].position
-    advance(bench, 500)
-    assert motor.axes["shaft"].position - before == 500 * counts * way
-
-
-@pytest.mark.parametrize("words", ["MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X"])
-def test_with_a_zero_a_moving_motor_keeps_its_velocity_until_s(bench, motor, words):
-    """4 of the base language: A=0 means no change of velocity; S stops the motor whatever A is."""
-    send(bench, motor, f"MV A={FASTER} V={FASTER} G", 0.01)
-    send(bench, motor, words)
-    advance(bench)
-    before = motor.axes["shaft"].position
-    advance(bench, 100)
-    assert motor.axes["shaft"].position - before == 400
-    assert send(bench, motor, "RV RBt") == b"262144\r1\r"
-    send(bench, motor, "S")
-    assert ask(bench, motor, "RV") == "0"
+@scripts(
+    {
+        "The distance is too short to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples":
+        "A=65536 V=100*65536 P=20 G; positions 1 3 6 10 14 17 19 20 20",
+        "Bt is 1 until the sample in which the target is commanded":
+        "A=65536 V=100*65536 P=20 G; 7 samples; RBt RV -> 1 131072; 1 sample; RBt RV RP -> 0 0 20",
+        "With A=1/4 and V=1/2 the positions are 1/4, 3/4, 1 1/4 …, which are rounded down to whole counts":
+        "A=16384 V=32768 MV G; positions 0 0 1 1 2 2 3 3",
+        "D=100 and G move by 100; another G moves by another 100":
+        "A=65536 V=65536*50 D=100 G; 40 samples; at 100; RMODE G -> R; 40 samples; at 200",
+        "A V assigned without G changes nothing; with G the motor decelerates at A to the new V":
+        "A=65536 V=5*65536 MV G; 5 samples; V=2*65536; positions 20 25; G; positions 29 32 34 36 38",
+        "MV from 2 to -2 counts per sample with A=1 passes through 1, 0 and -1":
+        "A=65536 V=2*65536 MV G; positions 1 3 5; V=-2*65536 G; positions 6 6 5 3 1",
+        "X from 6 counts per sample with A=2 decelerates by 4, 2, 0; then the servo holds":
+        "A=65536 V=6*65536 MV G; 6 samples; A=2*65536 X; positions 25 27 27 27; RBt RBo -> 0 0",
+        '3.1: limits are "directional": with the positive limit acknowledged, the move up to 2^31 - 1 is refused':
+        "A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP; 2 samples; Zr G RBt -> 0",
+        # Torque of a motor without a data sheet, and A=0
+        "Base 5, MT: T acts at once; without a data sheet the shaft turns T/32 counts per sample, or -T/32 with "
+        "F=2":
+        [f"F={functions} MT T={torque}; 1 sample; mark; 500 samples; moved {500 * counts * way}"
+         for torque, counts in (
+             (0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31),
+         )
+         for functions, way in ((0, 1), (2, -1))],
+        "4 of the base language: A=0 means no change of velocity; S stops the motor whatever A is":
+        [f"MV A={FASTER} V={FASTER} G; 0.01 s; {words}; 1 sample; mark; 100 samples; moved 400; "
+         "RV RBt -> 262144 1; S; RV -> 0"
+         for words in ("MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X")],
+    }
+)  # fmt: skip
+def test_trajectory(script):
+    play(script)

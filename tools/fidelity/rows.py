@@ -163,7 +163,9 @@ def _keys(node: ast.FunctionDef) -> Iterator[str]:
     """Yield the keys of the table that `@scripts({...})` gives to a test."""
     for decorator in node.decorator_list:
         if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "scripts":
-            yield from ast.literal_eval(decorator.args[0])
+            table = decorator.args[0]
+            assert isinstance(table, ast.Dict)
+            yield from (ast.literal_eval(key) for key in table.keys if key)
 
 
 def _tests() -> Iterator[tuple[str, str, ast.FunctionDef]]:

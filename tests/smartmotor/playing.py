@@ -1,0 +1,200 @@
+"""Scripts of what is said to a SmartMotor, what its shaft and pins do, and what it answers."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.sim import SerialPort
+
+from . import scenarios, talking
+from .bits import BITS
+
+MOTORS = {"bare": talking.bare, "wired": talking.wired, "with": talking.ready}
+CODES = {"SP": " ", "CR": "\r", "LF": "\n"}
+
+
+def scripts(table: Mapping[str, str | Sequence[str]]) -> pytest.MarkDecorator:
+    """Parametrise a test by scripts for `play`, or by lists of scripts; each key is a section with its rule."""
+    return pytest.mark.parametrize("script", table.values(), ids=table.keys())
+
+
+def play(script: str | Sequence[str]) -> None:
+    """Carry out the actions and checks of a script, which are separated by `; `, or each script of a list.
+
+    A script may begin with its motor: `with frame23`, `with statements_per_sample=2 limits=-500,500` (options), `wired`
+    (closed limit switches on C and D), `bare` (its faults not cleared), `new` (no time has passed), `line 9600 8N1`;
+    otherwise it begins with a motor without faults, at a whole sample.
+    Said to the motor, in no time: `P=5 G` (a line, which is not answered), `RP Ra -> 5 0` (its answers, each with CR),
+    `PRINT(1) => 1` (exactly these characters), `RUN -> 5 in 0.1 s` (all that comes until then), `G -> *` (any answer),
+    `sends a=1<SP>` (characters without CR; they may be answered too), `485: RP -> 0` (channel 1), `load a=1 / END`
+    (download; ` / ` is a new line), `run a=1 / END` (and start it, for 100 samples), `writes RP<CR>` and
+    `485 writes RP<CR>` (the answers are left to `receives 0<CR>`, `receives nothing`, `485 receives 0<CR>`).
+    `<CR>`, `<LF>`, `<SP>` and codes such as `<06>` are characters.
+    Time: `3 samples` (to the third whole one), `0.1 s`.
+    Done to it: `G low`, `C high`, `C released`, `C 2.5 V`, `trigger` (G low and high, 20 samples each), `push 50`,
+    `jam`, `free`, `torque 0.1`, `master 400 in 0.5 s`, `master 400 in 20 samples`, `turn 0 500: 0 125` (the external
+    encoder, to counts; the shaft's positions there), `turn 5 by 1` (counts per sample), `power off`, `power on`,
+    `power cycle`, `clear` (the faults of power-up), `air 71` (°C), `host parity E`, `flip 1`, `break 0.01 s`.
+    Checks: `at 500`, `commanded 500` (the shaft), `positions 1 3 6` (in the next samples), `20 steps of -10` (too),
+    `mark`, and then `moved 30` or `onwards 1 3 6` (counts since), `a is 5` (an expression), `C is low`, `C is 5.0 V`,
+    `W orp` (the bits of the status word, without Bi, or their sum), `Bits orp` (all bits, in the order
+    trliwehoxpmdusak, and that all reports of the status agree).
+    """
+    for one in [script] if isinstance(script, str) else script:
+        bench, motor, acts = _begun(one.split("; "))
+        marked = motor.axes["shaft"].position
+        for act in acts:
+            if act == "mark":
+                marked = motor.axes["shaft"].position
+            elif act.startswith("moved "):
+                assert motor.axes["shaft"].position - marked == int(act[6:]), act
+            elif act.startswith("onwards "):
+                expected = [marked + int(counts) for counts in act[8:].split()]
+                assert talking.positions(bench, motor, len(expected)) == expected, act
+            elif " -> " in act or " => " in act or not (_happens(bench, motor, act) or _holds(bench, motor, act)):
+                _say(bench, motor, act)
+
+
+def _begun(acts: list[str]) -> tuple[Bench, Controller, list[str]]:
+    """Return a bench with the motor that the first act names, and the other acts."""
+    bench = Bench()
+    kind, _, options = acts[0].partition(" ")
+    if kind in MOTORS:
+        motor, acts = MOTORS[kind](bench, **_options(options)), acts[1:]
+    elif kind == "line":
+        return bench, talking.clear(bench, bench.add("smartmotor", line=options)), acts[1:]
+    elif kind == "new":
+        return bench, bench.add("smartmotor", line="instant"), acts[1:]
+    else:
+        motor = talking.ready(bench)
+    talking.advance(bench)
+    return bench, motor, acts
+
+
+def _options(text: str) -> dict[str, Any]:
+    options: dict[str, Any] = {}
+    for name, _, value in (word.partition("=") for word in text.split()):
+        if name == "limits":
+            options.setdefault("shaft", {})[name] = tuple(map(int, value.split(",")))
+        elif not value:
+            options.setdefault("shaft", {})["motor"] = name
+        else:
+            options[name] = (
+                int(value) if value.isdecimal() else value == "true" if value in ("true", "false") else value
+            )
+    return options
+
+
+def _characters(text: str) -> str:
+    return re.sub(r"<([0-9A-Z]{2})>", lambda m: CODES.get(m[1]) or chr(int(m[1], 16)), text)
+
+
+def _say(bench: Bench, motor: Controller, act: str) -> None:
+    port: Controller | SerialPort = motor
+    if act.startswith("485: "):
+        port, act = motor.rs485, act[5:]
+    said, arrow, expected = act.partition(" => ")
+    if not arrow:
+        said, arrow, expected = act.partition(" -> ")
+    seconds = 0.0
+    if arrow and (last := re.fullmatch(r"(.*?) ?\bin ([\d.e-]+) s", expected, re.DOTALL)):
+        expected, seconds = last[1], float(last[2])
+    raw = said.startswith("sends ")
+    found = talking.send(bench, port, _characters(said[6:]).encode("latin-1") if raw else said, seconds)
+    if arrow == " -> ":
+        expected = "".join(word + "\r" for word in expected.split()) if expected != "*" else found.decode("latin-1")
+    assert found == _characters(expected).encode("latin-1"), act
+
+
+def _happens(bench: Bench, motor: Controller, act: str) -> bool:
+    """Perform an action other than a line; return False if it is none."""
+    shaft, host = motor.axes["shaft"], motor.serial.host
+    match act.split():
+        case [number, "sample" | "samples"]:
+            talking.advance(bench, int(number))
+        case [seconds, "s"]:
+            bench.run(float(seconds))
+        case [pin, "low" | "high" as level]:
+            motor.pins[pin].drive(level == "high")
+        case [pin, "released"]:
+            motor.pins[pin].release()
+        case [pin, volts, "V"]:
+            motor.pins[pin].drive(float(volts))
+        case ["trigger"]:
+            scenarios.trigger(bench, motor)
+        case ["push", counts]:
+            shaft.encoder.displace(int(counts))
+        case ["jam" | "free" as what]:
+            shaft.jam(what == "jam")
+        case ["torque", newton_metres]:
+            shaft.load(float(newton_metres))
+        case ["master", counts, "in", time, "s" | "samples" as unit]:
+            motor.master.move(int(counts), float(time) * (talking.SAMPLE_S if unit == "samples" else 1))
+        case ["power", "off" | "on" as level]:
+            motor.power(level == "on")
+        case ["power", "cycle"]:
+            motor.power_cycle()
+        case ["clear"]:
+            talking.clear(bench, motor)
+        case ["air", celsius]:
+            motor.ambient = float(celsius)
+        case ["writes", *_]:
+            motor.serial.write(_characters(act[7:]).encode("latin-1"))
+        case ["485", "writes", *_]:
+            motor.rs485.write(_characters(act[11:]).encode("latin-1"))
+        case ["host", name, value]:
+            setattr(host, name, int(value) if value.isdecimal() else value)
+        case ["flip", mask]:
+            motor.serial.to_device.flip(int(mask, 16))
+        case ["break", seconds, "s"]:
+            motor.serial.send_break(float(seconds))
+        case ["load" | "run" as what, *_]:
+            text = act[5:].lstrip() if what == "load" else act[4:]
+            program = _characters(text.replace(" / ", "\n")).strip("\n") + "\n"
+            (talking.load if what == "load" else talking.run)(bench, motor, program)
+        case _:
+            return False
+    return True
+
+
+def _holds(bench: Bench, motor: Controller, act: str) -> bool:
+    """Make a check; return False if it is none."""
+    shaft = motor.axes["shaft"]
+    match act.split():
+        case ["at", counts]:
+            found, expected = shaft.position, int(counts)
+        case ["commanded", counts]:
+            found, expected = shaft.commanded, int(counts)
+        case ["positions", *counts]:
+            found, expected = talking.positions(bench, motor, len(counts)), [int(count) for count in counts]
+        case [number, "steps", "of", counts]:
+            found, expected = talking.steps(bench, motor, int(number)), [int(counts)] * int(number)
+        case ["turn", *_]:
+            where, _, there = act[5:].partition(": ")
+            where, _, speed = where.partition(" by ")
+            found = scenarios.turn_through(bench, motor, [int(at) for at in where.split()], int(speed or 50))
+            expected = [int(at) for at in there.split()] or found
+        case [pin, "is", "low" | "high" as level]:
+            found, expected = motor.pins[pin].level, level == "high"
+        case [pin, "is", volts, "V"]:
+            found, expected = motor.pins[pin].volts, float(volts)
+        case [expression, "is", number]:
+            found, expected = talking.value(bench, motor, expression), int(number)
+        case ["W", *letters]:
+            given = "".join(letters)
+            found = talking.status_word(bench, motor, 0)
+            expected = int(given) if given.isdecimal() else sum(BITS[letter] for letter in given)
+        case ["Bits", *letters]:
+            found, expected = scenarios.all_bits(bench, motor), "".join(letters)
+        case ["receives", *_] | ["485", "receives", *_]:
+            port, _, text = act.rpartition("receives ")
+            found = (motor.rs485 if port else motor.serial).read()
+            expected = b"" if text == "nothing" else found if text == "*" else _characters(text).encode("latin-1")
+        case _:
+            return False
+    assert found == expected, f"{act}: {found}"
+    return True
