@@ -230,10 +230,8 @@ def _planned(context: Context) -> Refresh:
         now = context.bench.now
         time_ns, what = min(((at, what) for at, what in context.bench.planned if at > now), default=(0, ""))
         at_s = to_seconds(time_ns) if what else None
-        words = "" if at_s is None else f"{what} at {_figures(at_s)} s"
-        if text.text != words:
-            text.text = words
-            button.set_visibility(bool(words))
+        text.text = "" if at_s is None else f"{what} at {_figures(at_s)} s"
+        button.set_visibility(at_s is not None)
 
     button.set_visibility(False)
     return refresh
@@ -247,12 +245,10 @@ def _deleted(context: Context) -> Refresh:
 
     def refresh() -> None:
         left_s = ceil(context.session.undo_seconds)
-        if undo.visible != bool(left_s):
-            undo.set_visibility(bool(left_s))
-        if left_s and undo.text != (text := f"Undo ({left_s} s)"):
-            undo.text = text
-        if forget.visible != context.session.repeating:
-            forget.set_visibility(context.session.repeating)
+        undo.set_visibility(bool(left_s))
+        if left_s:
+            undo.text = f"Undo ({left_s} s)"
+        forget.set_visibility(context.session.repeating)
 
     return refresh
 

@@ -39,8 +39,7 @@ def power(context: Context, name: str) -> Refresh:
     def refresh() -> None:
         powered = context.bench.controllers[name].powered
         key.show(powered)
-        if key.text != (text := "power: on" if powered else "power: off"):
-            key.text = text
+        key.text = "power: on" if powered else "power: off"
         show_ambient()
 
     return refresh

@@ -82,14 +82,12 @@ def _item(who: str, item: Item, group: Group) -> Show:
     tip = f"{item.name.capitalize()}.  {item.doc}  [{group.chapter}]".replace("  []", "")
     mark = f"{who} {item.label or item.name} {group.title}".replace(" ", "-")
     if isinstance(item, Lamp):
-        lamp, light = item, called(Light(item.label, item.name, item.tone, tip), mark)
-        return lambda value: light.show(lamp.shows(_number(value)))
+        light = called(Light(item.label, item.name, item.tone, tip), mark)
+        return lambda value: light.show(item.shows(_number(value)))
     readout = called(Readout(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
     if isinstance(item, Word):
-        word = item
-        return lambda value: readout.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
-    reading = item
-    return lambda value: readout.show(reading.shows(_number(value)))
+        return lambda value: readout.show(item.shows(value), item.tones.get(value, Tone.PLAIN))
+    return lambda value: readout.show(item.shows(_number(value)))
 
 
 def _number(value: int | str | None) -> int | None:

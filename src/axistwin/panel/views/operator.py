@@ -55,9 +55,7 @@ def _button(context: Context, table: ButtonTable) -> Refresh:
     def refresh() -> None:
         key.show(is_pressed())
         level = "high" if _pin(context, table.pin).level else "low"
-        text = f"{'pressed' if is_pressed() else 'free'}, {level}"
-        if why.text != text:
-            why.text = text
+        why.text = f"{'pressed' if is_pressed() else 'free'}, {level}"
 
     return refresh
 

@@ -85,8 +85,7 @@ class Readout(LiveText):
 
     def show(self, text: str, tone: Tone = Tone.PLAIN) -> None:
         """Change the text and the colour of the readout."""
-        if text != self.text:
-            self.text = text
+        self.text = text
         if tone is not self._tone:
             self.classes(add=f"told-{tone.value}", remove=f"told-{self._tone.value}")
             self._tone = tone

@@ -59,9 +59,7 @@ def _terminal(context: Context, name: str, names: list[str]) -> Refresh:
     def refresh() -> None:
         pin = context.bench.controllers[name].pins[pin_name]
         light.show(pin.level)
-        word = _decides(pin)
-        if why.text != word:
-            why.text = word
+        why.text = _decides(pin)
         now = _pressed(pin)
         for level, key in keys.items():
             key.show(level == now)
@@ -116,9 +114,7 @@ def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], No
         nonlocal known
         if pin.volts != known:
             known = slider.value = pin.volts
-        text = f"{pin.volts:.2f} V = {pin.analog}"
-        if figure.text != text:
-            figure.text = text
+        figure.text = f"{pin.volts:.2f} V = {pin.analog}"
 
     return show
 

@@ -86,7 +86,7 @@ class _View:
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
             wanted = next(running, wanted if wanted in programs else next(iter(programs), ""))
-        if programs and self._choice.value != wanted:
+        if programs:
             self._choice.value = wanted
         return str(wanted)
 

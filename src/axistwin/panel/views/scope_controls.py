@@ -243,12 +243,9 @@ def trigger(screen: Screen) -> Refresh:
             signal.set_options(names)
         refresh_mode()
         refresh_fields()
-        off = settings.mode == OFF
         for field in (signal, slope, value, place):
-            if field.enabled == off:
-                field.set_enabled(not off)
-        if arm.visible != (settings.mode == SINGLE):
-            arm.set_visibility(settings.mode == SINGLE)
+            field.set_enabled(settings.mode != OFF)
+        arm.set_visibility(settings.mode == SINGLE)
 
     return refresh
 
@@ -278,8 +275,7 @@ def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[]
             then()
 
     def refresh() -> None:
-        if element.value != getattr(owner, name):
-            element.value = getattr(owner, name)
+        element.value = getattr(owner, name)
 
     element.on_value_change(set_)
     return refresh
@@ -367,10 +363,9 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
         return row
     at_ns = None if screen.pointer is None else screen.time_at(screen.pointer)
     a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
-    if isinstance(track, Words):
-        times = (("at", at_ns), ("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
-        return row | {key: track.at(at) for key, at in times if at is not None}
     times = (("at", at_ns), ("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
+    if isinstance(track, Words):
+        return row | {key: track.at(at) for key, at in times if at is not None}
     row |= {key: _with_unit(meaning, value_at(track, at)) for key, at in times if at is not None}
     if a_ns is not None and b_ns is not None:
         found = between(track, a_ns, b_ns)
