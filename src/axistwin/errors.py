@@ -6,6 +6,7 @@ Any other exception is a bug and is not caught.
 
 import os
 import re
+from collections.abc import Collection, Iterable
 from importlib.util import find_spec
 from typing import Self
 
@@ -27,6 +28,19 @@ def one_line(message: str) -> str:
 def printable(text: str) -> str:
     """Return a text in which each character that cannot be printed is an escape sequence, e.g. \\n."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def instead(word: str, known: Collection[str]) -> str:
+    """Return a suggestion for an unknown word: the most similar known word, or all known words."""
+    similar = most_similar(word, known)
+    return f"did you mean {similar!r}?" if similar else f"expected one of {', '.join(known)}"
+
+
+def most_similar(word: str, known: Iterable[str]) -> str:
+    """Return the known word that is most similar to a misspelt word; "" if no known word is similar."""
+    from difflib import get_close_matches  # lazy import: only a misspelt word needs the module
+
+    return next(iter(get_close_matches(word, list(known), n=1)), "")
 
 
 def with_article(noun: str) -> str:

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from axistwin.controllers.product import Product
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, most_similar
 from axistwin.numbers import NumberError, check_values
 
 FAMILIES = {
@@ -26,10 +26,8 @@ def product(model: str) -> Product:
 
 
 def _similar(model: str) -> str:
-    from difflib import get_close_matches  # lazy import: only a misspelt model needs the module
-
-    letters = "".join(filter(str.isalnum, model.lower()))
-    return "".join(f"; did you mean {near!r}?" for near in get_close_matches(letters, FAMILIES, 1))
+    near = most_similar("".join(filter(str.isalnum, model.lower())), FAMILIES)
+    return f"; did you mean {near!r}?" if near else ""
 
 
 def check_options(given: Mapping[str, Any]) -> None:

@@ -1,12 +1,11 @@
 """The codes of all checkers, for `axistwin check --codes` and for the documentation."""
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import Any
 
 from axistwin.bench import product, rules
 from axistwin.controllers.diagnostics import Rule
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, most_similar
 
 FAMILIES = {
     "Digiplan IF1 and IF2": ("if2", ".if1"),
@@ -35,9 +34,8 @@ def select(code: str) -> list[Rule]:
     listed = {rule.code: rule for table in tables().values() for rule in table}
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:
-        if similar := get_close_matches(code.upper(), listed, 1):
-            similar_code = similar[0]
-            raise UsageError(f"unknown diagnostic code {code!r}: did you mean {similar_code}?")
+        if similar := most_similar(code.upper(), listed):
+            raise UsageError(f"unknown diagnostic code {code!r}: did you mean {similar}?")
         raise UsageError(f"unknown diagnostic code {code!r}: `axistwin check --codes` lists all codes")
     return found
 

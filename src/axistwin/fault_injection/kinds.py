@@ -1,8 +1,6 @@
 """The table of all kinds of faults, each with the thing it acts on and its parameters."""
 
-from difflib import get_close_matches
-
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, instead
 from axistwin.fault_injection import lines, machines, places
 from axistwin.fault_injection.lines import WAYS
 from axistwin.fault_injection.table import Kind, On, Parameter, Sort
@@ -96,6 +94,4 @@ def kind_of(name: str) -> Kind:
     """Return the kind of fault with this name.  Raises UsageError for an unknown name."""
     if name in KINDS:
         return KINDS[name]
-    for similar in get_close_matches(name, KINDS, n=1):
-        raise UsageError(f"unknown kind of fault {name!r}: did you mean {similar!r}?")
-    raise UsageError(f"unknown kind of fault {name!r}: expected one of {', '.join(KINDS)}")
+    raise UsageError(f"unknown kind of fault {name!r}: {instead(name, KINDS)}")

@@ -7,12 +7,11 @@ If the controller is known, its name may be left out: `serial`, `input1`, `X`.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from typing import Any, Protocol
 
 from axistwin.controllers.product import Listing, Product
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, instead
 from axistwin.plant.axes import Axis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
@@ -146,7 +145,4 @@ def find(found: Mapping[str, Find], name: str, kind: str) -> Spot:
     """Return the object that has the name `name`, e.g. the axis `if1.X`.  Raises UsageError for an unknown name."""
     if name in found:
         return found[name]()
-    for similar in get_close_matches(name, found, n=1):
-        raise UsageError(f"unknown {kind} {name!r}: did you mean {similar!r}?")
-    known_names = ", ".join(found) or "(none)"
-    raise UsageError(f"unknown {kind} {name!r}: expected one of {known_names}")
+    raise UsageError(f"unknown {kind} {name!r}: {instead(name, found) if found else 'expected one of (none)'}")

@@ -17,7 +17,7 @@ from axistwin.bench.action_runner import ActionRunner
 from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Do
 from axistwin.conversations.conversation import parse_line
-from axistwin.errors import SceneError, UsageError
+from axistwin.errors import SceneError, UsageError, instead
 from axistwin.fault_injection.injector import Terms, free_name
 from axistwin.fault_injection.kinds import KINDS, kind_of
 from axistwin.fault_injection.sentences import name_in
@@ -25,7 +25,7 @@ from axistwin.fault_injection.triggers import other_fault
 from axistwin.plant.axes import Axis
 from axistwin.programs import stored_programs
 from axistwin.scenes import hosting, toml_places
-from axistwin.scenes.source import Source, most_similar
+from axistwin.scenes.source import Source
 from axistwin.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
 from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
@@ -144,12 +144,7 @@ class Builder:
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
         for key in given:
             if key not in known:
-                table = path[-1]
-                if similar := most_similar(key, known):
-                    raise self.source.error(f"unknown key {key!r} in {table}: did you mean {similar!r}?", (*path, key))
-                raise self.source.error(
-                    f"unknown key {key!r} in {table}: expected one of {', '.join(known)}", (*path, key)
-                )
+                raise self.source.error(f"unknown key {key!r} in {path[-1]}: {instead(key, known)}", (*path, key))
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
         with self.source.placing_errors(*path):
@@ -244,9 +239,7 @@ class Builder:
 
     def _named(self, name: str, known: Mapping[str, T], owner: str, kind: str, path: Path_) -> T:
         if name not in known:
-            if similar := most_similar(name, known):
-                raise self.source.error(f"{owner} has no {kind} {name!r}: did you mean {similar!r}?", path)
-            raise self.source.error(f"{owner} has no {kind} {name!r}: expected one of {', '.join(known)}", path)
+            raise self.source.error(f"{owner} has no {kind} {name!r}: {instead(name, known)}", path)
         return known[name]
 
     # Faults, scripted actions and simulated hosts of a scene

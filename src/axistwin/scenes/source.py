@@ -3,10 +3,9 @@
 import json
 import re
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,7 +13,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from axistwin.bench import rules, typography
-from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError
+from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError, instead, most_similar
 from axistwin.numbers import HIGHEST, LOWEST, NumberError, check_values
 from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile, scene_schema
@@ -96,10 +95,8 @@ class Source:
     def _error_at(self, error: ErrorDetails) -> SceneError:
         file, line, column = self._place_parts(error["loc"])
         rule = _RULES.get(error["type"], rules.VALUE)
-        close = get_close_matches(str(error["loc"][-1]), _keys_at(error["loc"][:-1]), 1) if _unknown(error) else []
-        return SceneError(
-            _message_for(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
-        )
+        close = most_similar(str(error["loc"][-1]), _keys_at(error["loc"][:-1])) if _unknown(error) else ""
+        return SceneError(_message_for(error), file=file, line=line, column=column, code=rule.code, instead=close)
 
     def error(self, message: str, path: toml_places.Path, code: str = "") -> SceneError:
         """Return an error at the place of `path`, or at the place of the nearest enclosing part."""
@@ -207,17 +204,6 @@ _RULES = {
 
 def _unknown(error: ErrorDetails) -> bool:
     return _RULES.get(error["type"]) is rules.UNKNOWN_KEY
-
-
-def instead(word: str, known: Collection[str]) -> str:
-    """Return a suggestion for an unknown word: the most similar known word, or all known words."""
-    similar = most_similar(word, known)
-    return f"did you mean {similar!r}?" if similar else f"expected one of {', '.join(known)}"
-
-
-def most_similar(word: str, known: Collection[str]) -> str:
-    """Return the known word that is most similar to a misspelt word; "" if no known word is similar."""
-    return next(iter(get_close_matches(word, known, n=1)), "")
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:

@@ -17,13 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from axistwin.bench import Bench, Controller, product
-from axistwin.errors import SceneError, UsageError
+from axistwin.errors import SceneError, UsageError, instead
 from axistwin.fault_injection.injector import free_name
 from axistwin.fault_injection.kinds import kind_of
 from axistwin.plant.axes import SERVO, STEPPER
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.scenes.scene import Scene
-from axistwin.scenes.source import instead
 from axistwin.sweeps.values import Value
 
 Keys = tuple[str | int, ...]

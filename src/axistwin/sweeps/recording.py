@@ -17,12 +17,11 @@ from typing import Any, Self
 import numpy as np
 
 from axistwin.bench import Bench
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, instead
 from axistwin.motion.profile import Profile
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
-from axistwin.scenes.source import instead
 from axistwin.sweeps.series import Series, Times, combined
 from axistwin.traces.batch import Part
 from axistwin.traces.signals import REAL, STEP, TEXT, Signal, catalogue

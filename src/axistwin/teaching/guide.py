@@ -3,7 +3,6 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from axistwin.bench import Controller, show_controls
 from axistwin.bench.acts import Act
@@ -158,9 +157,3 @@ def described(command: Command) -> str:
     notation = f"   {syntax}" if syntax != code else ""
     parameters = f"   {', '.join(map(str, command.parameters))}" if command.parameters else ""
     return f"{code}  {command.name}{notation}{parameters}   (manual: {command.chapter})"
-
-
-def near(word: str, known: Sequence[str]) -> str:
-    """Return "did you mean …?" for a misspelt word, or "" if no known word is similar."""
-    found = get_close_matches(word, known, 3)
-    return f"did you mean {' or '.join(found)}?" if found else ""

@@ -6,12 +6,11 @@ may have alternative names: the pattern `motor.@PE` also selects `motor.RPE`.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.events import terminals
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, most_similar
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import UserPin
 
@@ -124,8 +123,7 @@ def _streams(name: str) -> Iterator[Signal]:
 
 
 def _suggestion(pattern: str, names: Sequence[str]) -> str:
-    close = get_close_matches(pattern, names, n=1)
-    if close:
-        return f"did you mean {close[0]!r}?"
+    if close := most_similar(pattern, names):
+        return f"did you mean {close!r}?"
     few = ", ".join(names[:SHOWN])
     return f"there are {few}{', …' if len(names) > SHOWN else ''}"

@@ -1,14 +1,11 @@
 """The error for a mistyped name."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
 
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, most_similar
 
 
-def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
+def unknown(kind: str, name: str, names: Collection[str]) -> UsageError:
     """Return an error for an unknown name; its message suggests valid names."""
-    from difflib import get_close_matches
-
-    listed = list(names)
-    near = get_close_matches(name.lower(), listed, 1)
-    return UsageError(f"no {kind} {name!r}: {f'did you mean {near[0]}?' if near else 'expected ' + ', '.join(listed)}")
+    near = most_similar(name.lower(), names)
+    return UsageError(f"no {kind} {name!r}: {f'did you mean {near}?' if near else 'expected ' + ', '.join(names)}")
