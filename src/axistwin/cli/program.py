@@ -160,10 +160,7 @@ def execute(arguments: list[str] | None = None) -> int:
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Abort:  # The library click raises Abort after Ctrl-C.
-        print("axistwin: interrupted", file=sys.stderr)
-        return 130
-    except KeyboardInterrupt:
+    except (click.exceptions.Abort, KeyboardInterrupt):  # The library click raises Abort after Ctrl-C.
         print("axistwin: interrupted", file=sys.stderr)
         return 130
     except click.ClickException as error:

@@ -25,6 +25,7 @@ from axistwin.panel.page import build_page, rehearse
 from axistwin.panel.people import People, Person
 from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
+from axistwin.storage import reason
 
 RECONNECT_S = 30.0
 """Seconds after which a disconnected page is deleted."""
@@ -177,9 +178,8 @@ def listening_socket(address: Address) -> socket.socket:
     try:
         sock = socket.create_server((address.host, address.port), family=family)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
         raise LinkError(
-            f"cannot show a panel on {address.host}:{address.port}: {reason}; "
+            f"cannot show a panel on {address.host}:{address.port}: {reason(error)}; "
             "choose another port, or port 0 for any free port"
         ) from None
     # Without the option TCP_NODELAY, messages to the browser would arrive 40 ms late.

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from axistwin.bench.codec import codec_of, unpadded
+from axistwin.bench.controller import on_a_bus
 from axistwin.errors import UsageError
 from axistwin.scenes.hosting import program_text
 from axistwin.sessions.session import Session
 from axistwin.sim.serial_port import Flow
 from axistwin.teaching import Tutor
+from axistwin.terminal.screen import Screen
 from axistwin.units import S
 
 T = TypeVar("T")
@@ -157,3 +159,10 @@ class BoardEnd(VirtualEnd):
         self._print_line(f"< {shown}   {self._codec.words(message, by_host=False)}")
         if self.tutor.on:
             self._aside(*self.tutor.received(message))
+
+
+def virtual_end(session: Session, screen: Screen) -> VirtualEnd:
+    """Return the connection of a screen to the only controller of a session."""
+    if on_a_bus(next(iter(session.bench.controllers.values()))):
+        return BoardEnd(session, screen.show, screen.aside)
+    return SerialEnd(session, screen.show_received, screen.aside)

@@ -96,8 +96,7 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     if not files:
         raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:
-        model = made.model
-        raise UsageError(f"programs for {model} cannot be checked: expected a model with a checker, e.g. if1")
+        raise UsageError(f"programs for {made.model} cannot be checked: expected a model with a checker, e.g. if1")
     return made, files
 
 
@@ -197,11 +196,9 @@ def _better(exact: str, text: str, diagnose_it: Callable[[str], list[Diagnostic]
 
 
 def _print(checked: Sequence[Checked], made: Product | None, form: str) -> None:
-    if form == "json":
-        click.echo(as_json(checked, made.model if made is not None else checked[0].model or None))
-        return
-    if form == "sarif":
-        click.echo(as_sarif(checked))
+    if form in ("json", "sarif"):
+        model = made.model if made is not None else checked[0].model or None
+        click.echo(as_sarif(checked) if form == "sarif" else as_json(checked, model))
         return
     for each in checked:
         for line in as_github(each) if form == "github" else as_text(each, excerpts=sys.stdout.isatty()):

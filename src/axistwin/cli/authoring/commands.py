@@ -50,11 +50,7 @@ def commands(model: str, as_json: bool) -> None:
 
 def _row(command: Command) -> tuple[str, ...]:
     code = command.code
-    number = ""
-    if isinstance(code, int):
-        number = f"{code:02X}"
-    elif len(code) == 1:
-        number = f"{ord(code):02X}"
+    number = f"{code:02X}" if isinstance(code, int) else f"{ord(code):02X}" if len(code) == 1 else ""
     parameters = ", ".join(map(str, command.parameters))
     implemented = "yes" if command.implemented else "no"
     shown = number if isinstance(code, int) else show_controls(code)

@@ -54,7 +54,7 @@ def plot(
     from axistwin.traces.reading import read
     from axistwin.traces.signals import split
 
-    from_ns, until_ns = _time(since), _time(until)
+    from_ns, until_ns = (None if seconds is None else to_ns(seconds) for seconds in (since, until))
     if from_ns is not None and until_ns is not None and until_ns <= from_ns:
         raise UsageError(f"invalid time range --from {since:g} --to {until:g}: expected --to after --from")
     path = out if out is not None or on_screen else trace.with_suffix(".png")
@@ -71,7 +71,9 @@ def plot(
                 f"expected only --out or --title for results of 'axistwin {command}'"
             )
         assert path is not None, "nothing is shown on the screen"
-        return (_plot_sweep if is_sweep else _plot_study)(trace, path, title)
+        (_plot_sweep if is_sweep else _plot_study)(trace, path, trace.name if title is None else title)
+        click.echo(f"axistwin: {path}", err=True)
+        return 0
     with working(f"reading {trace.name}"):
         found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
@@ -101,23 +103,15 @@ def _is_sweep(trace: Path) -> bool:
     return is_sweep(trace)
 
 
-def _plot_sweep(results: Path, path: Path, title: str | None) -> int:
+def _plot_sweep(results: Path, path: Path, title: str) -> None:
     from axistwin.sweeps import journal, pictures
 
     table = journal.read(results)
-    pictures.save(table, journal.plan_of(table), path, results.name if title is None else title)
-    click.echo(f"axistwin: {path}", err=True)
-    return 0
+    pictures.save(table, journal.plan_of(table), path, title)
 
 
-def _plot_study(study: Path, path: Path, title: str | None) -> int:
+def _plot_study(study: Path, path: Path, title: str) -> None:
     from axistwin.sweeps import study_picture
     from axistwin.sweeps.study import load
 
-    study_picture.save(*load(study), path, study.name if title is None else title)
-    click.echo(f"axistwin: {path}", err=True)
-    return 0
-
-
-def _time(seconds: float | None) -> int | None:
-    return None if seconds is None else to_ns(seconds)
+    study_picture.save(*load(study), path, title)

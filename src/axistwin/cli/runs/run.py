@@ -3,7 +3,7 @@
 import json
 import logging
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import asdict, replace
 from hashlib import sha256
 from pathlib import Path
@@ -172,15 +172,12 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
         return Outcome(note=f"interrupted at {bench.seconds:g} s"), True
 
 
-@contextmanager
-def _remembering(bench: Bench, files: Sequence[Path | None]) -> "Iterator[MemoryTrace | None]":
+def _remembering(bench: Bench, files: Sequence[Path | None]) -> "AbstractContextManager[MemoryTrace | None]":
     if not any(files):
-        yield None
-        return
+        return nullcontext()
     from axistwin.traces.memory import tracing_in_memory
 
-    with tracing_in_memory(bench) as memory:
-        yield memory
+    return tracing_in_memory(bench)
 
 
 def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":

@@ -14,6 +14,7 @@ from axistwin.cli.serving import machine as of
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.sparing import log_to_stderr
 from axistwin.errors import LinkError, UsageError, require
+from axistwin.storage import reason
 
 NAME = re.compile(r"[A-Za-z0-9_:<>;.-]+")
 
@@ -101,8 +102,7 @@ async def _serve(
                     click.echo(f"{len(served.names)} records on {address}", err=True)
                 code = await ended
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
             raise LinkError(
-                f"cannot listen on {', '.join(addresses)} ({reason}): choose another --listen or --port"
+                f"cannot listen on {', '.join(addresses)} ({reason(error)}): choose another --listen or --port"
             ) from None
     return code or int(machine.memory_lost)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import click
 
-from axistwin.bench import Bench, product
+from axistwin.bench import product
 from axistwin.cli.common.parameters import FILE
+from axistwin.cli.common.target import bench_for
 from axistwin.cli.serving.term import ENDS, converse_with
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.storage import write_file
@@ -49,25 +50,17 @@ def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) 
     while True:
         chosen = lessons[number - 1]
         click.echo(f"axistwin: {model}, lesson {number} of {len(lessons)}: {chosen.title}")
-        over, code = asyncio.run(converse_with(partial(_bench, model), ENDS["cr"], chosen))
+        over, code = asyncio.run(converse_with(partial(bench_for, model), ENDS["cr"], chosen))
         if not over:
             return code
         done[model] = max(done.get(model, 0), number)
-        code = code or _save(file, done)
-        if number == len(lessons):
-            click.echo(f"axistwin: lesson {number} is done: this was the last lesson")
+        code, last = code or _save(file, done), number == len(lessons)
+        then = "this was the last lesson" if last else f"axistwin learn {model} begins lesson {number + 1}"
+        ends = last or not sys.stdin.isatty()
+        click.echo(f"axistwin: lesson {number} is done{f': {then}' if ends else ''}")
+        if ends:
             return code
-        if not sys.stdin.isatty():
-            click.echo(f"axistwin: lesson {number} is done: axistwin learn {model} begins lesson {number + 1}")
-            return code
-        click.echo(f"axistwin: lesson {number} is done")
         number += 1
-
-
-def _bench(model: str) -> Bench:
-    bench = Bench()
-    bench.add(model)
-    return bench
 
 
 def _load(file: Path) -> dict[str, int]:

@@ -13,6 +13,7 @@ from axistwin.cli.serving import machine as of
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.sparing import log_to_stderr
 from axistwin.errors import LinkError, UsageError, require
+from axistwin.storage import reason
 
 LOOPBACK = "127.0.0.1"
 
@@ -80,8 +81,7 @@ async def _serve(
                 click.echo(json.dumps({"url": url}) if as_json else f"serving {url}")
                 code = await ended
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
             raise LinkError(
-                f"cannot listen on {address}:{port} ({reason}): choose another --listen or --port"
+                f"cannot listen on {address}:{port} ({reason(error)}): choose another --listen or --port"
             ) from None
     return code or int(machine.memory_lost)

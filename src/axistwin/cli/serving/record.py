@@ -12,11 +12,11 @@ from axistwin.bench import FAMILIES, line_format, product
 from axistwin.bench.actions import level_name
 from axistwin.bench.events import LevelChanged
 from axistwin.cli.common.parameters import FILE, Seconds
-from axistwin.cli.serving.ending import ending
+from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.serve import CATCH_UP_S
 from axistwin.cli.serving.served import ANY_PORT
 from axistwin.conversations.recorder import LF_NS, Recorder, recording_to
-from axistwin.errors import LinkError, UsageError
+from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.relay import Relay
 from axistwin.links.server import Server
@@ -103,8 +103,7 @@ def _format(model: str | None, line: str | None) -> UartFormat:
     made = product(model)
     if made.line is None:
         serial_models = ", ".join(name for name in FAMILIES if product(name).line is not None)
-        board = made.model
-        raise UsageError(f"the model {board} has no serial port to record: expected one of {serial_models}")
+        raise UsageError(f"the model {made.model} has no serial port to record: expected one of {serial_models}")
     return line_format(line, made.line)[0]
 
 
@@ -120,11 +119,9 @@ def _headers(device: str, model: str | None, line: UartFormat, on_for: float) ->
 
 def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:
     """Record changes of control lines: those of the host as actions, those of the controller as states."""
-    port = relay.port
-    for subject, line in (("dtr", port.dtr_line), ("rts", port.rts_line)):
-        line.subscribe(partial(_record_shown, recorder, name, subject))
-    for subject, line in (("dtr", port.host.dtr_line), ("rts", port.host.rts_line)):
-        line.subscribe(partial(_done, recorder, name, subject))
+    for at, act in ((relay.port, _record_shown), (relay.port.host, _done)):
+        at.dtr_line.subscribe(partial(act, recorder, name, "dtr"))
+        at.rts_line.subscribe(partial(act, recorder, name, "rts"))
 
 
 async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recorder: Recorder, path: Path) -> int:
@@ -134,7 +131,7 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
         for url in urls:
             await server.open(name, url)
         server.start()
-        relay.start(server.pacer, partial(_end_with_error, ended))
+        relay.start(server.pacer, partial(fail, ended))
         for _, url in server.ports:
             click.echo(f"{name} listening on {url}")
         log.info("recording %s into %s", relay.url, path)
@@ -150,11 +147,6 @@ def _catch_up_regularly(pacer: Pacer, recorder: Recorder) -> None:
     if recorder.silent_ns > LF_NS:  # An answer of the controller is complete after 50 ms without a character.
         recorder.catch_up()
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, recorder)
-
-
-def _end_with_error(ended: asyncio.Future[int], error: LinkError) -> None:
-    if not ended.done():
-        ended.set_exception(error)
 
 
 def _record_shown(recorder: Recorder, name: str, subject: str, line: Pin) -> None:

@@ -297,7 +297,8 @@ async def _serve(
         for name, url in wanted:
             await server.open(name, url)
         panel = None if shown is None else await shown.open()
-        _freeze_objects()
+        # Later garbage collections are short without the present objects.  A full one here would delay the start.
+        gc.freeze()
         await start()
         show(panel)
         prepare()
@@ -328,12 +329,6 @@ async def _start(server: Server, shown: "Panel | None", *, waits: bool, to: floa
         server.start_on_connection()
     else:
         server.start()
-
-
-def _freeze_objects() -> None:
-    """Exclude all present objects from garbage collection, so that each later collection is short."""
-    # Do not call gc.collect() here, because a full garbage collection delays the start of `axistwin serve`.
-    gc.freeze()
 
 
 def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from axistwin.bench import FAMILIES, Bench, Controller
-from axistwin.bench.controller import on_a_bus
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError
@@ -129,18 +128,14 @@ async def _virtual(
     build: Callable[[], Bench], speed: float | None, end: bytes, keyboard: str, initialise: bool, tutor: bool | None
 ) -> int:
     from axistwin.sessions.session import Session
-    from axistwin.terminal.virtual import BoardEnd, SerialEnd
+    from axistwin.terminal.virtual import virtual_end
 
     session = Session(build, speed)
     screen, (controller,) = _screen(keyboard), session.bench.controllers.values()
     _greet(controller.product.title)
     if initialise and FAMILIES[controller.product.model] == "digiplan":
         _initialise(session.bench, controller, screen)
-    other = (
-        BoardEnd(session, screen.show, screen.aside)
-        if on_a_bus(controller)
-        else SerialEnd(session, screen.show_received, screen.aside)
-    )
+    other = virtual_end(session, screen)
     other.tutor.on = screen.person if tutor is None else tutor
     try:
         return await _with_person(screen, LocalCommands(other, screen, other), Lines(), end, keyboard, other)
@@ -151,7 +146,7 @@ async def _virtual(
 async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
     """Open a terminal for a lesson.  Return True if the lesson has been finished, and the exit code."""
     from axistwin.sessions.session import Session
-    from axistwin.terminal.virtual import BoardEnd, SerialEnd
+    from axistwin.terminal.virtual import virtual_end
 
     person = sys.stdin.isatty()
     session = Session(build, 1.0 if person else None)
@@ -161,11 +156,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
         _initialise(session.bench, controller, screen)
     else:
         session.bench.run(STARTED_S)
-    other = (
-        BoardEnd(session, screen.show, screen.aside)
-        if on_a_bus(controller)
-        else SerialEnd(session, screen.show_received, screen.aside)
-    )
+    other = virtual_end(session, screen)
     commands = LocalCommands(other, screen, other)
     commands.lesson = pupil = Pupil(lesson, session.bench)
     screen.show(pupil.task)
@@ -283,13 +274,10 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    if keyboard == "us":
-        return line
-    return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
+    return line if keyboard == "us" else to_codes(keyboard, line.decode(errors="replace")).encode("ascii", "replace")
 
 
-def _typed(lines: Lines | None = None) -> Lines:
-    lines = lines or Lines()
+def _typed(lines: Lines) -> Lines:
     Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
     return lines
 
