@@ -227,7 +227,8 @@ def effective(model: str) -> dict[Any, set[str]]:
             answer = handler(*arguments, **keywords)
             if any(type(value) is int for value in (*arguments, *keywords.values())):
                 found[code].add(PARAMETER)
-            if isinstance(answer, bytes | str):
+            # A text from a board's command is the reason why it is ignored, not an answer.
+            if isinstance(answer, bytes if made.line is None else bytes | str):
                 found[code].add(ANSWER)
             return answer
 
