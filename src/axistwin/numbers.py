@@ -32,7 +32,7 @@ def clipped(text: str) -> str:
 
 
 def shortened(text: str) -> str:
-    """Return a text in quotes for use in an error message; the end of a long text is cut off."""
+    """Return a text in quotes for use in an error message; after 40 characters it is cut off, with its length."""
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 

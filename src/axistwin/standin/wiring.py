@@ -23,7 +23,7 @@ class BoardPin:
 
     @classmethod
     def read(cls, text: str) -> "BoardPin":
-        """Parse a pin.  Raises UsageError."""
+        """Parse a pin, e.g. `^!PC1`.  Raises UsageError."""
         found = _PIN.fullmatch(text)
         if found is None:
             raise UsageError(f"invalid pin {text!r}: expected the name of a board's pin, e.g. PD2, !PB0 or ^PC1")

@@ -51,7 +51,7 @@ class Move:
         return Speed(self.rate, per_second, VELOCITY_RANGES[self.ranges[0]], Fraction(start_stop))
 
     def definition(self, number: int) -> bytes:
-        """Return the bytes that define the move: type, number, ranges, velocity, acceleration, target."""
+        """Return the bytes of 91h that define the move: type, number, ranges, velocity, acceleration, target."""
         continuous = self.kind is Kind.CONTINUOUS
         target = bytes([self.target, 0, 0, 0]) if continuous else self.target.to_bytes(4, "big", signed=True)
         numbers = self.velocity.to_bytes(4, "big") + self.acceleration.to_bytes(4, "big")
@@ -89,7 +89,7 @@ class Library:
 
     @property
     def crunched(self) -> bool:
-        """True if all moves have been calculated."""
+        """True if all moves have been calculated ("crunched")."""
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:

@@ -21,7 +21,7 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Start or stop detecting other formats; during detection errors are not flagged."""
+        """Start or stop to detect `(` in the format U61, too; receive errors then set no fault bits."""
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
 
