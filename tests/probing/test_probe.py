@@ -291,8 +291,10 @@ def test_a_command_that_another_host_has_not_ended_does_not_start():
 
 def test_a_silent_port():
     _, end = controller("if1", wiring="3-wire unlinked")
+    began_s = end.now
     with pytest.raises(LinkError, match="does not answer request E"):
         probe("if1", end)
+    assert end.now - began_s < 15
 
 
 @pytest.mark.parametrize(("model", "scheme"), [("if1", "pty"), ("smartmotor", "tcp"), ("1811", None)])

@@ -266,6 +266,8 @@ def examine(end: End, made: Product) -> Condition:
             return _initialised(end)
         heard = heard or answer
         end.settle()
+        if not end.received:
+            break
     check = "check --model and the line format, e.g. --line '9600 8N2', or switch the interface off and on"
     if heard:
         raise LinkError(f"the interface answers request E with {heard!r}: expected C, E, F or [ and CR; {check}")
