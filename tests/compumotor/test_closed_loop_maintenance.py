@@ -11,8 +11,9 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS
 
-from .programs import AT_ONCE, joystick_pulses, number, start, tracked
-from .talking import complete, default, i32, messages, position, ready, send, send_all
+from .programs import number, start, tracked
+from .scripts import play, scripts
+from .talking import default, i32, position, ready, send, send_all
 
 USER_BIT = 0x01
 
@@ -50,14 +51,69 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
     assert board.axes["motor"].velocity == pytest.approx(sign * rate)
 
 
-def test_k_is_in_units_of_the_velocity_range(bench, board):
-    """In range 1 the unit is 0.1 pps, so 20 × 100 units are 200 pps, and the maximum of 1,500 units is 150 pps."""
-    send(bench, board, 0xB3, 1, 20, 0x10, *i32(50_000))
-    push(board, -100)
-    bench.run(0.0021)
-    assert board.axes["motor"].velocity == pytest.approx(200)
-    send(bench, board, 0xB3, 1, 20, 0x1F, *i32(1_500), seconds=0.002)
-    assert board.axes["motor"].velocity == pytest.approx(150)
+@scripts(
+    {
+        "k is in units of the velocity range: in range 1 the unit is 0.1 pps, so 20 × 100 units are 200 pps, and the "
+        "maximum of 1,500 units is 150 pps":
+        "tracked; 18 01; B3 01 14 10 =50000; displace -100; 0.0021 s; velocity about 200; B3 01 14 1F =1500; 0.002 s; "
+        "velocity about 150",
+        "no correction with k zero or without any velocity":
+        "tracked; 18 01; B3 01 <00|14> 00 00 00 <C3|00> <50|00>; displace -10; nothing planned; 1 s; 99: 10",
+        "off it does nothing and turned on it makes up what is missing":
+        "tracked; displace -10; 1 s; 99: 10; at 0; 18 01; 5 s; 99: 0; 18 00; displace -10; 1 s; 99: 10",
+        "turned off in a correction the motor stands":
+        "tracked; 18 01; displace -1000; 0.1 s; 18 00; at rest; 99: over 700",
+        "a closed loop move makes up for backlash: With a play of 50 counts, +1,000 (6,250 pulses) moves the load by "
+        "950; 6,563 pulses (1,050.08) move it by 1,000. -500 are 3,125 pulses, to 3,438 (550.08), which moves the "
+        "load to 550 only; at 3,131 (500.96) it is at 500":
+        "tracked backlash=50; 35 =1000; idle; 83: 6250; 9A: 950; 99: 50; 18 01; 20 s; 83: 6563; 9A: 1000; 35 =-500; "
+        "20 s; 83: 3131; 9A: 500",
+        "a correction is no move: a correction causes no messages; 98h reports the move before; 80h counts the pulses "
+        "of both":
+        "tracked; 18 01; 35 =16; idle; A1 01; A3 01; A5 01; displace -16; 0.01 s; velocity over 0; 20 s; "
+        "says nothing; 98: 16; 80: 200",
+        "stop and kill do not end maintenance": "tracked; 18 01; displace -100; 0.1 s; <70|78>; 40 s; 99: 0",
+        "a stopped closed loop move stays where it stopped until it is resumed":
+        "tracked; 18 01; start 35 =4000; 1 s; <70|78>; 1 s; 99: 0; 9A: under 900; 37; 10 s; 99: 0; 9A: 4000",
+        "a closed loop move may begin in a correction: the shaft is pushed by -1,000; during the correction a move of "
+        "+100 is sent":
+        "tracked; 18 01; displace -1000; 0.1 s; velocity over 0; A1 01; 35 =100; 0.02 s; says A1 00; 40 s; 99: 0; "
+        "9A: 100",
+        "open loop preset moves are refused":
+        "tracked; 18 01; C8 01 00 =5000 =at_once =100; CB 02 00 =5000 =at_once =100; <33|34|40|40> <=100|=100|01|02>; "
+        "1 s; pulses 0",
+        "a continuous move may begin in a correction":
+        "tracked; 18 01; displace -1000; 0.1 s; 32 01; 1 s; velocity -5000",
+        "a jammed motor goes on trying: a jam costs whole rotor teeth of pulses; when the shaft is free again, the "
+        "encoder returns to the position":
+        "tracked; 18 01; jam; displace -10; 1 s; 99: 10; velocity 200; free; 10 s; 99: 0",
+        "no correction into a limit but away from it":
+        "tracked; 18 01; cw_limit high; 0.01 s; displace -10; 1 s; pulses 0; displace 20; 10 s; 99: 0; displace -10; "
+        "0.1 s; cw_limit released; 10 s; 99: 0",
+        "no correction while shut down": "tracked; 18 01; 12 01; displace -10; 1 s; pulses 0; 12 00; 5 s; 99: 0",
+        "a search for home is not disturbed: the shaft is pushed while a search is being calculated; the correction "
+        "comes after the search":
+        "tracked; 18 01; 38 01 00 64 00; home low; 39 00; displace 100; 1 s; velocity 5000; 78; 1 s; 99: 0",
+        "the joystick takes the motor where it wants":
+        "tracked; 18 01; 11; 0.01 s; joystick 100 2 ms; at_zero high; at 100; 10; 1 s; at 100; 99: 0; 98: 16",
+        "zero here is the desired position": "tracked; displace -10; 30; 99: 0; 9A: 0",
+        "the deadband is left by a move and reached by its end: 1,000 pulses at 5,000 pps are 160 encoder pulses; the "
+        "deadband of 5 begins at 155, that is at 968.75 pulses. Pulse 969 comes at 193.8 ms and is detected at 194 ms":
+        "tracked; B5 00 00 00 05; 0F 00 80 FF; start 35 =160; clock; until SB & 1 is 0; until SB & 1 is 1; "
+        "194 ms later",
+        "a position that is defined anew is in the deadband: 30h, 2Fh make the present position the desired one, so "
+        "that 99h is 0 and the bit follows at once (1)":
+        "tracked; B5 00 00 00 05; 0F 00 80 FF; displace -10; SB & 1 is 0; 30; 99: 0; SB & 1 is 1",
+        "a position that is defined anew is in the deadband: 30h, 2Fh make the present position the desired one, so "
+        "that 99h is 0 and the bit follows at once (2)":
+        "tracked; B5 00 00 00 05; 0F 00 80 FF; displace -10; SB & 1 is 0; 2F =7; 99: 0; SB & 1 is 1",
+        "maintenance goes on to no error at all whatever the deadband":
+        "tracked; 18 01; B5 00 00 00 32; displace -20; 10 s; 99: 0",
+        "an 1810 has no deadband": "tracked 1810; B5 00 00 00 05; 0F 00 80 FF; 0.1 s; SB & 1 is 0",
+    }
+)  # fmt: skip
+def test_position_maintenance(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize("law", [(1, 20), (2, 100), (3, 1)])
@@ -96,102 +152,6 @@ def test_it_costs_nothing_while_there_is_no_error_and_no_motion(bench, board):
     assert bench.clock.next_event_ns() is None
 
 
-@pytest.mark.parametrize("law", [(1, 0, 0x00, *i32(50_000)), (1, 20, 0x00, *i32(0))])
-def test_no_correction_with_k_zero_or_without_any_velocity(bench, board, law):
-    send(bench, board, 0xB3, *law)
-    push(board, -10)
-    assert bench.clock.next_event_ns() is None
-    bench.run(1)
-    assert number(bench, board, 0x99) == 10
-
-
-def test_off_it_does_nothing_and_turned_on_it_makes_up_what_is_missing(bench):
-    board = tracked(bench)
-    push(board, -10)
-    bench.run(1)
-    assert (number(bench, board, 0x99), board.axes["motor"].position) == (10, 0)
-    send(bench, board, 0x18, 1, seconds=5)
-    assert number(bench, board, 0x99) == 0
-    send(bench, board, 0x18, 0)
-    push(board, -10)
-    bench.run(1)
-    assert number(bench, board, 0x99) == 10
-
-
-def test_turned_off_in_a_correction_the_motor_stands(bench, board):
-    push(board, -1000)
-    bench.run(0.1)
-    send(bench, board, 0x18, 0)
-    assert board.axes["motor"].velocity == 0
-    assert number(bench, board, 0x99) > 700
-
-
-def test_a_closed_loop_move_makes_up_for_backlash(bench):
-    """With a play of 50 counts, +1,000 (6,250 pulses) moves the load by 950; 6,563 pulses (1,050.08) move it by 1,000.
-
-    -500 are 3,125 pulses, to 3,438 (550.08), which moves the load to 550 only; at 3,131 (500.96) it is at 500.
-    """
-    board = tracked(bench, backlash=50)
-    complete(bench, board, 0x35, *i32(1000))
-    assert (position(bench, board), number(bench, board, 0x9A), number(bench, board, 0x99)) == (6250, 950, 50)
-    send(bench, board, 0x18, 1, seconds=20)
-    assert (position(bench, board), number(bench, board, 0x9A)) == (6563, 1000)
-    send(bench, board, 0x35, *i32(-500), seconds=20)
-    assert (position(bench, board), number(bench, board, 0x9A)) == (3131, 500)
-
-
-def test_a_correction_is_no_move(bench, board):
-    """A correction causes no messages; 98h reports the move before; 80h counts the pulses of both."""
-    complete(bench, board, 0x35, *i32(16))
-    for opcode in (0xA1, 0xA3, 0xA5):
-        send(bench, board, opcode, 1)
-    push(board, -16)
-    bench.run(0.01)
-    assert board.axes["motor"].velocity > 0
-    bench.run(20)
-    assert messages(bench, board) == []
-    assert number(bench, board, 0x98) == 16
-    assert position(bench, board, 0x80) == 200
-
-
-@pytest.mark.parametrize("stop", [0x70, 0x78])
-def test_stop_and_kill_do_not_end_maintenance(bench, board, stop):
-    push(board, -100)
-    bench.run(0.1)
-    send(bench, board, stop, seconds=40)
-    assert number(bench, board, 0x99) == 0
-
-
-@pytest.mark.parametrize("stop", [0x70, 0x78])
-def test_a_stopped_closed_loop_move_stays_where_it_stopped_until_it_is_resumed(bench, board, stop):
-    start(bench, board, 0x35, *i32(4000))
-    bench.run(1)
-    send(bench, board, stop, seconds=1)
-    assert number(bench, board, 0x99) == 0
-    assert number(bench, board, 0x9A) < 900
-    send(bench, board, 0x37, seconds=10)
-    assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 4000)
-
-
-def test_a_closed_loop_move_may_begin_in_a_correction(bench, board):
-    """The shaft is pushed by -1,000; during the correction a move of +100 is sent."""
-    push(board, -1000)
-    bench.run(0.1)
-    assert board.axes["motor"].velocity > 0
-    send_all(bench, board, (0xA1, 1), (0x35, *i32(100)), seconds=0.02)
-    assert messages(bench, board) == ["a1 00"]
-    bench.run(40)
-    assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 100)
-
-
-@pytest.mark.parametrize("command", [(0x33, *i32(100)), (0x34, *i32(100)), (0x40, 1), (0x40, 2)])
-def test_open_loop_preset_moves_are_refused(bench, board, command):
-    for number_, opcode in ((1, 0xC8), (2, 0xCB)):
-        send(bench, board, opcode, number_, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
-    send(bench, board, *command, seconds=1)
-    assert board.axes["motor"].pulses == 0
-
-
 def test_a_continuous_move_is_not_and_where_it_ends_is_the_desired_position(bench, board):
     send(bench, board, 0x32, 0, seconds=1)
     send(bench, board, 0x78)
@@ -199,78 +159,6 @@ def test_a_continuous_move_is_not_and_where_it_ends_is_the_desired_position(benc
     assert stopped > 4_000
     bench.run(1)
     assert (board.axes["motor"].position, number(bench, board, 0x99)) == (stopped, 0)
-
-
-def test_a_continuous_move_may_begin_in_a_correction(bench, board):
-    push(board, -1000)
-    bench.run(0.1)
-    send(bench, board, 0x32, 1, seconds=1)
-    assert board.axes["motor"].velocity == -5_000
-
-
-def test_a_jammed_motor_goes_on_trying(bench, board):
-    """A jam costs whole rotor teeth of pulses; when the shaft is free again, the encoder returns to the position."""
-    board.axes["motor"].jam()
-    push(board, -10)
-    bench.run(1)
-    assert number(bench, board, 0x99) == 10
-    assert board.axes["motor"].velocity == 200
-    board.axes["motor"].jam(False)
-    bench.run(10)
-    assert number(bench, board, 0x99) == 0
-
-
-def test_no_correction_into_a_limit_but_away_from_it(bench, board):
-    board.pins["cw_limit"].drive(True)
-    bench.run(0.01)
-    push(board, -10)
-    bench.run(1)
-    assert board.axes["motor"].pulses == 0
-    push(board, 20)
-    bench.run(10)
-    assert number(bench, board, 0x99) == 0
-    push(board, -10)
-    bench.run(0.1)
-    board.pins["cw_limit"].release()
-    bench.run(10)
-    assert number(bench, board, 0x99) == 0
-
-
-def test_no_correction_while_shut_down(bench, board):
-    send(bench, board, 0x12, 1)
-    push(board, -10)
-    bench.run(1)
-    assert board.axes["motor"].pulses == 0
-    send(bench, board, 0x12, 0, seconds=5)
-    assert number(bench, board, 0x99) == 0
-
-
-def test_a_search_for_home_is_not_disturbed(bench, board):
-    """The shaft is pushed while a search is being calculated; the correction comes after the search."""
-    send(bench, board, 0x38, 1, 0, 100, 0)
-    board.pins["home"].drive(False)
-    send(bench, board, 0x39, 0)
-    push(board, 100)
-    bench.run(1)
-    assert board.axes["motor"].velocity == 5_000
-    send(bench, board, 0x78, seconds=1)
-    assert number(bench, board, 0x99) == 0
-
-
-def test_the_joystick_takes_the_motor_where_it_wants(bench, board):
-    send(bench, board, 0x11, seconds=0.01)
-    joystick_pulses(bench, board, 100, period_s=0.002)
-    board.pins["at_zero"].drive(True)
-    assert board.axes["motor"].position == 100
-    send(bench, board, 0x10, seconds=1)
-    assert (board.axes["motor"].position, number(bench, board, 0x99), number(bench, board, 0x98)) == (100, 0, 16)
-
-
-def test_zero_here_is_the_desired_position(bench):
-    board = tracked(bench)
-    push(board, -10)
-    send(bench, board, 0x30)
-    assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 0)
 
 
 def test_the_deadband_is_shown(bench):
@@ -283,31 +171,6 @@ def test_the_deadband_is_shown(bench):
         push(board, counts)
         seen.append(board.bus.read(1) & USER_BIT)
     assert seen == [0, 1, 1, 0, 1, 0]
-
-
-def test_the_deadband_is_left_by_a_move_and_reached_by_its_end(bench):
-    """1,000 pulses at 5,000 pps are 160 encoder pulses; the deadband of 5 begins at 155, that is at 968.75 pulses.
-
-    Pulse 969 comes at 193.8 ms and is detected at 194 ms.
-    """
-    board = tracked(bench)
-    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF))
-    start(bench, board, 0x35, *i32(160))
-    began = bench.now
-    assert bench.run_until(lambda: not board.bus.read(1) & USER_BIT, 1)
-    assert bench.run_until(lambda: board.bus.read(1) & USER_BIT, 1)
-    assert bench.now - began == 194 * MS
-
-
-@pytest.mark.parametrize("define", [(0x30,), (0x2F, *i32(7))], ids=["30h", "2Fh"])
-def test_a_position_that_is_defined_anew_is_in_the_deadband(bench, define):
-    """30h, 2Fh make the present position the desired one, so that 99h is 0 and the bit follows at once."""
-    board = tracked(bench)
-    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF))
-    push(board, -10)
-    assert not board.bus.read(1) & USER_BIT
-    send(bench, board, *define)
-    assert (number(bench, board, 0x99), board.bus.read(1) & USER_BIT) == (0, 1)
 
 
 @pytest.mark.parametrize("last", [(0x0F, 0, 0x80, 0xFF), (0xB5, 0, 0, 0, 5)], ids=["0Fh", "B5h"])
@@ -327,19 +190,6 @@ def test_the_deadband_is_followed_from_the_middle_of_a_move_on(bench, last):
     assert not board.bus.read(1) & USER_BIT
     bench.run(2)
     assert board.bus.read(1) & USER_BIT
-
-
-def test_maintenance_goes_on_to_no_error_at_all_whatever_the_deadband(bench, board):
-    send(bench, board, 0xB5, 0, 0, 0, 50)
-    push(board, -20)
-    bench.run(10)
-    assert number(bench, board, 0x99) == 0
-
-
-def test_an_1810_has_no_deadband(bench):
-    board = tracked(bench, "1810")
-    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF), seconds=0.1)
-    assert not board.bus.read(1) & USER_BIT
 
 
 @settings(max_examples=15, deadline=None)

@@ -8,6 +8,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import ALL, joystick_pulses, number, start, tracked
+from .scripts import play, scripts
 from .talking import complete, i32, in_all_ways, messages, position, send, send_all, until_idle
 
 
@@ -28,64 +29,35 @@ def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
     assert [position(bench, board), number(bench, board, 0x9A), number(bench, board, 0x9B)] == [500, 0, 1]
 
 
-def test_the_backlash_comes_on_top(bench, board):
-    send_all(bench, board, (0xB2, *i32(250)), (0x19, 1))
-    board.axes["motor"].jam()
-    complete(bench, board, 0x33, *i32(25_000))
-    assert position(bench, board) == 750
-
-
-def test_without_19_it_goes_on_stalling_and_that_is_told_once(bench, board):
-    send(bench, board, 0xA7, 1)
-    board.axes["motor"].jam()
-    complete(bench, board, 0x33, *i32(-25_000))
-    assert messages(bench, board) == ["a7 00"]
-    assert (position(bench, board), number(bench, board, 0x9B)) == (-25_000, 50)
-
-
-def test_continuous_moves_are_watched_too(bench, board):
-    send(bench, board, 0x19, 1)
-    start(bench, board, 0x32, 0)
-    bench.run(3)
-    board.axes["motor"].jam()
-    assert bench.run_until(lambda: not board.axes["motor"].velocity, 1)
-    assert 15_500 <= position(bench, board) <= 15_520
-
-
-@pytest.mark.parametrize(("maintained", "error"), [(1, 0), (0, 4000)])
-def test_with_maintenance_the_place_of_the_stall_is_the_desired_position(bench, board, maintained, error):
-    for command in ((0x18, maintained), (0x19, 1)):
-        send(bench, board, *command)
-    board.axes["motor"].jam()
-    complete(bench, board, 0x35, *i32(4000))
-    bench.run(1)
-    assert position(bench, board) == 500
-    assert number(bench, board, 0x99) == error
-
-
-def test_a_stalled_closed_loop_move_is_resumed(bench, board):
-    """A stall loses 500 pulses; after RESUME the encoder is at the end of the move."""
-    for command in ((0x18, 1), (0x19, 1)):
-        send(bench, board, *command)
-    board.axes["motor"].jam()
-    complete(bench, board, 0x35, *i32(4000))
-    board.axes["motor"].jam(False)
-    send(bench, board, 0x37, seconds=20)
-    assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (4000, 0)
-    assert (position(bench, board), number(bench, board, 0x9B)) == (25_500, 1)
-
-
-def test_after_a_whole_move_that_stalled_maintenance_makes_up_for_it(bench, board):
-    """A load holds the shaft from 1 s to 1.2 s: 1,000 pulses, two teeth, are lost; 160 encoder pulses are missing."""
-    start(bench, board, 0x35, *i32(4000))
-    bench.run(1)
-    board.axes["motor"].jam()
-    bench.run(0.2)
-    board.axes["motor"].jam(False)
-    until_idle(bench, board)
-    assert (number(bench, board, 0x99), number(bench, board, 0x9B)) == (160, 2)
-    send(bench, board, 0x18, 1, seconds=20)
-    assert (number(bench, board, 0x99), position(bench, board)) == (0, 26_000)
+@scripts(
+    {
+        "the backlash comes on top": "tracked; B2 =250; 19 01; jam; 33 =25000; idle; 83: 750",
+        "without 19h it goes on stalling and that is told once":
+        "tracked; A7 01; jam; 33 =-25000; idle; says A7 00; 83: -25000; 9B: 50",
+        "continuous moves are watched too": "tracked; 19 01; start 32 00; 3 s; jam; until at rest; 83: 15500 to 15520",
+        "with maintenance the place of the stall is the desired position":
+        "tracked; 18 <01|00>; 19 01; jam; 35 =4000; idle; 1 s; 83: 500; 99: <0|4000>",
+        "a stalled closed loop move is resumed: a stall loses 500 pulses; after RESUME the encoder is at the end of "
+        "the move": "tracked; 18 01; 19 01; jam; 35 =4000; idle; free; 37; 20 s; 9A: 4000; 99: 0; 83: 25500; 9B: 1",
+        "A load holds the shaft from 1 s to 1.2 s: 1,000 pulses, two teeth, are lost; 160 encoder pulses are missing":
+        "tracked; start 35 =4000; 1 s; jam; 0.2 s; free; idle; 99: 160; 9B: 2; 18 01; 20 s; 99: 0; 83: 26000",
+        "each move is watched from its own beginning: an earlier slip remains in 9Bh until 30h, but stops no later "
+        "move":
+        "tracked; 19 01; A7 01; jam; 33 =1000; idle; free; says A7 00; 33 =1000; idle; says nothing; 83: 1500; 9B: 1; "
+        "30; 9B: 0",
+        "a joystick that was enabled and not moved is no move": "tracked; 33 =1000; idle; 11; 10; 0.01 s; 98: 160",
+        "a stall under the joystick is told and stops nothing: the joystick's pulses pass through the board, as at a "
+        'limit: "will not disable the Joystick"':
+        "tracked; 19 01; A6 01; 11; jam; joystick 1000; says A6 00; 83: 1000; remote_acknowledge is high",
+        "slip is truncated: 9Bh truncates the slip of 499 pulses to whole teeth; a tooth is 500, 490.2, 250, 247.5 or "
+        "50 pulses": "tracked; B4 00 00 <00|00|00|00|01> <32|33|64|65|F4>; jam; 33 =499; idle; 9B: <0|1|1|2|9>",
+        "a push is slip too and what reports it wants ratio resolution and teeth: a push of -800 encoder pulses, "
+        "5,000 motor pulses, is a slip of ten teeth":
+        "tracked; displace -800; 9B: 10; B1 00 00 00 00; 9B: 0; B1 00 00 61 A8; 9B: 10",
+    }
+)  # fmt: skip
+def test_stalls(bench, script):
+    play(bench, script)
 
 
 def test_a_load_that_the_motor_cannot_bear(bench):
@@ -113,20 +85,6 @@ def test_too_fast_for_the_motor(bench):
     assert (position(bench, board), number(bench, board, 0x9A)) == (500, 0)
 
 
-def test_each_move_is_watched_from_its_own_beginning(bench, board):
-    """An earlier slip remains in 9Bh until 30h, but stops no later move."""
-    send_all(bench, board, (0x19, 1), (0xA7, 1))
-    board.axes["motor"].jam()
-    complete(bench, board, 0x33, *i32(1_000))
-    board.axes["motor"].jam(False)
-    assert messages(bench, board) == ["a7 00"]
-    complete(bench, board, 0x33, *i32(1_000))
-    assert messages(bench, board) == []
-    assert (position(bench, board), number(bench, board, 0x9B)) == (1_500, 1)
-    send(bench, board, 0x30)
-    assert number(bench, board, 0x9B) == 0
-
-
 def release(bench, board):
     """Let the joystick return to zero velocity; return the messages that the board has sent since the last ones."""
     board.pins["at_zero"].drive(True)
@@ -150,12 +108,6 @@ def test_each_motion_by_the_joystick_is_counted_from_its_own_beginning(bench, bo
     assert number(bench, board, 0x98) == 0
     send(bench, board, 0x10)
     assert (number(bench, board, 0x98), number(bench, board, 0x9A)) == (0, 160 + sign * 20)
-
-
-def test_a_joystick_that_was_enabled_and_not_moved_is_no_move(bench, board):
-    complete(bench, board, 0x33, *i32(1_000))
-    send_all(bench, board, (0x11,), (0x10,), seconds=0.01)
-    assert number(bench, board, 0x98) == 160
 
 
 @pytest.mark.parametrize("cw", [True, False])
@@ -183,15 +135,6 @@ def test_a_stall_by_the_joystick_between_two_updates_is_found_at_its_end(bench, 
     assert release(bench, board) == ["a7 00"]
 
 
-def test_a_stall_under_the_joystick_is_told_and_stops_nothing(bench, board):
-    """The joystick's pulses pass through the board, as at a limit: "will not disable the Joystick"."""
-    send_all(bench, board, (0x19, 1), (0xA6, 1), (0x11,))
-    board.axes["motor"].jam()
-    joystick_pulses(bench, board, 1_000)
-    assert messages(bench, board) == ["a6 00"]
-    assert (position(bench, board), board.pins["remote_acknowledge"].level) == (1_000, True)
-
-
 def test_backlash_is_no_stall_if_it_has_been_defined(bench):
     """A play of 100 encoder pulses is 625 motor pulses, more than a tooth; defined as backlash it is no stall."""
     board = tracked(bench, backlash=100)
@@ -201,25 +144,6 @@ def test_backlash_is_no_stall_if_it_has_been_defined(bench):
         for distance in (2_000, -2_000):
             complete(bench, board, 0x33, *i32(distance))
         assert messages(bench, board) == told * 2
-
-
-@pytest.mark.parametrize(("teeth", "slip"), [(50, 0), (51, 1), (100, 1), (101, 2), (500, 9)])
-def test_slip_is_truncated(bench, board, teeth, slip):
-    """9Bh truncates the slip of 499 pulses to whole teeth; a tooth is 500, 490.2, 250, 247.5 or 50 pulses."""
-    send(bench, board, 0xB4, 0, 0, *divmod(teeth, 256))
-    board.axes["motor"].jam()
-    complete(bench, board, 0x33, *i32(499))
-    assert number(bench, board, 0x9B) == slip
-
-
-def test_a_push_is_slip_too_and_what_reports_it_wants_ratio_resolution_and_teeth(bench):
-    """A push of -800 encoder pulses, 5,000 motor pulses, is a slip of ten teeth."""
-    board = tracked(bench)
-    board.axes["motor"].encoder.displace(-800)
-    assert number(bench, board, 0x9B) == 10
-    for resolution in (0, 25_000):
-        send(bench, board, 0xB1, 0, 0, *divmod(resolution, 256))
-        assert number(bench, board, 0x9B) == (10 if resolution else 0)
 
 
 @pytest.mark.parametrize("missing", [0xB0, 0xB1, 0xB2, 0xB4])

@@ -6,13 +6,13 @@ import pytest
 
 from axistwin.units import US
 
-from .programs import RESOLUTION, TEETH, cruise, enter, number, sequence, start, tracked, velocities
-from .talking import MESSAGE, ask, default, i32, messages, position, ready, send, send_all
+from .programs import cruise, number, sequence, start, tracked
+from .scripts import play, scripts
+from .talking import ask, default, i32, messages, position, send, send_all
 from .test_home import CCW, CW, define, machine, search
 
 USER_BIT = 0x01
 HUNTING = 50_000  # pulses/s: the maximum of B3h
-STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.67 pulses/s
 
 
 def hunting(bench, *before):
@@ -73,73 +73,32 @@ def test_a_hunting_motor_is_a_moving_one(bench, command):
     assert number(bench, board, 0x99) == 0
 
 
-@pytest.mark.parametrize("command", [(0x32, 0), (0x35, *i32(500)), (0x36, *i32(500)), (0x37,)])
-def test_a_hunting_motor_begins_these_moves(bench, command):
-    """18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves."""
-    board = hunting(bench, (0x35, *i32(0)))
-    send(bench, board, *command, seconds=0.02)
-    assert board.axes["motor"].velocity == 5_000
-
-
-def test_a_stream_begins_in_a_correction_and_maintenance_waits_for_its_end(bench):
-    """18h acts when "the indexer is not performing a move"; 42h names an empty buffer only."""
-    board = tracked(bench)
-    send(bench, board, 0x18, 1)
-    enter(bench, board, 0x52, 1, 4, rate=10)
-    velocities(bench, board, *[STREAMED] * 6, 0)
-    board.axes["motor"].encoder.displace(-4_000)
-    bench.run(0.1)
-    assert board.axes["motor"].velocity == HUNTING
-    send(bench, board, 0x42, seconds=0.02)
-    assert board.axes["motor"].velocity == pytest.approx(17_066.67)
-    bench.run(0.05)
-    assert board.axes["motor"].velocity == 0
-    assert number(bench, board, 0x99) == 0
-
-
-def test_9bh_calculates_with_the_count_that_9ah_reports(bench):
-    """9Bh: B = "current absolute encoder count", of 32 bits in 9Ah; 83h has six bytes, so they part at the wrap."""
-    board = ready(bench, motor={"encoder": {"counts_per_rev": 25_000, "pulses_per_rev": 25_000}})
-    send_all(bench, board, (0xB0, 0, 1, 0, 1), RESOLUTION, TEETH)
-    default(bench, board, 5_000, 100_000)
-    send_all(bench, board, (0x2E, *i32(2**31 - 10)), (0x2F, *i32(2**31 - 10)))
-    assert number(bench, board, 0x9B) == 0
-    send(bench, board, 0x33, *i32(20), seconds=1)
-    assert (position(bench, board), number(bench, board, 0x9A)) == (2**31 + 10, -(2**31) + 10)
-    assert number(bench, board, 0x9B) == 0xFFFF
-    send(bench, board, 0x30)
-    assert number(bench, board, 0x9B) == 0
-
-
-def test_an_1810_stalls_in_each_move_when_its_software_is_told_of_an_encoder(bench):
-    """Addendum: "The software used in the 1810 is identical"; its count stays at 0, so 500 pulses are a tooth."""
-    board = tracked(bench, "1810")
-    send_all(bench, board, (0xA7, 1), (0x33, *i32(5_000)), seconds=2)
-    assert messages(bench, board) == ["a7 00"]
-    assert position(bench, board) == 5_000
-    send_all(bench, board, (0x19, 1), (0x33, *i32(5_000)), seconds=2)
-    assert messages(bench, board) == ["a7 00"]
-    assert 5_500 <= position(bench, board) <= 5_510, "found at an update, every 2 ms"
-
-
-def test_an_1810_under_18h_refuses_open_loop_preset_moves_and_corrects_nothing(bench):
-    """18h: "an open-loop incremental or absolute move cannot be performed"; an error needs an encoder."""
-    board = tracked(bench, "1810")
-    send_all(bench, board, (0x18, 1), (0x33, *i32(5_000)), seconds=2)
-    assert (position(bench, board), number(bench, board, 0x99)) == (0, 0)
-    send(bench, board, 0x32, 0, seconds=0.1)
-    assert board.axes["motor"].velocity == 5_000
-
-
-def test_the_buffer_empty_alarm_of_0_is_not_the_end_of_motion(bench, board):
-    """51h: "nearly empty"; it comes as the last velocity begins, and the motor goes on."""
-    enter(bench, board, 0x52, 1, 4, alarm=0, rate=100)
-    velocities(bench, board, *[STREAMED] * 7)
-    send(bench, board, 0x42, seconds=0.55)
-    assert not board.bus.read(1) & MESSAGE
-    bench.run(0.06)
-    assert messages(bench, board) == ["52 01 04 00 00 00 00 00 64"]
-    assert board.axes["motor"].velocity == pytest.approx(17_066.67)
+@scripts(
+    {
+        '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (1)':
+        "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; <32|35|36> <00|=500|=500>; "
+        "0.02 s; velocity 5000",
+        '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (2)':
+        "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; 37; 0.02 s; velocity 5000",
+        '18h acts when "the indexer is not performing a move"; 42h names an empty buffer only':
+        "tracked; 18 01; 52 01 04 =never #10; velocities 1024 1024 1024 1024 1024 1024 0; displace -4000; 0.1 s; "
+        "velocity 50000; 42; 0.02 s; velocity about 17066.67; 0.05 s; at rest; 99: 0",
+        '9Bh: B = "current absolute encoder count", of 32 bits in 9Ah; 83h has six bytes, so they part at the wrap':
+        "1811 motor={'encoder':{'counts_per_rev':25000,'pulses_per_rev':25000}}; B0 00 01 00 01; B1 00 00 61 A8; "
+        "B4 00 00 00 32; default 5000 100000; 2E =2147483638; 2F =2147483638; 9B: 0; 33 =20; 1 s; 83: 2147483658; "
+        "9A: -2147483638; 9B: 65535; 30; 9B: 0",
+        'Addendum: "The software used in the 1810 is identical"; its count stays at 0, so 500 pulses are a tooth':
+        "tracked 1810; A7 01; 33 =5000; 2 s; says A7 00; 83: 5000; 19 01; 33 =5000; 2 s; says A7 00; "
+        "83: 5500 to 5510 -- found at an update, every 2 ms",
+        '18h: "an open-loop incremental or absolute move cannot be performed"; an error needs an encoder':
+        "tracked 1810; 18 01; 33 =5000; 2 s; 83: 0; 99: 0; 32 00; 0.1 s; velocity 5000",
+        '51h: "nearly empty"; it comes as the last velocity begins, and the motor goes on':
+        "52 01 04 =0 #100; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.55 s; SB & 8 is 0; 0.06 s; "
+        "says 52 01 04 00 00 00 00 00 64; velocity about 17066.67",
+    }
+)  # fmt: skip
+def test_decisions_on_motion(bench, script):
+    play(bench, script)
 
 
 def at_a_limit(bench, board, after_ns):

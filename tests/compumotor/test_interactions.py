@@ -3,13 +3,12 @@
 import pytest
 
 from .programs import continuous, cruise, distances, enter, listing, sequence, velocities
+from .scripts import play, scripts
 from .talking import (
-    FAIL,
     ask,
     complete,
     default,
     i32,
-    messages,
     position,
     ready,
     send,
@@ -33,48 +32,35 @@ def levels(bench, board, seconds):
     return seen
 
 
-@pytest.mark.parametrize(("limit", "turned"), [("cw_limit", -25_000), ("ccw_limit", 25_000)])
-@pytest.mark.parametrize("sense", [0, 1])
-def test_the_test_function_needs_limits_that_are_connected_or_bypassed(bench, board, limit, turned, sense):
-    """Functional check: if "the limit switches are not connected and not bypassed", the motor turns less."""
-    send(bench, board, 0x14, sense)
-    board.pins[limit].drive(True)
-    send(bench, board, 0xFF)
-    bench.run(5.1)  # one revolution instead of two
-    assert board.axes["motor"].position == turned
-    assert status_word(bench, board) & FAIL
-
-
-def test_the_test_function_at_both_limits_fails_at_once(bench, board):
-    for limit in ("cw_limit", "ccw_limit"):
-        board.pins[limit].drive(True)
-    send(bench, board, 0xFF, seconds=0.01)
-    assert board.axes["motor"].position == 0
-    assert status_word(bench, board) & FAIL
-
-
-@pytest.mark.parametrize(("minus", "limit"), [(0, "cw_limit"), (1, "ccw_limit")])
-def test_a_limit_during_a_reversal_is_the_end_of_it(bench, board, minus, limit):
-    """78h: "equivalent to hitting a limit switch": the move is killed, and the reversal does not continue."""
-    cruise(bench, board, minus=minus)
-    send_all(bench, board, (0xA1, 1), (0x32, 1 - minus))
-    bench.run(0.05)  # half of the ramp down
-    board.pins[limit].drive(True)
-    bench.run(0.000_2)
-    stopped = board.axes["motor"].position
-    bench.run(1)
-    assert board.axes["motor"].position == stopped
-    assert messages(bench, board) == ["a1 00"]
-
-
-def test_a_limit_at_the_end_of_an_earlier_move_does_not_end_a_later_reversal(bench, board):
-    cruise(bench, board)
-    board.pins["cw_limit"].drive(True)
-    bench.run(0.01)
-    board.pins["cw_limit"].drive(False)
-    cruise(bench, board)
-    send(bench, board, 0x32, 1, seconds=1)
-    assert board.axes["motor"].velocity == -10_000
+@scripts(
+    {
+        'Functional check: if "the limit switches are not connected and not bypassed", the motor turns less':
+        "14 <00|01|00|01>; <cw_limit|cw_limit|ccw_limit|ccw_limit> high; FF; 5.1 s; at <-25000|-25000|25000|25000>; "
+        "SB & 20 is 20",
+        "the test function at both limits fails at once":
+        "cw_limit high; ccw_limit high; FF; 0.01 s; at 0; SB & 20 is 20",
+        '78h: "equivalent to hitting a limit switch": the move is killed, and the reversal does not continue':
+        "cruise <10000|-10000> 100000; A1 01; 32 <01|00>; 0.05 s; <cw_limit|ccw_limit> high; 0.0002 s; mark; 1 s; "
+        "moved 0; says A1 00",
+        "a limit at the end of an earlier move does not end a later reversal":
+        "cruise 10000 100000; cw_limit high; 0.01 s; cw_limit low; cruise 10000 100000; 32 01; 1 s; velocity -10000",
+        '70h: "the deceleration to zero is at the most recent acceleration", also during a ramp between two velocities':
+        "cruise 10000 100000; default <20000|5000> 100000; 32 00; 0.02 s; 70; 8F -> FF; 0.2 s; at rest",
+        '85h: "indicating the current velocity": a stream with 1000h of 4.369 MHz/16 leaves 17,066.67 pulses/s':
+        "52 01 10 =never #2; velocities 4096 4096 4096 4096 4096 4096 4096; 42; 0.1 s; 50; 85 -> 00 00 00 42 AB; 78; "
+        "85 -> 00",
+        "92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h (1)":
+        "1811 message_queue=2; default 5000 100000; sequence 1: 01 01, 01 01, 01 01, 01 01, 01 01; 92 01; 33 =100; "
+        "1 s; at 0; 73; says 92 01 01, 92 01 01, 92 01 01; 33 =100; idle; at 100",
+        "92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h (2)":
+        "1811 message_queue=64; default 5000 100000; sequence 1: 01 01, 01 01, 01 01, 01 01, 01 01; 92 01; 33 =100; "
+        "1 s; at 100",
+        "48h: the first one ends the waiting 28h of a 21h loop; the loop is repeated until another 48h comes":
+        "sequence 1: 21 02, 28 01, 29 00 00 00 64, 01 09; 41 01; says 28 00; 48; 0.01 s; 48; says 01 09",
+    }
+)  # fmt: skip
+def test_limits(bench, script):
+    play(bench, script)
 
 
 # Work in progress
@@ -124,28 +110,16 @@ def test_no_search_goes_on_while_shut_down(bench):
     assert position(bench, board, 0x82) == stands  # HOME has not moved
 
 
-def test_no_reversal_goes_on_while_shut_down(bench, board):
-    """Shutdown: not "if the motor is moving"; it acts at the zero velocity of a reversal, and the reversal ends."""
-    send(bench, board, 0x13, 1)
-    cruise(bench, board)
-    board.pins["shutdown_in"].drive(False)
-    bench.run(0.01)
-    assert not board.pins["shutdown"].level
-    send(bench, board, 0x32, 1, seconds=0.5)
-    assert board.pins["shutdown"].level
-    assert board.axes["motor"].velocity == 0
-
-
-def test_a_move_that_is_being_calculated_is_not_begun_when_the_motor_is_shut_down(bench, board):
-    send(bench, board, 0x13, 1)
-    default(bench, board, 5000, 100_000)
-    send(bench, board, 0x33, *i32(100))
-    board.pins["shutdown_in"].drive(False)
-    bench.run(1)
-    assert board.axes["motor"].position == 0
-    board.pins["shutdown_in"].drive(True)
-    complete(bench, board, 0x33, *i32(100))
-    assert board.axes["motor"].position == 100
+@scripts(
+    {
+        'Shutdown: not "if the motor is moving"; it acts at the zero velocity of a reversal, and the reversal ends':
+        "13 01; cruise 10000 100000; shutdown_in low; 0.01 s; shutdown is low; 32 01; 0.5 s; shutdown is high; at rest",
+        "a move that is being calculated is not begun when the motor is shut down":
+        "13 01; default 5000 100000; 33 =100; shutdown_in low; 1 s; at 0; shutdown_in high; 33 =100; idle; at 100",
+    }
+)  # fmt: skip
+def test_remote_power_shutdown(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize("limit", [False, True])
@@ -183,18 +157,6 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
     bench.run(2)
     assert board.axes["motor"].position == stands
     assert position(bench, board, 0x82) == stands
-
-
-@pytest.mark.parametrize("velocity", [20_000, 5_000])
-def test_stop_in_a_ramp_between_two_velocities_ends_at_zero(bench, board, velocity):
-    """70h: "the deceleration to zero is at the most recent acceleration", also during a ramp between two velocities."""
-    cruise(bench, board)
-    default(bench, board, velocity, 100_000)
-    send(bench, board, 0x32, 0, seconds=0.02)
-    send(bench, board, 0x70)
-    assert ask(bench, board, 0x8F)[1] == 0xFF
-    bench.run(0.2)
-    assert board.axes["motor"].velocity == 0
 
 
 def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
@@ -292,17 +254,6 @@ def test_a_preset_move_between_start_stop_velocities(bench, board):
 # Requests
 
 
-def test_the_velocity_that_a_stream_has_left_is_told_in_indexer_mode(bench, board):
-    """85h: "indicating the current velocity": a stream with 1000h of 4.369 MHz/16 leaves 17,066.67 pulses/s."""
-    enter(bench, board, 0x52, 1, 16, rate=2)
-    velocities(bench, board, *[0x1000] * 7)
-    send(bench, board, 0x42, seconds=0.1)
-    send(bench, board, 0x50)
-    assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0x00, *i32(17_067)])
-    send(bench, board, 0x78)
-    assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0x00, *i32(0)])
-
-
 # Lists that are longer than the message queue
 
 
@@ -314,32 +265,7 @@ def test_a_long_sequence_is_listed_to_its_end(bench, queue):
     assert listing(bench, board, 1) == [*(f"92 01 {n:02x}".removesuffix(" 00") for n in range(100)), "92 00"]
 
 
-@pytest.mark.parametrize(("queue", "waits"), [(2, True), (64, False)])
-def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench, queue, waits):
-    """92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h."""
-    board = ready(bench, message_queue=queue)
-    default(bench, board, 5000, 100_000)
-    sequence(bench, board, 1, *[(0x01, 1)] * 5)
-    send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
-    assert board.axes["motor"].position == (0 if waits else 100)
-    if waits:
-        send(bench, board, 0x73)
-        assert messages(bench, board) == ["92 01 01"] * 3  # one message in the ODB, two in the queue
-        complete(bench, board, 0x33, *i32(100))
-        assert board.axes["motor"].position == 100
-
-
 # CONTINUE
-
-
-def test_one_continue_ends_a_28h_within_a_loop_and_the_next_one_what_waits_then(bench, board):
-    """48h: the first one ends the waiting 28h of a 21h loop; the loop is repeated until another 48h comes."""
-    sequence(bench, board, 1, (0x21, 2), (0x28, 1), (0x29, 0, 0, 0, 100), (0x01, 9))
-    send(bench, board, 0x41, 1)
-    assert messages(bench, board) == ["28 00"]
-    send(bench, board, 0x48, seconds=0.01)
-    send(bench, board, 0x48)  # during the 29h, so this 48h ends the loop
-    assert messages(bench, board) == ["01 09"]
 
 
 # Velocities below the resolution
@@ -359,20 +285,16 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
 # Details that other tests do not cover
 
 
-@pytest.mark.parametrize("bits", [0, 5])
-def test_a_listing_leaves_the_user_bits_alone(bench, board, bits):
-    """08h to 0Ah alone set the user bits; 92h discards waiting messages and leaves the user bits alone."""
-    send_all(bench, board, (0x08, bits), (0x01, 1))
-    bench.run(0.01)  # the message is in the ODB
-    assert listing(bench, board, 1) == ["92 00"]
-    assert status_word(bench, board) & 7 == bits
-
-
-def test_a_loop_over_more_commands_than_follow_repeats_those_that_follow(bench, board):
-    """20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated."""
-    sequence(bench, board, 1, (0x01, 1), (0x20, 5, 0, 3), (0x01, 2))
-    send(bench, board, 0x41, 1)
-    assert messages(bench, board) == ["01 01", "01 02", "01 02", "01 02"]
+@scripts(
+    {
+        "a listing leaves the user bits alone: 08h to 0Ah alone set the user bits; 92h discards waiting messages and "
+        "leaves the user bits alone": "08 <00|05>; 01 01; 0.01 s; 92 01; says 92 00; SB & 7 is <0|5>",
+        '20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated':
+        "sequence 1: 01 01, 20 05 00 03, 01 02; 41 01; says 01 01, 01 02, 01 02, 01 02",
+    }
+)  # fmt: skip
+def test_details(bench, script):
+    play(bench, script)
 
 
 def test_a_marker_of_another_mode_does_not_hide_the_end_of_distances(bench, board):

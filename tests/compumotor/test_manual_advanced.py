@@ -6,7 +6,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import about, continuous, cruise, listing, relative, sequence, steps
+from .programs import about, listing, relative, sequence, steps
+from .scripts import play, scripts
 from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
@@ -47,18 +48,26 @@ def test_a_move_that_is_not_calculated_is_under_way_within_half_of_thirty_millis
     assert steps(board)[0] - asked <= 15 * MS + 100_000
 
 
-def test_moves_are_still_there_after_streaming_mode(bench, board):
-    """G.1: "They will still be there when the indexer is returned to indexer mode"; sequences are lost (E.1.b)."""
-    send(bench, board, *relative(9, 10_000, 100_000, 700))
-    sequence(bench, board, 1, (0x40, 9))
-    send(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
-    assert ask(bench, board, 0x90)[:8] == bytes([0x90, 0x51, 1, 4, 0, 0, 0, 0])
-    send(bench, board, 0x40, 9, seconds=0.5)
-    assert board.axes["motor"].pulses == 0, "inaccessible in that mode"
-    send_all(bench, board, (0x50,), (0x41, 1), seconds=0.5)
-    assert board.axes["motor"].pulses == 0, "the sequence is lost"
-    complete(bench, board, 0x40, 9)
-    assert board.axes["motor"].position == 700
+@scripts(
+    {
+        'G.1: "They will still be there when the indexer is returned to indexer mode"; sequences are lost (E.1.b)':
+        "relative 9 10000 100000 700; sequence 1: 40 09; 51 01 04 00 00 00 00; 90 -> 51 01 04; 40 09; 0.5 s; "
+        "pulses 0 -- inaccessible in that mode; 50; 41 01; 0.5 s; pulses 0 -- the sequence is lost; 40 09; idle; "
+        "at 700",
+        'G.3: 33 and 34 "are the only preset moves which may be executed while in velocity streaming mode"':
+        "52 01 04 00 00 00 00 00 02; default 10000 100000; 33 =-400; idle; 34 =50; idle; 32 00; 0.5 s; at 50",
+        "a continuous move goes on until killed stopped or at a limit (1)":
+        "cruise 10000 100000; 20 s; velocity 10000; <70|78>; 0.2 s; at rest",
+        "a continuous move goes on until killed stopped or at a limit (2)":
+        "cruise 10000 100000; 20 s; velocity 10000; cw_limit high; 0.2 s; at rest",
+        'E.1.a: ramps "may be respecified for each change in velocity of a constant velocity move"':
+        "continuous 1 10000 100000; continuous 2 20000 1000000; continuous 3 5000 50000; 0.2 s; 40 01; clock; "
+        "until velocity 10000; 92 to 108 ms later; 0.02 s; 40 02; clock; until velocity 20000; 2 to 18 ms later; "
+        "0.02 s; 40 03; clock; until velocity 5000; 292 to 308 ms later; 0.02 s",
+    }
+)  # fmt: skip
+def test_moves_and_sequences(bench, script):
+    play(bench, script)
 
 
 def test_the_sequence_of_the_example(bench, board):
@@ -124,17 +133,6 @@ def test_move_zero_is_called_by_33_and_34_and_not_by_40(bench, board):
     assert (board.axes["motor"].position, len(steps(board))) == (-100, 900)
 
 
-def test_move_zero_in_streaming_mode(bench, board):
-    """G.3: 33 and 34 "are the only preset moves which may be executed while in velocity streaming mode"."""
-    send(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
-    default(bench, board, 10_000, 100_000)
-    complete(bench, board, 0x33, *i32(-400))
-    complete(bench, board, 0x34, *i32(50))
-    send(bench, board, 0x32, 0)  # a continuous move is not valid in this mode
-    bench.run(0.5)
-    assert board.axes["motor"].position == 50
-
-
 @pytest.mark.parametrize(("distance", "seconds"), [(25_000, 0.35), (-25_000, 0.35), (10_000, 0.2), (4_000, 0.1265)])
 def test_trapezoids_and_triangles(bench, board, distance, seconds):
     """E.1.a: a move has three parts, or no constant part if its velocity is not reached.
@@ -165,32 +163,6 @@ def test_the_ramp_is_updated_every_two_milliseconds(bench, board):
     changes = [b - a for a, b in pairwise(seen) if b != a]
     assert changes == pytest.approx([200] * len(changes), abs=17)  # within the resolution, 16.667 Hz
     assert 48 <= len(changes) <= 50
-
-
-@pytest.mark.parametrize("end", [(0x70,), (0x78,), "limit"])
-def test_a_continuous_move_goes_on_until_killed_stopped_or_at_a_limit(bench, board, end):
-    cruise(bench, board)
-    bench.run(20)
-    assert board.axes["motor"].velocity == 10_000
-    if end == "limit":
-        board.pins["cw_limit"].drive(True)
-    else:
-        send(bench, board, *end)
-    bench.run(0.2)
-    assert board.axes["motor"].velocity == 0
-
-
-def test_each_change_of_a_constant_velocity_has_its_own_acceleration(bench, board):
-    """E.1.a: ramps "may be respecified for each change in velocity of a constant velocity move"."""
-    send_all(bench, board, continuous(1, 10_000, 100_000), continuous(2, 20_000, 1_000_000))
-    send(bench, board, *continuous(3, 5_000, 50_000), seconds=0.2)
-    motor = board.axes["motor"]
-    for number, velocity, seconds in ((1, 10_000, 0.1), (2, 20_000, 0.01), (3, 5_000, 0.3)):
-        send(bench, board, 0x40, number)
-        began = bench.now
-        assert bench.run_until(lambda velocity=velocity: motor.velocity == velocity, 1)
-        assert about(seconds, bench.now - began, 8)
-        bench.run(0.02)
 
 
 def test_the_start_stop_velocity(bench, board):

@@ -9,46 +9,62 @@ from axistwin.bench import action
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
-from .programs import about, cruise, joystick_pulses, rising, sequence, steps
-from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, ready, send, send_all, status_word
+from .programs import about, cruise, joystick_pulses, rising, steps
+from .scripts import play, scripts
+from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, send, send_all, status_word
 
 
 def levels(board):
     return board.pins["output1"].level, board.pins["output2"].level
 
 
-def test_null_does_nothing(bench, board):
-    """00h: "If this command is sent to the indexer nothing will happen!"."""
-    send(bench, board, 0x00)
-    assert messages(bench, board) == []
-    assert (status_word(bench, board), board.axes["motor"].pulses, levels(board)) == (0x50, 0, (True, True))
-
-
-@pytest.mark.parametrize("identifier", [0x00, 0x01, 0x80, 0xFF])
-def test_interrupt_x_is_echoed(bench, board, identifier):
-    """01h: "01, the parameter byte supplied, bytes three through sixteen are always zero"."""
-    assert ask(bench, board, 0x01, identifier) == bytes([0x01, identifier]).ljust(16, b"\0")
-
-
-def test_interrupt_x_marks_a_place_in_a_sequence(bench, board):
-    """01h: "may be used to indicate a location within a sequence buffer"."""
-    sequence(bench, board, 1, (0x01, 0xA1), (0x2A, 0, 1), (0x01, 0xA2))
-    send(bench, board, 0x41, 1, seconds=0.5)
-    assert messages(bench, board) == ["01 a1"]
-    bench.run(1)
-    assert messages(bench, board) == ["01 a2"]
-
-
-def test_write_set_and_clear_user_bits(bench, board):
-    """08h: "if one sends the command string 08h, 05h user bit zero will be set, user bit one will be cleared, and user
-    bit two will be set"; 09h and 0Ah each change one bit; other parameters are ignored.
-    """
-    for command, bits in (
-        ((0x08, 2), 2), ((0x08, 5), 5), ((0x08, 8), 5), ((0x08, 0xFF), 5), ((0x09, 1), 7), ((0x0A, 2), 3),
-        ((0x09, 3), 3), ((0x0A, 3), 3), ((0x0A, 0), 2), ((0x08, 0), 0),
-    ):  # fmt: skip
-        send(bench, board, *command, seconds=0.01)
-        assert status_word(bench, board) == 0x50 | bits
+@scripts(
+    {
+        '00h: "If this command is sent to the indexer nothing will happen!"':
+        "00; says nothing; SB 50; pulses 0; output1 is high; output2 is high",
+        '01h: "01, the parameter byte supplied, bytes three through sixteen are always zero"':
+        "01 <00|01|80|FF> -> <00|01|80|FF>",
+        '01h: "may be used to indicate a location within a sequence buffer"':
+        "sequence 1: 01 A1, 2A 00 01, 01 A2; 41 01; 0.5 s; says 01 A1; 1 s; says 01 A2",
+        '08h: "if one sends the command string 08h, 05h user bit zero will be set, user bit one will be cleared, and '
+        'user bit two will be set"; 09h and 0Ah each change one bit; other parameters are ignored':
+        "08 02; 0.01 s; SB 52; 08 05; 0.01 s; SB 55; 08 08; 0.01 s; SB 55; 08 FF; 0.01 s; SB 55; 09 01; 0.01 s; "
+        "SB 57; 0A 02; 0.01 s; SB 53; 09 03; 0.01 s; SB 53; 0A 03; 0.01 s; SB 53; 0A 00; 0.01 s; SB 52; 08 00; "
+        "0.01 s; SB 50",
+        '0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; state 00 ends this':
+        "0F 01 01 FF; cruise 10000 100000; SB & 7 is 2; 0F 01 00 00; 78; 0.1 s; "
+        "SB & 7 is 2 -- leave the bit in its previous state",
+        "0Fh, state 03: an output that is low while a sequence is performed":
+        "0F 03 03 00; sequence 1: 2A 00 01; 0.01 s; output1 is high; 41 01; 0.5 s; output1 is low; 0.6 s; "
+        "output1 is high",
+        '11h: "any command that cannot be performed when the motor is moving can also not be performed"':
+        "default 10000 100000; 33 =70; idle; 11; 0.02 s; 30; 33 =100; 12 01; 13 01; 14 01; 2E =5; 0.2 s; 83: 70; "
+        "shutdown is low; 10; 0.02 s; 33 =1; idle; 83: 71; at 71 -- CW is still +",
+        'SHUTDOWN IN: "can cause the REMOTE SHUTDOWN signal on the MOTOR/DRIVER connector to become active"':
+        "shutdown_in low; 11; 0.02 s; shutdown is high; 10; 0.02 s; shutdown is low",
+        'DIRECTION IN: "preceded and followed by an active AT ZERO": the drive has 4 ms before the first pulse':
+        "at_zero high; direction_in high; direction is low; 11; 0.02 s; direction is high; direction_in low; "
+        "direction is low; 10; 0.02 s; direction_in high; direction is low",
+        '11h: "may not be enabled if the remote power shutdown is active or if motion is occuring"':
+        "cruise 10000 100000; 11; 0.02 s; remote_acknowledge is low; 78; 12 01; 11; 0.02 s; remote_acknowledge is low",
+        "13h: the input is active low, and only when enabled; while it is active 12h is not performed":
+        "shutdown_in low; 0.02 s; shutdown is low; 13 01; 0.02 s; shutdown is high; default 10000 100000; 33 =100; "
+        "0.2 s; pulses 0; shutdown_in high; 0.02 s; shutdown is low; 12 01; 0.02 s; shutdown is low; 33 =100; idle; "
+        "pulses 100",
+        '14h: "After the direction redefinition move number one is still a + move", but its direction is CCW':
+        "default 10000 100000; 33 =60; idle; direction is high -- the direction line is high for CW; 14 01; 33 =50; "
+        "idle; direction is low; at 10; 84 -> 00; 80: 50; 83: 110",
+        "the sense of direction stays while moving": "cruise 10000 100000; 14 01; 78; mark; 33 =50; idle; moved 50",
+        "14h with 89h: with CCW = + the CCW switch is the + limit": "ccw_limit high; 0.01 s; 89 -> 0F; 14 01; 89 -> F0",
+        "Test switch function: the switch starts a function of the board, which needs power":
+        "power off; test_switch high; test_switch low; power on; 1.1 s; SB 50; pulses 0",
+        "D: the Fail interrupt (JU19) comes with status bits 5 and 7; only a reset clears them":
+        "1811 interrupts=('failed',); CB 40; IDB FF; CB 50; 10.5 s; interrupt; SB & A0 is A0; CB D0; 0.1 s; "
+        "interrupt; CB 20; no interrupt",
+    }
+)  # fmt: skip
+def test_outputs_joystick_and_shutdown(bench, script):
+    play(bench, script)
 
 
 def test_programmable_outputs(bench, board):
@@ -62,15 +78,6 @@ def test_programmable_outputs(bench, board):
         send(bench, board, *command, seconds=0.01)
         assert levels(board) == both
         assert ask(bench, board, 0x97) == bytes([0x97, 2 * both[0] + 4 * both[1]]).ljust(16, b"\0")
-
-
-def test_user_bit_one_shows_the_motor_moving(bench, board):
-    """0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; state 00 ends this."""
-    send(bench, board, 0x0F, 0x01, 0x01, 0xFF)
-    cruise(bench, board)
-    assert status_word(bench, board) & 7 == 2
-    send_all(bench, board, (0x0F, 0x01, 0x00, 0x00), (0x78,), seconds=0.1)
-    assert status_word(bench, board) & 7 == 2, "leave the bit in its previous state"
 
 
 def test_more_than_one_bit_may_show_the_same_state(bench, board):
@@ -100,18 +107,6 @@ def test_states_of_a_preset_move(bench, board, state, expected):
         bench.run(wait)
         seen += str(status_word(bench, board) & 1)
     assert seen == expected
-
-
-def test_the_state_of_performing_a_sequence(bench, board):
-    """0Fh, state 03: an output that is low while a sequence is performed."""
-    send(bench, board, 0x0F, 3, 3, 0)
-    sequence(bench, board, 1, (0x2A, 0, 1))
-    bench.run(0.01)
-    assert board.pins["output1"].level
-    send(bench, board, 0x41, 1, seconds=0.5)
-    assert not board.pins["output1"].level
-    bench.run(0.6)
-    assert board.pins["output1"].level
 
 
 def stick(bench, board, pulses, cw):
@@ -145,54 +140,6 @@ def test_the_joystick_is_tracked(bench, board):
     assert board.axes["motor"].position == 25
 
 
-def test_an_enabled_joystick_is_a_move(bench, board):
-    """11h: "any command that cannot be performed when the motor is moving can also not be performed"."""
-    default(bench, board, 10_000, 100_000)
-    complete(bench, board, 0x33, *i32(70))
-    send(bench, board, 0x11, seconds=0.02)
-    for command in ((0x30,), (0x33, *i32(100)), (0x12, 1), (0x13, 1), (0x14, 1), (0x2E, *i32(5))):
-        send(bench, board, *command)
-    bench.run(0.2)
-    assert position(bench, board) == 70
-    assert not board.pins["shutdown"].level
-    send(bench, board, 0x10, seconds=0.02)
-    complete(bench, board, 0x33, *i32(1))
-    assert (position(bench, board), board.axes["motor"].position) == (71, 71), "CW is still +"
-
-
-def test_a_shutdown_input_that_is_active_before_the_joystick_is_enabled_acts_at_once(bench, board):
-    """SHUTDOWN IN: "can cause the REMOTE SHUTDOWN signal on the MOTOR/DRIVER connector to become active"."""
-    board.pins["shutdown_in"].drive(False)
-    send(bench, board, 0x11, seconds=0.02)
-    assert board.pins["shutdown"].level
-    send(bench, board, 0x10, seconds=0.02)
-    assert not board.pins["shutdown"].level
-
-
-def test_direction_follows_direction_in_before_the_first_step(bench, board):
-    """DIRECTION IN: "preceded and followed by an active AT ZERO": the drive has 4 ms before the first pulse."""
-    pins = board.pins
-    pins["at_zero"].drive(True)
-    pins["direction_in"].drive(True)
-    assert not pins["direction"].level
-    send(bench, board, 0x11, seconds=0.02)
-    assert pins["direction"].level
-    pins["direction_in"].drive(False)
-    assert not pins["direction"].level
-    send(bench, board, 0x10, seconds=0.02)
-    pins["direction_in"].drive(True)
-    assert not pins["direction"].level
-
-
-def test_no_joystick_in_motion_nor_in_shutdown(bench, board):
-    """11h: "may not be enabled if the remote power shutdown is active or if motion is occuring"."""
-    cruise(bench, board)
-    send(bench, board, 0x11, seconds=0.02)
-    assert not board.pins["remote_acknowledge"].level
-    send_all(bench, board, (0x78,), (0x12, 1), (0x11,), seconds=0.02)
-    assert not board.pins["remote_acknowledge"].level
-
-
 def test_remote_power_shutdown(bench, board):
     """12h: ignored while moving; "no moves may be performed ... until remote power shutdown is turned off"."""
     default(bench, board, 10_000, 100_000)
@@ -210,56 +157,6 @@ def test_remote_power_shutdown(bench, board):
     send(bench, board, 0x12, 0)
     complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].pulses == before + 100
-
-
-def test_the_shutdown_input(bench, board):
-    """13h: the input is active low, and only when enabled; while it is active 12h is not performed."""
-    pin, shutdown = board.pins["shutdown_in"], board.pins["shutdown"]
-    pin.drive(False)
-    bench.run(0.02)
-    assert not shutdown.level
-    send(bench, board, 0x13, 1, seconds=0.02)
-    assert shutdown.level
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x33, *i32(100), seconds=0.2)
-    assert board.axes["motor"].pulses == 0
-    pin.drive(True)
-    bench.run(0.02)
-    assert not shutdown.level
-    send(bench, board, 0x12, 1, seconds=0.02)
-    assert not shutdown.level
-    complete(bench, board, 0x33, *i32(100))
-    assert board.axes["motor"].pulses == 100
-
-
-def test_the_sense_of_direction(bench, board):
-    """14h: "After the direction redefinition move number one is still a + move", but its direction is CCW."""
-    default(bench, board, 10_000, 100_000)
-    complete(bench, board, 0x33, *i32(60))
-    assert board.pins["direction"].level, "the direction line is high for CW"
-    send(bench, board, 0x14, 1)
-    complete(bench, board, 0x33, *i32(50))
-    assert not board.pins["direction"].level
-    assert board.axes["motor"].position == 10
-    assert ask(bench, board, 0x84)[1] == 0
-    assert (position(bench, board, 0x80), position(bench, board)) == (50, 110)
-
-
-def test_the_sense_of_direction_stays_while_moving(bench, board):
-    cruise(bench, board)
-    send_all(bench, board, (0x14, 1), (0x78,))
-    before = board.axes["motor"].position
-    complete(bench, board, 0x33, *i32(50))
-    assert board.axes["motor"].position == before + 50
-
-
-def test_a_limit_is_found_by_its_sign(bench, board):
-    """14h with 89h: with CCW = + the CCW switch is the + limit."""
-    board.pins["ccw_limit"].drive(True)
-    bench.run(0.01)
-    assert ask(bench, board, 0x89)[1] == 0x0F
-    send(bench, board, 0x14, 1)
-    assert ask(bench, board, 0x89)[1] == 0xF0
 
 
 def test_part_number(bench, board):
@@ -303,16 +200,6 @@ def test_the_test_switch_function(bench, board, by):
     assert not board.pins["led"].level
 
 
-def test_the_test_switch_of_a_board_without_power(bench, board):
-    """Test switch function: the switch starts a function of the board, which needs power."""
-    board.power(False)
-    for level in (True, False):
-        board.pins["test_switch"].drive(level)
-    board.power(True)
-    bench.run(1.1)
-    assert (status_word(bench, board), board.axes["motor"].pulses) == (0x50, 0)
-
-
 def tell_nothing(bench, board):
     """Send commands to a failed board: "no pulses will be output to the motor"."""
     default_ = (0x31, 0, 0, *i32(1_000), *i32(100_000))
@@ -323,22 +210,6 @@ def tell_nothing(bench, board):
         bench.run(0.1)
     assert status_word(bench, board) & FAIL
     assert (board.axes["motor"].position, messages(bench, board)) == (0, [])
-
-
-def test_the_failure_interrupts(bench):
-    """D: the Fail interrupt (JU19) comes with status bits 5 and 7; only a reset clears them."""
-    board = ready(bench, interrupts=("failed",))
-    board.bus.write(CONTROL, 0x40)
-    board.bus.write(0, 0xFF)
-    board.bus.write(CONTROL, 0x50)
-    bench.run(10.5)
-    assert board.bus.interrupt
-    assert status_word(bench, board) & 0xA0 == 0xA0
-    board.bus.write(CONTROL, 0xD0)
-    bench.run(0.1)
-    assert board.bus.interrupt
-    board.bus.write(CONTROL, 0x20)
-    assert not board.bus.interrupt
 
 
 def test_triggers_are_read(bench, board):

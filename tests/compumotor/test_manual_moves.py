@@ -4,8 +4,9 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import about, continuous, cruise, relative, steps
-from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
+from .programs import continuous, cruise, relative, steps
+from .scripts import play, scripts
+from .talking import ask, complete, default, i32, messages, position, send, send_all
 
 AT_ONCE = 0x7FFF_FFFF
 
@@ -64,12 +65,32 @@ def test_a_default_out_of_range_is_ignored(bench, board, wrong):
     assert ask(bench, board, 0x91, 0)[3:12] == bytes([0, *i32(500), *i32(600)])
 
 
-@pytest.mark.parametrize("command", [(0x32, 0), (0x33, *i32(50)), (0x34, *i32(50)), (0x40, 1), (0x40, 51), (0x40, 0)])
-def test_without_a_definition_there_is_no_move(bench, board, command):
-    """32h: "If the default move has not been defined no move will be performed"; the same holds for 40h."""
-    send(bench, board, *command, seconds=0.5)
-    assert board.axes["motor"].pulses == 0
-    assert ask(bench, board, 0x8C)[1] == 0
+@scripts(
+    {
+        '32h: "If the default move has not been defined no move will be performed"; the same holds for 40h':
+        "<32|33|34|40|40|40> <00|=50|=50|01|33|00>; 0.5 s; pulses 0; 8C -> 00",
+        '33h: "A distance of 80000000h is invalid"; 34h: valid are only C0000001h through 3FFFFFFFh':
+        "default 10000 at_once; <33|34|34> <80|40|C0> 00 00 00; 0.5 s; pulses 0",
+        'C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored" then':
+        "relative 1 10000 100000 2000; default 10000 100000; 40 01; 0.05 s; 40 01; 33 =9; 34 =9; 32 00; idle; "
+        "at 2000; 1 s; at 2000; cruise 10000 100000; 40 01; 33 =9; 1 s; velocity 10000",
+        'CEh: "can only be performed if the motor is not accelerating or decelerating"':
+        "continuous 1 10000 50000; continuous 2 20000 100000; 0.1 s; 40 01; 0.1 s; 40 02; 1 s; velocity 10000; 40 02; "
+        "1 s; velocity 19980.0 to 20020.0",
+        "a continuous move may be slower":
+        "cruise 10000 100000; continuous 2 5000 50000; 40 02; 0.05 s; 8F -> FF; 0.2 s; velocity 5000; "
+        "81: 0 -- the end position of a continuous move is undefined",
+        "C8h: velocity units per second, per ten seconds or per hundred seconds, here always 10,000 pps²":
+        "continuous 1 5000 <10000|100000|1000000> 0 <0|1|2>; 0.05 s; 40 01; until moving; clock; until velocity 5000; "
+        "496 to 504 ms later; 86 -> <00|01|02> 00 <00|01|0F> <27|86|42> <10|A0|40>",
+        "delete a move: D7h deletes a move, which then is not performed":
+        "relative 4 10000 100000 25; D7 05; D7 04; 40 04; 0.2 s; pulses 0",
+        'Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues':
+        "cruise -10000 100000; cw_limit high; 0.2 s; velocity -10000",
+    }
+)  # fmt: skip
+def test_definitions_and_moves(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize(("parameter", "velocity"), [(0, 10_000), (1, -10_000), (0xFF, -10_000)])
@@ -90,14 +111,6 @@ def test_go_relative(bench, board, distance):
         assert go(bench, board, 0x33, *i32(distance)) == times * distance
         assert position(bench, board, 0x80) == distance
         assert position(bench, board, 0x81) == 0
-
-
-@pytest.mark.parametrize("string", [(0x33, 0x80, 0, 0, 0), (0x34, 0x40, 0, 0, 0), (0x34, 0xC0, 0, 0, 0)])
-def test_distances_that_are_invalid(bench, board, string):
-    """33h: "A distance of 80000000h is invalid"; 34h: valid are only C0000001h through 3FFFFFFFh."""
-    default(bench, board, 10_000, AT_ONCE)
-    send(bench, board, *string, seconds=0.5)
-    assert board.axes["motor"].pulses == 0
 
 
 @pytest.mark.parametrize(
@@ -131,41 +144,6 @@ def test_no_absolute_move_from_outside_the_range(bench, board):
     assert go(bench, board, 0x34, *i32(0x3FFF_FFF0)) == 0x3FFF_FFF0
 
 
-def test_a_preset_move_needs_the_motor_to_stand(bench, board):
-    """C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored" then."""
-    send(bench, board, *relative(1, 10_000, 100_000, 2_000))
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x40, 1, seconds=0.05)
-    for command in ((0x40, 1), (0x33, *i32(9)), (0x34, *i32(9)), (0x32, 0)):
-        send(bench, board, *command)
-    until_idle(bench, board)
-    assert board.axes["motor"].position == 2_000
-    bench.run(1)
-    assert board.axes["motor"].position == 2_000
-    cruise(bench, board)
-    send_all(bench, board, (0x40, 1), (0x33, *i32(9)), seconds=1)
-    assert board.axes["motor"].velocity == 10_000
-
-
-def test_a_continuous_move_needs_the_ramp_to_be_over(bench, board):
-    """CEh: "can only be performed if the motor is not accelerating or decelerating"."""
-    send_all(bench, board, continuous(1, 10_000, 50_000), continuous(2, 20_000, 100_000), seconds=0.1)
-    send(bench, board, 0x40, 1, seconds=0.1)
-    send(bench, board, 0x40, 2, seconds=1)
-    assert board.axes["motor"].velocity == 10_000
-    send(bench, board, 0x40, 2, seconds=1)
-    assert board.axes["motor"].velocity == pytest.approx(20_000, rel=1e-3)
-
-
-def test_a_continuous_move_may_be_slower(bench, board):
-    cruise(bench, board)
-    send_all(bench, board, continuous(2, 5_000, 50_000), (0x40, 2), seconds=0.05)
-    assert ask(bench, board, 0x8F)[1] == 0xFF
-    bench.run(0.2)
-    assert board.axes["motor"].velocity == 5_000
-    assert position(bench, board, 0x81) == 0, "the end position of a continuous move is undefined"
-
-
 RANGES = [(0, 1, 16.667), (1, 10, 1.6667), (2, 100, 0.16667), (3, 1000, 0.016667), (4, 60, 0.27778), (5, 1, 33.333)]
 
 
@@ -188,18 +166,6 @@ def test_the_fastest_of_each_range(bench, board, x, maximum):
     send(bench, board, *continuous(1, maximum, AT_ONCE, ranges=x << 4), seconds=0.05)
     send(bench, board, 0x40, 1, seconds=0.1)
     assert board.axes["motor"].velocity == pytest.approx(hertz, rel=1e-4)
-
-
-@pytest.mark.parametrize(("y", "number"), [(0, 10_000), (1, 100_000), (2, 1_000_000)])
-def test_acceleration_ranges(bench, board, y, number):
-    """C8h: velocity units per second, per ten seconds or per hundred seconds, here always 10,000 pps²."""
-    send(bench, board, *continuous(1, 5_000, number, ranges=y), seconds=0.05)
-    send(bench, board, 0x40, 1)
-    assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
-    began = bench.now
-    assert bench.run_until(lambda: board.axes["motor"].velocity == 5_000, 2)
-    assert about(0.5, bench.now - began)
-    assert ask(bench, board, 0x86)[:6] == bytes([0x86, y, *i32(number)])
 
 
 def test_a_definition_comes_back_as_it_was_sent(bench, board):
@@ -227,12 +193,6 @@ def test_definitions_out_of_range_are_ignored(bench, board, wrong):
     assert ask(bench, board, 0x91, 4) == bytes([0x91, *old])
     complete(bench, board, 0x40, 4)
     assert board.axes["motor"].position == 25
-
-
-def test_delete_a_move(bench, board):
-    """D7h deletes a move, which then is not performed."""
-    send_all(bench, board, relative(4, 10_000, 100_000, 25), (0xD7, 5), (0xD7, 4), (0x40, 4), seconds=0.2)
-    assert board.axes["motor"].pulses == 0
 
 
 def test_an_absolute_move_by_number(bench, board):
@@ -265,11 +225,3 @@ def test_limits(bench, board, pin, sign):
     complete(bench, board, 0x33, *i32(sign * 10))
     assert board.axes["motor"].position == stopped
     assert messages(bench, board) == []
-
-
-def test_the_limit_of_the_other_direction_does_not_stop_it(bench, board):
-    """Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues."""
-    cruise(bench, board, minus=1)
-    board.pins["cw_limit"].drive(True)
-    bench.run(0.2)
-    assert board.axes["motor"].velocity == -10_000

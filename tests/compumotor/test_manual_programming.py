@@ -10,10 +10,10 @@ from axistwin import Bench
 from axistwin.units import MS
 
 from .programs import relative, sequence
+from .scripts import play, scripts
 from .talking import (
     CONTROL,
     DATA,
-    ENABLE,
     INPUT_READY,
     MESSAGE,
     TAKEN,
@@ -28,17 +28,41 @@ from .talking import (
 )
 
 
-def test_writing_in_three_steps(bench, board):
-    """B.1: "1) read the SB and check bit four; 2) write the command string into the IDB; 3) write to the CB, bit 4"."""
-    assert status_word(bench, board) & INPUT_READY
-    board.bus.write(DATA, 0x09)
-    board.bus.write(DATA, 0x02)
-    bench.run(0.1)
-    assert status_word(bench, board) == 0x50, "nothing happens before bit four says so"
-    board.bus.write(CONTROL, 0x10)
-    assert status_word(bench, board) == 0x40
-    bench.run(0.1)
-    assert status_word(bench, board) == 0x54
+@scripts(
+    {
+        'B.1: "1) read the SB and check bit four; 2) write the command string into the IDB; 3) write to the CB, bit 4"':
+        "SB & 10 is 10; IDB 09; IDB 02; 0.1 s; SB 50 -- nothing happens before bit four says so; CB 10; SB 40; 0.1 s; "
+        "SB 54",
+        'B.3: "requesting the state of the Trigger bits nets a response only two bytes long"':
+        "trigger2 high; trigger3 low; trigger4 low; trigger5 high; 94 -> 24",
+        'C.2: "Bit 6 of the SB reflects the inverse of bit 6 of the CB"; bits 0 to 3 of the CB are unused':
+        "CB <00|40|80|C0|0F|4F>; SB & 40 is <40|0|40|0|40|0>; 0.1 s; SB <50|10|50|10|50|10>",
+        "D: the printed assembly lines keep the interrupt enable bit: 50h leaves it set, 10h clears it":
+        "IDB 90; CB 50; 0.05 s; interrupt; SB 98; CB C0; 0.05 s; no interrupt; SB 10; IDB 90; CB 10; 0.05 s; "
+        "no interrupt",
+        "D: with jumper JU18 alone, an empty IDB causes no interrupt, only a ready message does":
+        "CB 40; 0.1 s; no interrupt",
+        'D: "whenever these conditions are met and the IDB is empty ... To clear the interrupt, you must set bit four"':
+        "1811 interrupts=('input_ready',); no interrupt; CB 40; interrupt; IDB 09 00; CB 50; no interrupt; 0.01 s; "
+        "interrupt; SB & 7 is 1",
+        "D, the listing's comment: \"In about one millisecond the buffer will become available\"":
+        "IDB 00; CB 10; clock; until SB & 10 is 10; 0.5 to 2 ms later",
+        'F: "perform move number 5" as `40 05` and as `40 05` with zeros to the end':
+        "relative 5 10000 100000 1000; mark; 40 05; 1 s; moved 1000; mark; "
+        "40 05 00 00 00 00 00 00 00 00 00 00 00 00 00 00; 1 s; moved 1000",
+        'F: "Using any other character will cause the command to be ignored"; B: so are "missing parameter bytes" (1)':
+        "relative 5 10000 100000 1000; 40 05 00 07; 1 s; pulses 0; says nothing",
+        'F: "Using any other character will cause the command to be ignored"; B: so are "missing parameter bytes" (2)':
+        "relative 5 10000 100000 1000; 40; 1 s; pulses 0; says nothing",
+        'F: "Using any other character will cause the command to be ignored"; B: so are "missing parameter bytes" (3)':
+        "relative 5 10000 100000 1000; 40 05 00 00 00 00 00 00 00 00 00 00 00 00 00 01; 1 s; pulses 0; says nothing",
+        'E.2: "a SINGULAR command cannot be performed outside of a sequence buffer during sequence buffer execution"':
+        "relative 1 10000 100000 500; sequence 1: 28 00, 09 00; 41 01; 40 01; 0C 01; 0.5 s; pulses 0; output1 is low; "
+        "48; 40 01; 0.5 s; pulses 500",
+    }
+)  # fmt: skip
+def test_registers_and_strings(bench, script):
+    play(bench, script)
 
 
 def test_reading_in_six_steps(bench, board):
@@ -61,13 +85,6 @@ def test_a_message_that_waits_comes_when_the_first_is_taken(bench, board):
     assert message(bench, board)[:3] == b"\x01\x22\x00"
 
 
-def test_the_state_of_the_triggers_is_two_bytes_and_fourteen_zeros(bench, board):
-    """B.3: "requesting the state of the Trigger bits nets a response only two bytes long"."""
-    for trigger in (2, 3, 4, 5):
-        board.pins[f"trigger{trigger}"].drive(trigger in (2, 5))
-    assert ask(bench, board, 0x94) == bytes([0x94, 0b00100100, *(0,) * 14])
-
-
 def test_status_after_power_up(bench):
     """C.2, the table: only bits 4 and 6 are set; "power-up initialization takes about one second"."""
     board = bench.add("1811")
@@ -75,15 +92,6 @@ def test_status_after_power_up(bench):
     assert not status_word(bench, board) & INPUT_READY
     assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
     assert status_word(bench, board) == 0x50
-
-
-@pytest.mark.parametrize("value", [0x00, 0x40, 0x80, 0xC0, 0x0F, 0x4F])
-def test_bit_six_of_the_status_is_the_inverse_of_the_one_written(bench, board, value):
-    """C.2: "Bit 6 of the SB reflects the inverse of bit 6 of the CB"; bits 0 to 3 of the CB are unused."""
-    board.bus.write(CONTROL, value)
-    assert status_word(bench, board) & 0x40 == ~value & 0x40
-    bench.run(0.1)
-    assert status_word(bench, board) == 0x10 | ~value & 0x40
 
 
 @pytest.mark.parametrize("how", ["bit five", "bus", "power"])
@@ -106,65 +114,6 @@ def test_the_three_resets_are_equivalent(bench, board, how):
     assert board.axes["motor"].pulses == 0
 
 
-def test_the_masked_interrupt(bench, board):
-    """D: the printed assembly lines keep the interrupt enable bit: 50h leaves it set, 10h clears it."""
-    write(board, 0x90, control=ENABLE)
-    bench.run(0.05)
-    assert board.bus.interrupt
-    assert status_word(bench, board) == 0x98
-    board.bus.write(CONTROL, ENABLE | TAKEN)
-    bench.run(0.05)
-    assert (board.bus.interrupt, status_word(bench, board)) == (False, 0x10)
-    write(board, 0x90)
-    bench.run(0.05)
-    assert not board.bus.interrupt
-
-
-def test_message_ready_is_the_only_interrupt_of_a_board_with_its_jumper_alone(bench, board):
-    """D: with jumper JU18 alone, an empty IDB causes no interrupt, only a ready message does."""
-    board.bus.write(CONTROL, ENABLE)
-    bench.run(0.1)
-    assert not board.bus.interrupt
-
-
-def test_input_ready_interrupts_whenever_the_idb_is_empty(bench):
-    """D: "whenever these conditions are met and the IDB is empty ... To clear the interrupt, you must set bit four"."""
-    board = ready(bench, interrupts=("input_ready",))
-    assert not board.bus.interrupt
-    board.bus.write(CONTROL, ENABLE)
-    assert board.bus.interrupt
-    write(board, 0x09, 0, control=ENABLE)
-    assert not board.bus.interrupt
-    bench.run(0.01)
-    assert board.bus.interrupt
-    assert status_word(bench, board) & 7 == 1
-
-
-def test_the_input_buffer_is_ready_again_in_about_a_millisecond(bench, board):
-    """D, the listing's comment: "In about one millisecond the buffer will become available"."""
-    write(board, 0x00)
-    began = bench.now
-    assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 0.1)
-    assert 0.5 * MS <= bench.now - began <= 2 * MS
-
-
-def test_both_strings_accomplish_the_same(bench, board):
-    """F: "perform move number 5" as `40 05` and as `40 05` with zeros to the end."""
-    send(bench, board, *relative(5, 10_000, 100_000, 1_000))
-    for string in ((0x40, 5), (0x40, 5, *(0,) * 14)):
-        before = board.axes["motor"].position
-        send(bench, board, *string, seconds=1)
-        assert board.axes["motor"].position - before == 1_000
-
-
-@pytest.mark.parametrize("string", [(0x40, 5, 0, 7), (0x40,), (0x40, 5, *(0,) * 13, 1)])
-def test_missing_or_surplus_bytes_are_no_command(bench, board, string):
-    """F: "Using any other character will cause the command to be ignored"; B: so are "missing parameter bytes"."""
-    send_all(bench, board, relative(5, 10_000, 100_000, 1_000), string, seconds=1)
-    assert board.axes["motor"].pulses == 0
-    assert messages(bench, board) == []
-
-
 def test_a_command_without_its_attribute_stays_out_of_the_sequence(bench, board):
     """E.2: "Attempting to place a command without this attribute into a sequence buffer will cause [it] to be ignored".
 
@@ -174,19 +123,6 @@ def test_a_command_without_its_attribute_stays_out_of_the_sequence(bench, board)
     sequence(bench, board, 1, *alien, (0x09, 1), *alien)
     send(bench, board, 0x92, 1)
     assert messages(bench, board) == ["92 09 01", "92 00"]
-
-
-def test_a_singular_command_is_not_for_the_host_while_a_sequence_is_performed(bench, board):
-    """E.2: "a SINGULAR command cannot be performed outside of a sequence buffer during sequence buffer execution"."""
-    send(bench, board, *relative(1, 10_000, 100_000, 500))
-    sequence(bench, board, 1, (0x28, 0), (0x09, 0))
-    send_all(bench, board, (0x41, 1), (0x40, 1))
-    send(bench, board, 0x0C, 1)  # valid while a sequence is performed
-    bench.run(0.5)
-    assert board.axes["motor"].pulses == 0
-    assert not board.pins["output1"].level
-    send_all(bench, board, (0x48,), (0x40, 1), seconds=0.5)
-    assert board.axes["motor"].pulses == 500
 
 
 COMMANDS = st.sampled_from(

@@ -2,7 +2,8 @@
 
 import pytest
 
-from .programs import continuous, cruise, relative, rising
+from .programs import continuous, cruise, relative
+from .scripts import play, scripts
 from .talking import (
     CONTROL,
     ENABLE,
@@ -60,21 +61,31 @@ def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
     assert position(bench, board, 0x80) == board.axes["motor"].position
 
 
-def test_positions_have_six_bytes(bench, board):
-    """83h: ten pulses beyond 7FFFFFFFh are 80000009h, in six bytes."""
-    default(bench, board, 10_000, 1_000_000)
-    send(bench, board, 0x2E, *i32(0x7FFF_FFFF))
-    complete(bench, board, 0x33, *i32(10))
-    assert position(bench, board) == 0x8000_0009
-
-
-@pytest.mark.parametrize("minus", [0, 1])
-def test_direction(bench, board, minus):
-    """84h, 8Bh: 00 is +, FF is -; at rest they report the most recent direction."""
-    cruise(bench, board, minus=minus)
-    for _ in range(2):
-        assert byte(bench, board, 0x84) == byte(bench, board, 0x8B) == (0xFF if minus else 0)
-        send(bench, board, 0x78)
+@scripts(
+    {
+        "83h: ten pulses beyond 7FFFFFFFh are 80000009h, in six bytes":
+        "default 10000 1000000; 2E =at_once; 33 =10; idle; 83: 2147483657",
+        "84h, 8Bh: 00 is +, FF is -; at rest they report the most recent direction":
+        "cruise <10000|-10000> 100000; 84 -> <00|FF>; 8B -> <00|FF>; 78; 84 -> <00|FF>; 8B -> <00|FF>; 78",
+        "90h: 50h is indexer mode; another mode is reported with its parameters":
+        "90 -> 50; 51 09 10 00 00 00 64; 90 -> 51 09 10 00 00 00 64; 52 01 04 01 02 03 04 00 02; "
+        "90 -> 52 01 04 01 02 03 04 00 02; 53 03 01 00 00 00 00 FF FF; 90 -> 53 03 01 00 00 00 00 FF FF; 50; 90 -> 50",
+        'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (1)':
+        "default 10000 20000; 33 =8000; 0.2 s; <A0|A1|A2|A3> 01; idle; says nothing; 33 =8000; idle; says <A0|A1|A2|"
+        "A3> 00",
+        'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (2)':
+        "default 10000 20000; 33 =8000; 0.2 s; <A4|A5> 01; idle; says <A4|A5> 00",
+        'ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays enabled until it is turned off':
+        "AC <01|06> 01; trigger <1|6>; trigger <6|1>; says AC <01|06>; trigger <1|6>; trigger <6|1>; says AC <01|06>; "
+        "AC <01|06> 00; trigger <1|6>; says nothing; AC <01|06> 01; AF; trigger <1|6>; says nothing",
+        "requests that streaming modes do not know: 92h and 93h are not valid in streaming modes; 91h is valid for "
+        "move 00 only":
+        "relative 3 10 10 10; default 10 10; 51 01 04 00 00 00 00; 92 01 -> nothing; 93 -> nothing; 91 03 -> nothing; "
+        "91 00 -> CE 00 00 =10 =10",
+    }
+)  # fmt: skip
+def test_requests_and_events(bench, script):
+    play(bench, script)
 
 
 def test_velocity_on_a_ramp(bench, board):
@@ -142,16 +153,6 @@ def test_the_home_switch(bench, board, active):
         assert byte(bench, board, 0x88) & 4 == (4 if asserted else 0)
 
 
-def test_modes(bench, board):
-    """90h: 50h is indexer mode; another mode is reported with its parameters."""
-    assert byte(bench, board, 0x90) == 0x50
-    for command in (
-        (0x51, 9, 16, 0, 0, 0, 100), (0x52, 1, 4, 1, 2, 3, 4, 0, 2), (0x53, 3, 1, 0, 0, 0, 0, 0xFF, 0xFF), (0x50,),
-    ):  # fmt: skip
-        send(bench, board, *command)
-        assert ask(bench, board, 0x90) == bytes([0x90, *command]).ljust(16, b"\0")
-
-
 def test_crunching(bench, board):
     """93h: the reply is 00 until all definitions have been "crunched"."""
     assert byte(bench, board, 0x93) == 0xFF
@@ -185,18 +186,6 @@ def test_events_of_moves(bench, board, opcode, expected):
     assert events(bench, board) == []
 
 
-@pytest.mark.parametrize("opcode", [0xA0, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5])
-def test_an_event_asked_for_during_a_move(bench, board, opcode):
-    """A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception."""
-    default(bench, board, 10_000, 20_000)
-    send(bench, board, 0x33, *i32(8_000), seconds=0.2)
-    complete(bench, board, opcode, 1)
-    assert messages(bench, board) == ([f"{opcode:02x} 00"] if opcode >= 0xA4 else [])
-    if opcode < 0xA4:
-        complete(bench, board, 0x33, *i32(8_000))
-        assert messages(bench, board) == [f"{opcode:02x} 00"]
-
-
 @pytest.mark.parametrize(
     ("next_", "every", "pin"), [(0xA8, 0xA9, "cw_limit"), (0xAA, 0xAB, "ccw_limit")], ids=["plus", "minus"]
 )
@@ -221,22 +210,6 @@ def test_hitting_a_limit(bench, board, next_, every, pin):
     board.pins[pin].drive(True)
     bench.run(0.01)
     send(bench, board, every, 1, seconds=0.1)
-    assert messages(bench, board) == []
-
-
-@pytest.mark.parametrize("trigger", [1, 6])
-def test_interrupt_on_a_trigger(bench, board, trigger):
-    """ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays enabled until it is turned off."""
-    send(bench, board, 0xAC, trigger, 1)
-    for _ in range(2):
-        rising(bench, board, trigger)
-        rising(bench, board, 7 - trigger)
-        assert messages(bench, board) == [f"ac {trigger:02x}"]
-    send(bench, board, 0xAC, trigger, 0)
-    rising(bench, board, trigger)
-    assert messages(bench, board) == []
-    send_all(bench, board, (0xAC, trigger, 1), (0xAF,))
-    rising(bench, board, trigger)
     assert messages(bench, board) == []
 
 
@@ -266,13 +239,3 @@ def test_requests_while_a_sequence_is_performed_and_while_streaming(bench, board
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
     send_all(bench, board, (0x79,), (0x52, 1, 4, 0, 0, 0, 0, 0, 2))
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
-
-
-def test_requests_that_streaming_modes_do_not_know(bench, board):
-    """92h and 93h are not valid in streaming modes; 91h is valid for move 00 only."""
-    send(bench, board, *relative(3, 10, 10, 10))
-    default(bench, board, 10, 10)
-    send(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
-    for command in ((0x92, 1), (0x93,), (0x91, 3)):
-        assert ask(bench, board, *command) == b""
-    assert ask(bench, board, 0x91, 0)[:3] == b"\x91\xce\x00"

@@ -2,10 +2,9 @@
 
 import pytest
 
-from axistwin.units import MS
-
-from .programs import about, listing, relative, rising, sequence
-from .talking import ask, complete, messages, send, send_all
+from .programs import about, relative, sequence
+from .scripts import play, scripts
+from .talking import messages, send, send_all
 
 
 def perform(bench, board, *commands):
@@ -13,22 +12,54 @@ def perform(bench, board, *commands):
     send(bench, board, 0x41, 1)
 
 
-@pytest.mark.parametrize("times", [1, 2, 255, 256, 1000])
-def test_repeat_x_commands_y_times(bench, board, times):
-    """20h: the following X commands are repeated Y times; Y has two bytes, the most significant first."""
-    send(bench, board, *relative(1, 500_000, 0x7FFF_FFFF, 3))
-    perform(bench, board, (0x20, 1, *divmod(times, 256)), (0x40, 1), (0x01, 9))
-    bench.run(10)
-    assert messages(bench, board) == ["01 09"]
-    assert board.axes["motor"].position == 3 * times
-
-
-@pytest.mark.parametrize("wrong", [(0x20, 0, 0, 5), (0x20, 2, 0, 0), (0x21, 0)])
-def test_a_loop_of_nothing_is_ignored(bench, board, wrong):
-    """20h: "If zero is specified for either X or Y the command is ignored"."""
-    perform(bench, board, wrong, (0x01, 1), (0x01, 2))
-    bench.run(0.1)
-    assert messages(bench, board) == ["01 01", "01 02"]
+@scripts(
+    {
+        "20h: the following X commands are repeated Y times; Y has two bytes, the most significant first":
+        "relative 1 500000 at_once 3; sequence 1: 20 01 <00|00|00|01|03> <01|02|FF|00|E8>, 40 01, 01 09; 41 01; 10 s; "
+        "says 01 09; at <3|6|765|768|3000>",
+        '20h: "If zero is specified for either X or Y the command is ignored" (1)':
+        "sequence 1: 20 <00|02> 00 <05|00>, 01 01, 01 02; 41 01; 0.1 s; says 01 01, 01 02",
+        '20h: "If zero is specified for either X or Y the command is ignored" (2)':
+        "sequence 1: 21 00, 01 01, 01 02; 41 01; 0.1 s; says 01 01, 01 02",
+        '28h: "this command (28h) followed by fifteen zeroes"; "Other commands may be issued and performed" (1)':
+        "sequence 1: 28 00, 01 01; 41 01; 1 s; says nothing; 97 -> 06; 48; 0.1 s; says 01 01",
+        '28h: "this command (28h) followed by fifteen zeroes"; "Other commands may be issued and performed" (2)':
+        "sequence 1: 28 <01|FF>, 01 01; 41 01; 1 s; says 28 00; 97 -> 06; 48; 0.1 s; says 01 01",
+        '29h: "A time delay of zero is invalid and will be ignored"; 2Ch: a trigger "outside of the given range" (1)':
+        "sequence 1: 29 00 00 00 00, 01 01; 41 01; 0.1 s; says 01 01",
+        '29h: "A time delay of zero is invalid and will be ignored"; 2Ch: a trigger "outside of the given range" (2)':
+        "sequence 1: <2A|2B|2C|2C> <00|00|00|07> <00|00|01|01>, 01 01; 41 01; 0.1 s; says 01 01",
+        "2Ch: for 1 and 6 the level is \"don't care\": only a low to high transition during the wait ends it":
+        "<trigger1|trigger1|trigger6|trigger6> high; sequence 1: 2C <01|01|06|06> <00|01|00|01>, 01 01; 41 01; 1 s; "
+        "<trigger1|trigger1|trigger6|trigger6> low; says nothing; trigger <1|1|6|6>; says 01 01",
+        '20h to 2Ch: outside a sequence "it has no meaning anywhere else"; such a command does not delay later ones':
+        "20 01 00 05; 21 01; 28 01; 29 00 00 01 00; 2A 00 09; 2B 00 09; 2C 02 01; 01 01; says 01 01",
+        "48h: without anything to continue it is ignored, and not kept for later":
+        "48; sequence 1: 28 00, 01 01; 41 01; 0.5 s; says nothing",
+        '41h: "If a sequence buffer has not been defined this command is ignored" (1)':
+        "sequence 1: 01 01; 41; 0.1 s; says nothing",
+        '41h: "If a sequence buffer has not been defined this command is ignored" (2)':
+        "sequence 1: 01 01; 41 <00|10|02>; 0.1 s; says nothing",
+        '41h: "If a sequence buffer has not been defined this command is ignored" (3)':
+        "sequence 1: 01 01; 41 01 01; 0.1 s; says nothing",
+        'D9h: "no commands are performed after this command ... they are considered for insertion"':
+        "D9 03; 0C 01; 83; 0A 09; 0.1 s; says nothing; output1 is high; D8; 92 03; says 92 0C 01, 92 83, 92 00; "
+        "41 03; says 83 00; output1 is low",
+        '92h: "If there are any messages waiting in the message queue ... they will be lost"':
+        "01 01; 01 02; 01 03; 01 04; 01 05; sequence 1: 09 02; 92 01; 0.1 s; says 92 09 02, 92 00",
+        "a definition in a sequence defines when it is performed: C8h within a sequence defines the move when it is "
+        "performed, not when it is stored":
+        "sequence 1: relative 7 10000 1000000 40, 40 07; 40 07; 0.2 s; pulses 0; 41 01; 0.2 s; pulses 40",
+        "redefining replaces and deleting removes":
+        "sequence 1: 01 01; sequence 1: 01 02; 92 01; says 92 01 02, 92 00; DA 01; 41 01; says nothing",
+        'G.2: "any sequence can call on any pre-defined move"':
+        "sequence 4: 40 20; relative 32 10000 100000 -33; 41 04; idle; at -33",
+        "20h with 2Ah: ten repetitions of one second take ten seconds":
+        "sequence 1: 20 01 00 0A, 2A 00 01, 01 01; 41 01; clock; until SB & 8 is 8; 10000 to 10050 ms later",
+    }
+)  # fmt: skip
+def test_sequences(bench, script):
+    play(bench, script)
 
 
 def test_the_inner_loop_is_ignored(bench, board):
@@ -56,17 +87,6 @@ def test_a_loop_until_continue(bench, board):
     assert board.axes["motor"].position == rounds
 
 
-@pytest.mark.parametrize("parameter", [0x00, 0x01, 0xFF])
-def test_wait_for_a_continue(bench, board, parameter):
-    """28h: "this command (28h) followed by fifteen zeroes"; "Other commands may be issued and performed"."""
-    perform(bench, board, (0x28, parameter), (0x01, 1))
-    bench.run(1)
-    assert messages(bench, board) == (["28 00"] if parameter else [])
-    assert ask(bench, board, 0x97)[1] == 6
-    send(bench, board, 0x48, seconds=0.1)
-    assert messages(bench, board) == ["01 01"]
-
-
 @pytest.mark.parametrize(
     ("command", "seconds"),
     [
@@ -85,14 +105,6 @@ def test_waits(bench, board, command, seconds):
     assert about(seconds, edges[1] - edges[0], 5)
 
 
-@pytest.mark.parametrize("wrong", [(0x29, 0, 0, 0, 0), (0x2A, 0, 0), (0x2B, 0, 0), (0x2C, 0, 1), (0x2C, 7, 1)])
-def test_waits_out_of_range_are_ignored(bench, board, wrong):
-    """29h: "A time delay of zero is invalid and will be ignored"; 2Ch: a trigger "outside of the given range"."""
-    perform(bench, board, wrong, (0x01, 1))
-    bench.run(0.1)
-    assert messages(bench, board) == ["01 01"]
-
-
 @pytest.mark.parametrize("trigger", [2, 3, 4, 5])
 @pytest.mark.parametrize("high", [0x00, 0x01, 0xFF])
 def test_wait_for_a_level_of_a_trigger(bench, board, trigger, high):
@@ -108,65 +120,6 @@ def test_wait_for_a_level_of_a_trigger(bench, board, trigger, high):
     assert messages(bench, board) == ["01 01"]
 
 
-@pytest.mark.parametrize("trigger", [1, 6])
-@pytest.mark.parametrize("level", [0, 1])
-def test_wait_for_an_edge(bench, board, trigger, level):
-    """2Ch: for 1 and 6 the level is "don't care": only a low to high transition after the start of the wait ends it."""
-    pin = board.pins[f"trigger{trigger}"]
-    pin.drive(True)
-    perform(bench, board, (0x2C, trigger, level), (0x01, 1))
-    bench.run(1)
-    pin.drive(False)
-    assert messages(bench, board) == []
-    rising(bench, board, trigger)
-    assert messages(bench, board) == ["01 01"]
-
-
-def test_sequence_commands_have_no_meaning_outside(bench, board):
-    """20h to 2Ch: outside a sequence "it has no meaning anywhere else"; such a command does not delay later ones."""
-    for command in (
-        (0x20, 1, 0, 5),
-        (0x21, 1),
-        (0x28, 1),
-        (0x29, 0, 0, 1, 0),
-        (0x2A, 0, 9),
-        (0x2B, 0, 9),
-        (0x2C, 2, 1),
-    ):
-        send(bench, board, *command)
-    send(bench, board, 0x01, 1)
-    assert messages(bench, board) == ["01 01"]
-
-
-def test_continue_without_anything_that_waits_is_ignored(bench, board):
-    """48h: without anything to continue it is ignored, and not kept for later."""
-    send(bench, board, 0x48)
-    perform(bench, board, (0x28, 0), (0x01, 1))
-    bench.run(0.5)
-    assert messages(bench, board) == []
-
-
-@pytest.mark.parametrize("wrong", [(0x41,), (0x41, 0), (0x41, 0x10), (0x41, 2), (0x41, 1, 1)])
-def test_no_such_sequence(bench, board, wrong):
-    """41h: "If a sequence buffer has not been defined this command is ignored"."""
-    sequence(bench, board, 1, (0x01, 1))
-    send(bench, board, *wrong, seconds=0.1)
-    assert messages(bench, board) == []
-
-
-def test_nothing_is_performed_between_d9_and_d8(bench, board):
-    """D9h: "no commands are performed after this command ... they are considered for insertion"."""
-    send_all(bench, board, (0xD9, 3), (0x0C, 1), (0x83,))
-    send(bench, board, 0x0A, 9)  # out of range, so not stored
-    bench.run(0.1)
-    assert (messages(bench, board), board.pins["output1"].level) == ([], True)
-    send(bench, board, 0xD8)
-    assert listing(bench, board, 3) == ["92 0c 01", "92 83", "92 00"]
-    send(bench, board, 0x41, 3)
-    assert messages(bench, board) == ["83 00"]
-    assert not board.pins["output1"].level
-
-
 def test_listing_pads_with_zeros_and_ends_with_the_null_command(bench, board):
     """92h: "padded with zeroes to make it sixteen bytes long"; "92h followed by fifteen zeroes"."""
     definition = relative(7, 1_000, 2_000, -3)
@@ -174,24 +127,6 @@ def test_listing_pads_with_zeros_and_ends_with_the_null_command(bench, board):
     send(bench, board, 0x92, 15)
     rows = messages(bench, board)
     assert rows == ["92 " + bytes(definition).hex(" "), "92 09 02", "92 00"]
-
-
-def test_listing_loses_the_messages_that_wait(bench, board):
-    """92h: "If there are any messages waiting in the message queue ... they will be lost"."""
-    for identifier in range(1, 6):
-        send(bench, board, 0x01, identifier)
-    sequence(bench, board, 1, (0x09, 2))
-    send(bench, board, 0x92, 1, seconds=0.1)
-    assert messages(bench, board) == ["92 09 02", "92 00"]
-
-
-def test_a_definition_in_a_sequence_defines_when_it_is_performed(bench, board):
-    """C8h within a sequence defines the move when it is performed, not when it is stored."""
-    sequence(bench, board, 1, relative(7, 10_000, 1_000_000, 40), (0x40, 7))
-    send(bench, board, 0x40, 7, seconds=0.2)
-    assert board.axes["motor"].pulses == 0
-    send(bench, board, 0x41, 1, seconds=0.2)
-    assert board.axes["motor"].pulses == 40
 
 
 def test_moves_of_a_sequence_wait_for_one_another(bench, board):
@@ -205,27 +140,3 @@ def test_moves_of_a_sequence_wait_for_one_another(bench, board):
     assert (motor.position, len(motor.pulse_times()), motor.velocity) == (0, 2_000, 0)
     # ramps of 0.1 s, two for each move
     assert about(0.4, int(motor.pulse_times()[-1]) - int(motor.pulse_times()[0]), 25)
-
-
-def test_redefining_replaces_and_deleting_removes(bench, board):
-    sequence(bench, board, 1, (0x01, 1))
-    sequence(bench, board, 1, (0x01, 2))
-    assert listing(bench, board, 1) == ["92 01 02", "92 00"]
-    send_all(bench, board, (0xDA, 1), (0x41, 1))
-    assert messages(bench, board) == []
-
-
-def test_a_sequence_performs_a_move_that_is_defined_afterwards(bench, board):
-    """G.2: "any sequence can call on any pre-defined move"."""
-    sequence(bench, board, 4, (0x40, 0x20))
-    send(bench, board, *relative(0x20, 10_000, 100_000, -33))
-    complete(bench, board, 0x41, 4)
-    assert board.axes["motor"].position == -33
-
-
-def test_waiting_for_seconds_takes_no_longer_however_often(bench, board):
-    """20h with 2Ah: ten repetitions of one second take ten seconds."""
-    perform(bench, board, (0x20, 1, 0, 10), (0x2A, 0, 1), (0x01, 1))
-    began = bench.now
-    assert bench.run_until(lambda: board.bus.read(1) & 8, 20)
-    assert 10_000 * MS <= bench.now - began <= 10_050 * MS

@@ -5,6 +5,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import about, cruise, relative, rising, sequence, steps
+from .scripts import play, scripts
 from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 
@@ -34,15 +35,32 @@ def test_stop(bench, board, trigger):
     assert board.axes["motor"].position - before == pytest.approx(500, abs=100)
 
 
-def test_stop_uses_the_most_recent_acceleration(bench, board):
-    """70h: it is that of the last continuous move, 50,000 pps², not 100,000 of the first: 0.2 s, 1,000 pulses."""
-    cruise(bench, board)
-    default(bench, board, 10_000, 50_000)
-    send(bench, board, 0x32, 0, seconds=0.1)
-    send(bench, board, 0x70)
-    before = board.axes["motor"].position
-    until_idle(bench, board)
-    assert board.axes["motor"].position - before == pytest.approx(1_000, abs=15)
+@scripts(
+    {
+        "70h: it is that of the last continuous move, 50,000 pps², not 100,000 of the first: 0.2 s, 1,000 pulses":
+        "cruise 10000 100000; default 10000 50000; 32 00; 0.1 s; 70; mark; idle; moved 985 to 1015",
+        '71h: "If the sequence buffer is not being performed this command has no effect"; A5h: no motion has ended':
+        "A5 01; <71|72|79|7A|73|70|78>; sequence 1: 01 01, 01 02; 41 01; says 01 01, 01 02",
+        '7Dh: "if TRIGGER 1 or 6 goes active when there is no sequence buffer being performed it has no effect"':
+        "<75|75|76|76|7D|7D|7E|7E> <01|06|01|06|01|06|01|06> 01 00; trigger <1|6|1|6|1|6|1|6>; sequence 1: 01 01, "
+        "01 02; 41 01; says 01 01, 01 02",
+        "each trigger has its own function":
+        "74 01 01 01; 7C 06 01 01; cruise 10000 100000; trigger 6; at rest; cruise 10000 100000; trigger 1; "
+        "velocity 1 to 9999; says 7C 06, 74 01",
+        'Trigger inputs: 1 and 6 "must make a low to high transition to be considered active", not a high to low':
+        "7C 01 01 01; cruise 10000 100000; trigger1 high; 0.01 s; trigger1 low; 0.05 s; velocity 10000; says nothing",
+        '79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it (1)':
+        "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.3 s; 79; 1 s; velocity 10000; 70; idle; "
+        "81: under 0; says nothing; 48; says nothing",
+        '79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it (2)':
+        "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.3 s; 7A; 1 s; velocity 10000; 70; idle; "
+        "81: under 0; says nothing; 48; says 01 01",
+        "78h: the move is ended, but the sequence continues":
+        "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 78; 0.1 s; says 01 01; at 1 to 4999",
+    }
+)  # fmt: skip
+def test_stop_discontinue_and_kill(bench, script):
+    play(bench, script)
 
 
 @WAYS
@@ -126,26 +144,6 @@ def test_the_current_command_is_ended_prematurely(bench, board, opcode, trigger)
     assert messages(bench, board) == []
 
 
-@pytest.mark.parametrize("opcode", [0x71, 0x72, 0x79, 0x7A, 0x73, 0x70, 0x78])
-def test_without_anything_to_end_they_are_ignored(bench, board, opcode):
-    """71h: "If the sequence buffer is not being performed this command has no effect"; A5h: no motion has ended."""
-    send_all(bench, board, (0xA5, 1), (opcode,))
-    sequence(bench, board, 1, (0x01, 1), (0x01, 2))
-    send(bench, board, 0x41, 1)
-    assert messages(bench, board) == ["01 01", "01 02"]
-
-
-@pytest.mark.parametrize("opcode", [0x75, 0x76, 0x7D, 0x7E])
-@pytest.mark.parametrize("trigger", [1, 6])
-def test_a_trigger_without_a_sequence_spoils_no_later_one(bench, board, opcode, trigger):
-    """7Dh: "if TRIGGER 1 or 6 goes active when there is no sequence buffer being performed it has no effect"."""
-    send(bench, board, opcode, trigger, 1, 0)
-    rising(bench, board, trigger)
-    sequence(bench, board, 1, (0x01, 1), (0x01, 2))
-    send(bench, board, 0x41, 1)
-    assert messages(bench, board) == ["01 01", "01 02"]
-
-
 ON_TRIGGER = [0x74, 0x75, 0x76, 0x77, 0x7C, 0x7D, 0x7E]
 
 
@@ -200,51 +198,3 @@ def test_one_function_at_a_time(bench, board, second):
     send(bench, board, 0x41, 1)
     rising(bench, board, 1)
     assert messages(bench, board) == [f"{second:02x} 01"]
-
-
-def test_each_trigger_has_its_own_function(bench, board):
-    send_all(bench, board, (0x74, 1, 1, 1), (0x7C, 6, 1, 1))
-    cruise(bench, board)
-    rising(bench, board, 6)
-    assert board.axes["motor"].velocity == 0
-    cruise(bench, board)
-    rising(bench, board, 1)
-    assert 0 < board.axes["motor"].velocity < 10_000
-    assert messages(bench, board) == ["7c 06", "74 01"]
-
-
-def test_a_falling_edge_is_nothing(bench, board):
-    """Trigger inputs: 1 and 6 "must make a low to high transition to be considered active", not a high to low."""
-    send(bench, board, 0x7C, 1, 1, 1)
-    cruise(bench, board)
-    board.pins["trigger1"].drive(True)
-    bench.run(0.01)
-    board.pins["trigger1"].drive(False)
-    bench.run(0.05)
-    assert board.axes["motor"].velocity == 10_000
-    assert messages(bench, board) == []
-
-
-@pytest.mark.parametrize("opcode", [0x79, 0x7A])
-def test_a_killed_sequence_leaves_a_move_at_its_velocity(bench, board, opcode):
-    """79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it."""
-    send(bench, board, *relative(1, 10_000, 100_000, 5_000))
-    sequence(bench, board, 1, (0x40, 1), (0x01, 1))
-    send(bench, board, 0x41, 1, seconds=0.3)
-    send(bench, board, opcode, seconds=1)
-    assert board.axes["motor"].velocity == 10_000
-    complete(bench, board, 0x70)
-    assert position(bench, board, 0x81) < 0
-    assert messages(bench, board) == []
-    send(bench, board, 0x48)
-    assert messages(bench, board) == (["01 01"] if opcode == 0x7A else [])
-
-
-def test_a_kill_of_motion_does_not_end_the_sequence(bench, board):
-    """78h: the move is ended, but the sequence continues."""
-    send(bench, board, *relative(1, 10_000, 100_000, 5_000))
-    sequence(bench, board, 1, (0x40, 1), (0x01, 1))
-    send(bench, board, 0x41, 1, seconds=0.2)
-    send(bench, board, 0x78, seconds=0.1)
-    assert messages(bench, board) == ["01 01"]
-    assert 0 < board.axes["motor"].position < 5_000

@@ -10,6 +10,7 @@ from axistwin import Bench
 from axistwin.units import MS, US
 
 from .programs import steps
+from .scripts import play, scripts
 from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all
 
 NO_TIME = 0x7FFF_FFFF  # an acceleration that reaches any velocity in one update
@@ -122,13 +123,20 @@ def test_the_start_stop_velocity(bench, board):
     assert steps(board)[-1] - motor.train.move.start_ns == 200 * MS
 
 
-def test_moves_are_crunched_one_after_the_other(bench, board):
-    assert ask(bench, board, 0x93)[1] == 0xFF
-    for number in range(1, 6):
-        define(bench, board, 0xC8, number, 1_000, 1_000, i32(1))
-    assert ask(bench, board, 0x93)[1] == 0x00
-    bench.run(0.1)
-    assert ask(bench, board, 0x93)[1] == 0xFF
+@scripts(
+    {
+        "moves are crunched one after the other":
+        "93 -> FF; C8 01 00 =1000 =1000 00 00 00 01; C8 02 00 =1000 =1000 00 00 00 01; "
+        "C8 03 00 =1000 =1000 00 00 00 01; C8 04 00 =1000 =1000 00 00 00 01; C8 05 00 =1000 =1000 00 00 00 01; "
+        "93 -> 00; 0.1 s; 93 -> FF",
+        # "one must perform a relative move"
+        "absolute moves and positions":
+        "default 500000 at_once; 33 =3000; idle; 30; 34 =-1000; idle; 83: -1000; 82: 2000; 80: -1000; 81: 0; at 2000; "
+        "2E =-2147483648; 83: -2147483648; 34 =0; 0.1 s; at 2000",
+    }
+)  # fmt: skip
+def test_moves_of_indexer_mode(bench, script):
+    play(bench, script)
 
 
 def test_fifty_moves_are_kept(bench, board):
@@ -138,23 +146,6 @@ def test_fifty_moves_are_kept(bench, board):
     assert ask(bench, board, 0x91, 0x32)
     assert not ask(bench, board, 0x91, 0x33)
     assert not ask(bench, board, 0x91, 0xFF)
-
-
-def test_absolute_moves_and_positions(bench, board):
-    default(bench, board, 500_000, NO_TIME)
-    complete(bench, board, 0x33, *i32(3_000))
-    send(bench, board, 0x30)
-    complete(bench, board, 0x34, *i32(-1_000))
-    assert position(bench, board, 0x83) == -1_000
-    assert position(bench, board, 0x82) == 2_000
-    assert position(bench, board, 0x80) == -1_000
-    assert position(bench, board, 0x81) == 0
-    assert board.axes["motor"].position == 2_000
-    send(bench, board, 0x2E, *i32(-0x8000_0000))
-    assert position(bench, board, 0x83) == -0x8000_0000
-    send(bench, board, 0x34, *i32(0))  # "one must perform a relative move"
-    bench.run(0.1)
-    assert board.axes["motor"].position == 2_000
 
 
 def test_continuous_moves_change_speed_and_direction(bench, board):

@@ -7,6 +7,7 @@ from axistwin.bench import product
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
+from .scripts import play, scripts
 from .talking import (
     CONTROL,
     ENABLE,
@@ -17,7 +18,6 @@ from .talking import (
     messages,
     ready,
     send,
-    send_all,
     status_word,
     write,
 )
@@ -100,20 +100,17 @@ def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
     assert status_word(bench, board) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
 
 
-def test_a_command_queue_of_one(bench):
-    board = ready(bench, reply_ms=10_000.0, command_queue=1)
-    send_all(bench, board, (0x84,), (0x09, 0))
-    write(board, 0x09, 1)
-    bench.run(1)
-    assert not status_word(bench, board) & INPUT_READY
-
-
-def test_messages_wait_up_to_the_queue_and_further_ones_are_lost(bench):
-    """Reading responses: "waiting to send additional messages"; here two messages wait besides the one in the ODB."""
-    board = ready(bench, message_queue=2)
-    for identifier in range(5):
-        send(bench, board, 0x01, identifier + 1, seconds=0.01)
-    assert messages(bench, board) == ["01 01", "01 02", "01 03"]
+@scripts(
+    {
+        "a command queue of one":
+        "1811 reply_ms=10000.0 command_queue=1; 84; 09 00; IDB 09 01; CB 10; 1 s; SB & 10 is 0",
+        'Reading responses: "waiting to send additional messages"; here two messages wait besides the one in the ODB':
+        "1811 message_queue=2; 01 01; 0.01 s; 01 02; 0.01 s; 01 03; 0.01 s; 01 04; 0.01 s; 01 05; 0.01 s; says 01 01, "
+        "01 02, 01 03",
+    }
+)  # fmt: skip
+def test_options(bench, script):
+    play(bench, script)
 
 
 def test_by_default_sixty_four_messages_wait(bench, board):

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS
 
-from .programs import continuous, relative, rising, sequence
-from .talking import ask, default, i32, messages, position, ready, send, send_all, until_idle
+from .programs import continuous, rising, sequence
+from .scripts import play, scripts
+from .talking import default, i32, messages, ready, send, send_all, until_idle
 
 
 def move(bench, board):
@@ -34,35 +35,59 @@ def in_a_sequence(bench, board, *commands):
 # not being performed"
 
 
-@pytest.mark.parametrize(
-    "command", [(0x32, 0), (0x32, 1), (0x40, 5), (0x33, *i32(7)), (0x34, *i32(7)), (0x39, 0), (0x11,)]
-)
-def test_a_sequence_begins_no_move_while_the_hosts_is_performed(bench, board, command):
-    """40h: "If a move is currently being performed this command is ignored"; the sequence continues."""
-    send_all(bench, board, continuous(5, 40_000, 1_000_000), (0x38, 1, 0, 50, 0))
-    beside_a_move(bench, board, command, (0x01, 9))
-    assert messages(bench, board) == ["01 09"]
-    assert board.axes["motor"].velocity == 10_000
-    bench.run(4)
-    assert (board.axes["motor"].position, board.axes["motor"].velocity) == (30_000, 0)
-    assert position(bench, board, 0x81) == 0
-
-
-def test_a_sequence_goes_on_beside_the_hosts_move(bench, board):
-    """20h to 2Ch in a sequence do not wait for the host's move."""
-    beside_a_move(bench, board, (0x20, 1, 0, 3), (0x01, 1), (0x29, 0, 0, 0, 10), (0x01, 2))
-    assert messages(bench, board) == ["01 01", "01 01", "01 01", "01 02"]
-    assert board.axes["motor"].velocity == 10_000
-
-
-def test_a_continuous_move_may_follow_in_a_sequence_when_the_hosts_is_at_its_velocity(bench, board):
-    """CEh: a continuous move can "only" be performed if the host's move neither accelerates nor decelerates."""
-    send(bench, board, *continuous(5, 20_000, 1_000_000))
-    sequence(bench, board, 1, (0x40, 5))
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x32, 0, seconds=0.2)
-    send(bench, board, 0x41, 1, seconds=0.05)
-    assert board.axes["motor"].velocity == 20_000
+@scripts(
+    {
+        '40h: "If a move is currently being performed this command is ignored"; the sequence continues (1)':
+        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: <32|32|40|39> <00|01|05|00>, 01 09; "
+        "default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; "
+        "at 30000; at rest; 81: 0",
+        '40h: "If a move is currently being performed this command is ignored"; the sequence continues (2)':
+        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: <33|34> 00 00 00 07, 01 09; default 10000 100000; "
+        "33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
+        '40h: "If a move is currently being performed this command is ignored"; the sequence continues (3)':
+        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: 11, 01 09; default 10000 100000; 33 =30000; 0.5 s; "
+        "velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
+        "a sequence goes on beside the hosts move: 20h to 2Ch in a sequence do not wait for the host's move":
+        "sequence 1: 20 01 00 03, 01 01, 29 00 00 00 0A, 01 02; default 10000 100000; 33 =30000; 0.5 s; "
+        "velocity 10000; 41 01; 0.05 s; says 01 01, 01 01, 01 01, 01 02; velocity 10000",
+        "CEh: a continuous move can \"only\" be performed if the host's move neither accelerates nor decelerates":
+        "continuous 5 20000 1000000; sequence 1: 40 05; default 10000 100000; 32 00; 0.2 s; 41 01; 0.05 s; "
+        "velocity 20000",
+        "79h, 7Ah: a loop of commands that take no time is killed; the host's move is completed":
+        "sequence 1: 21 01, 08 01; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; <79|7A>; "
+        "4 s; at 30000; at rest",
+        "73h: \"Any singular command being performed at the time\": both the host's move and the sequence's wait":
+        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 73; 5 s; "
+        "velocity 10000; says 01 09",
+        "7Ah: between the KILL and the CONTINUE no command begins":
+        "1811 step_ms=20; relative 1 10000 100000 500; sequence 1: 40 01, 01 09; 41 01; 7A; 1 s; pulses 0; "
+        "says nothing; 48; says 01 09; pulses 0",
+        '72h: "Upon receipt of a CONTINUE command the next command that was to be performed ... is performed"':
+        "sequence 1: 28 00, 01 01, 01 02; 41 01; 0.05 s; 72; 0.1 s; says nothing; 48; says 01 01, 01 02",
+        "a continue before the suspension takes it back: 72h, and then 48h before the present command has ended: the "
+        "sequence is not suspended": "sequence 1: 29 00 00 00 C8, 01 01; 41 01; 0.05 s; 72; 48; 0.3 s; says 01 01",
+        "71h in a 28h leaves the sequence: 71h ends a sequence that waits in a 28h; CONTINUE does not bring it back":
+        "sequence 1: 28 00, 01 01; 41 01; 0.05 s; 71; 48; says nothing; 41 01; 48; 0.05 s; 48; says 01 01",
+        'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (1)':
+        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; <41|D9|DA|92> 02; 0.05 s; says nothing; 48; "
+        "says 01 01; 41 02; says 01 02; 90 -> 50",
+        'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (2)':
+        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 50; 0.05 s; says nothing; 48; says 01 01; "
+        "41 02; says 01 02; 90 -> 50",
+        'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (3)':
+        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 51 01 04 00 00 00 00; 0.05 s; says nothing; "
+        "48; says 01 01; 41 02; says 01 02; 90 -> 50",
+        "singular commands about sequences are ignored during a move but 41h is not: 92h, D9h and DAh are SINGULAR "
+        "and so ignored during a move; 41h is not SINGULAR":
+        "sequence 2: 01 02; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; <D9|DA|92> 02; 0.05 s; "
+        "says nothing; 41 02; says 01 02",
+        'D9h: until D8h, "if they are not valid sequence buffer commands they are ignored", e.g. 41h, 92h, D9h':
+        "sequence 2: 01 02; D9 01; 41 02; 92 02; D9 03; DA 02; 48; 72; 01 01; D8; 92 01; says 92 01 01, 92 00; 92 02; "
+        "says 92 01 02, 92 00",
+    }
+)  # fmt: skip
+def test_whose_command(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize("trigger", [None, 1])
@@ -79,22 +104,6 @@ def test_what_ends_the_sequences_command_leaves_the_hosts_move_alone(bench, boar
     assert (board.axes["motor"].position, board.axes["motor"].velocity) == (30_000, 0)
     send(bench, board, 0x48)
     assert messages(bench, board) == (["01 09"] if opcode == 0x7A else [])
-
-
-@pytest.mark.parametrize("opcode", [0x79, 0x7A])
-def test_a_sequence_without_such_a_command_has_none_to_end(bench, board, opcode):
-    """79h, 7Ah: a loop of commands that take no time is killed; the host's move is completed."""
-    beside_a_move(bench, board, (0x21, 1), (0x08, 1))
-    send(bench, board, opcode, seconds=4)
-    assert (board.axes["motor"].position, board.axes["motor"].velocity) == (30_000, 0)
-
-
-def test_73h_ends_any_singular_command(bench, board):
-    """73h: "Any singular command being performed at the time": both the host's move and the sequence's wait."""
-    beside_a_move(bench, board, (0x2B, 0, 60), (0x01, 9))
-    send(bench, board, 0x73, seconds=5)
-    assert board.axes["motor"].velocity == 10_000
-    assert messages(bench, board) == ["01 09"]
 
 
 def test_the_state_of_a_singular_command_is_that_of_both(bench, board):
@@ -168,71 +177,7 @@ def test_a_wait_that_is_killed_suspends_the_sequence(bench, board, wait, trigger
     assert messages(bench, board) == ["01 09"]
 
 
-def test_a_move_is_not_begun_when_7ah_comes_as_the_processor_turns_to_it(bench):
-    """7Ah: between the KILL and the CONTINUE no command begins."""
-    board = ready(bench, step_ms=20)
-    send(bench, board, *relative(1, 10_000, 100_000, 500))
-    sequence(bench, board, 1, (0x40, 1), (0x01, 9))
-    send_all(bench, board, (0x41, 1), (0x7A,), seconds=1)
-    assert board.axes["motor"].pulses == 0
-    assert messages(bench, board) == []
-    send(bench, board, 0x48)
-    assert messages(bench, board) == ["01 09"]
-    assert board.axes["motor"].pulses == 0
-
-
 # 72h, 28h, 48h, 41h, D9h, 92h together
-
-
-def test_one_continue_is_enough_after_72h_in_a_28h(bench, board):
-    """72h: "Upon receipt of a CONTINUE command the next command that was to be performed ... is performed"."""
-    in_a_sequence(bench, board, (0x28, 0), (0x01, 1), (0x01, 2))
-    send(bench, board, 0x72, seconds=0.1)
-    assert messages(bench, board) == []
-    send(bench, board, 0x48)
-    assert messages(bench, board) == ["01 01", "01 02"]
-
-
-def test_a_continue_before_the_suspension_takes_it_back(bench, board):
-    """72h, and then 48h before the present command has ended: the sequence is not suspended."""
-    in_a_sequence(bench, board, (0x29, 0, 0, 0, 200), (0x01, 1))
-    send_all(bench, board, (0x72,), (0x48,), seconds=0.3)
-    assert messages(bench, board) == ["01 01"]
-
-
-def test_71h_in_a_28h_leaves_the_sequence(bench, board):
-    """71h ends a sequence that waits in a 28h; CONTINUE does not bring it back."""
-    in_a_sequence(bench, board, (0x28, 0), (0x01, 1))
-    send_all(bench, board, (0x71,), (0x48,))
-    assert messages(bench, board) == []
-    send_all(bench, board, (0x41, 1), (0x48,), seconds=0.05)
-    send(bench, board, 0x48)
-    assert messages(bench, board) == ["01 01"]
-
-
-@pytest.mark.parametrize("command", [(0x41, 2), (0xD9, 2), (0xDA, 2), (0x92, 2), (0x50,), (0x51, 1, 4, 0, 0, 0, 0)])
-def test_what_is_not_valid_beside_a_sequence_is_ignored_while_it_is_suspended_too(bench, board, command):
-    """The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored."""
-    sequence(bench, board, 2, (0x01, 2))
-    in_a_sequence(bench, board, (0x28, 0), (0x01, 1))
-    send_all(bench, board, (0x72,), command, seconds=0.05)
-    assert messages(bench, board) == []
-    send(bench, board, 0x48)
-    assert messages(bench, board) == ["01 01"]
-    send(bench, board, 0x41, 2)
-    assert messages(bench, board) == ["01 02"]
-    assert ask(bench, board, 0x90)[1] == 0x50
-
-
-@pytest.mark.parametrize("command", [(0xD9, 2), (0xDA, 2), (0x92, 2)])
-def test_singular_commands_about_sequences_are_ignored_during_a_move_but_41h_is_not(bench, board, command):
-    """92h, D9h and DAh are SINGULAR and so ignored during a move; 41h is not SINGULAR."""
-    sequence(bench, board, 2, (0x01, 2))
-    move(bench, board)
-    send(bench, board, *command, seconds=0.05)
-    assert messages(bench, board) == []
-    send(bench, board, 0x41, 2)
-    assert messages(bench, board) == ["01 02"]
 
 
 def test_a_sequence_without_commands_is_not_performed(bench, board):
@@ -245,15 +190,3 @@ def test_a_sequence_without_commands_is_not_performed(bench, board):
     assert edges == []
     send(bench, board, 0x92, 3)
     assert messages(bench, board) == ["92 00"]
-
-
-def test_between_d9_and_d8_neither_41h_nor_92h_nor_d9h_means_anything(bench, board):
-    """D9h: until D8h, "if they are not valid sequence buffer commands they are ignored", e.g. 41h, 92h, D9h."""
-    sequence(bench, board, 2, (0x01, 2))
-    send(bench, board, 0xD9, 1)
-    for command in ((0x41, 2), (0x92, 2), (0xD9, 3), (0xDA, 2), (0x48,), (0x72,), (0x01, 1)):
-        send(bench, board, *command)
-    send_all(bench, board, (0xD8,), (0x92, 1))
-    assert messages(bench, board) == ["92 01 01", "92 00"]
-    send(bench, board, 0x92, 2)
-    assert messages(bench, board) == ["92 01 02", "92 00"]

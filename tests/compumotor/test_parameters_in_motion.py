@@ -3,6 +3,7 @@
 import pytest
 
 from .programs import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
+from .scripts import play, scripts
 from .talking import complete, default, i32, messages, position, ready, send, send_all
 
 
@@ -43,18 +44,18 @@ def test_an_error_is_corrected_as_soon_as_all_is_defined(bench, last):
     assert number(bench, board, 0x99) == 0
 
 
-def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
-    """B3h: "These parameters may be changed at any time", also in a correction: K is 10, then 20 (× 100 counts)."""
-    board = tracked(bench)
-    board.axes["motor"].jam()  # the error stays
-    send_all(bench, board, (0x18, 1), (0xB3, 1, 10, 0x00, *i32(50_000)))
-    board.axes["motor"].encoder.displace(-100)
-    bench.run(0.01)
-    assert board.axes["motor"].velocity == 1_000
-    send(bench, board, 0xB3, 1, 20, 0x00, *i32(50_000), seconds=0.01)
-    assert board.axes["motor"].velocity == 2_000
-    send(bench, board, 0xB3, 1, 0, 0x00, *i32(50_000), seconds=0.01)
-    assert board.axes["motor"].velocity == 0  # "if 0 is chosen no correction will take place"
+@scripts(
+    {
+        # "if 0 is chosen no correction will take place"
+        'B3h: "These parameters may be changed at any time", also in a correction: K is 10, then 20 (× 100 counts)':
+        "tracked; jam; 18 01; B3 01 0A 00 =50000; displace -100; 0.01 s; velocity 1000; B3 01 14 00 =50000; 0.01 s; "
+        "velocity 2000; B3 01 00 00 =50000; 0.01 s; at rest",
+        'Reset: "encoder counts are zero"; after a power cycle each push is counted once, not twice':
+        "tracked; power cycle; 1.01 s; displace 7; 9A: 7; power off; displace 7; power on; 1.01 s; 9A: 0",
+    }
+)  # fmt: skip
+def test_parameters_in_motion(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize(("counts", "pulses"), [(1, 1), (-1, -1), (3, 2), (-3, -2), (2, 1), (-2, -1)])
@@ -75,17 +76,3 @@ def test_the_deadband_may_be_defined_while_it_is_shown(bench):
         assert board.bus.read(1) & 1 == shown
     board.axes["motor"].encoder.displace(-5)
     assert board.bus.read(1) & 1 == 1
-
-
-def test_a_push_after_power_has_gone_and_come_is_counted_once(bench):
-    """Reset: "encoder counts are zero"; after a power cycle each push is counted once, not twice."""
-    board = tracked(bench)
-    board.power_cycle()
-    bench.run(1.01)
-    board.axes["motor"].encoder.displace(7)
-    assert number(bench, board, 0x9A) == 7
-    board.power(False)
-    board.axes["motor"].encoder.displace(7)
-    board.power(True)
-    bench.run(1.01)
-    assert number(bench, board, 0x9A) == 0

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.units import MS
 
+from .scripts import play, scripts
 from .talking import (
     COMMAND_READY,
     ENABLE,
@@ -15,7 +15,6 @@ from .talking import (
     default,
     i32,
     message,
-    messages,
     ready,
     send,
     send_all,
@@ -32,13 +31,24 @@ def test_power_up_takes_about_one_second_and_leaves_50h(bench):
     assert board.bus.read(1) == 0x50
 
 
-def test_bit_four_clears_with_the_command_and_is_set_again_about_a_millisecond_later(bench, board):
-    write(board, 0x01, 0x07)
-    assert board.bus.read(1) == 0x40
-    bench.run(0.0009)
-    assert board.bus.read(1) == 0x40
-    bench.run(0.0002)
-    assert board.bus.read(1) == 0x50
+@scripts(
+    {
+        "bit four clears with the command and is set again about a millisecond later":
+        "IDB 01 07; CB 10; SB 40; 0.0009 s; SB 40; 0.0002 s; SB 50",
+        "asking takes about five milliseconds": "clock; 8C -> 00; 5 to 6 ms later",
+        "messages come out one at a time in order":
+        "01 00; 01 01; 01 02; 01 03; 01 04; 01 05; 01 06; 01 07; 01 08; 01 09; says 01 00, 01 01, 01 02, 01 03, "
+        "01 04, 01 05, 01 06, 01 07, 01 08, 01 09",
+        "user bits are seen in the status byte":
+        "08 <00|01|02|03|04|05|06|07>; SB <50|51|52|53|54|55|56|57>; ju19 is low",
+        '"The interrupt mask bit is always the negative of the current value of the interrupt enable bit"':
+        "IDB 01 07; CB 50; 0.01 s; interrupt; SB 98; CB 00; no interrupt; SB 58; CB 40; interrupt; CB C0; "
+        "no interrupt; SB 10",
+        "power that is on already is no reset": "08 05; power on; SB 55",
+    }
+)  # fmt: skip
+def test_registers(bench, script):
+    play(bench, script)
 
 
 def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
@@ -53,24 +63,12 @@ def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
     assert board.bus.read(1) == 0x50
 
 
-def test_asking_takes_about_five_milliseconds(bench, board):
-    began = bench.now
-    assert ask(bench, board, 0x8C)[:2] == b"\x8c\x00"
-    assert 5 * MS <= bench.now - began < 6 * MS
-
-
 def test_bytes_that_were_not_read_are_overwritten_by_the_next_message(bench, board):
     send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.02)
     assert board.bus.read(0) == 0x01
     board.bus.write(1, TAKEN)
     assert not board.bus.read(1) & 0x08
     assert message(bench, board)[:2] == b"\x01\x22"
-
-
-def test_messages_come_out_one_at_a_time_in_order(bench, board):
-    for identifier in range(10):
-        send(bench, board, 0x01, identifier)
-    assert messages(bench, board) == [f"01 {identifier:02x}" for identifier in range(10)]
 
 
 def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
@@ -80,29 +78,6 @@ def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
     assert message(bench, board)[:2] == b"\x90\x50"
     bench.run(0.0001)
     assert board.bus.read(1) & 0x07 == 2
-
-
-@pytest.mark.parametrize("bits", range(8))
-def test_user_bits_are_seen_in_the_status_byte(bench, board, bits):
-    send(bench, board, 0x08, bits)
-    assert board.bus.read(1) == 0x50 | bits
-    assert not board.pins["ju19"].level  # the line of status bit 5
-
-
-def test_interrupts_need_bit_six_of_every_control_byte(bench, board):
-    """ "The interrupt mask bit is always the negative of the current value of the interrupt enable bit"."""
-    write(board, 0x01, 0x07, control=ENABLE)
-    bench.run(0.01)
-    assert board.bus.interrupt
-    assert board.bus.read(1) == 0x98
-    board.bus.write(1, 0)
-    assert not board.bus.interrupt
-    assert board.bus.read(1) == 0x58
-    board.bus.write(1, ENABLE)
-    assert board.bus.interrupt
-    board.bus.write(1, TAKEN | ENABLE)
-    assert not board.bus.interrupt
-    assert board.bus.read(1) == 0x10
 
 
 def test_the_input_ready_interrupt_is_cleared_by_bit_four(bench):
@@ -200,12 +175,6 @@ def test_a_host_may_reset_the_board_as_soon_as_the_status_byte_appears(bench, bo
     assert not hosts
     bench.run(1.01)
     assert board.bus.read(1) == 0x50
-
-
-def test_power_that_is_on_already_is_no_reset(bench, board):
-    send(bench, board, 0x08, 5)
-    board.power(True)
-    assert board.bus.read(1) == 0x55
 
 
 def test_a_board_without_power_does_not_drive_the_bus(bench, board):

@@ -3,21 +3,25 @@
 import pytest
 
 from .programs import sequence
-from .talking import ask, complete, default, i32, message, messages, send, send_all
+from .scripts import play, scripts
+from .talking import ask, send
 
-NO_TIME = 0x7FFF_FFFF
 
-
-def test_nothing_is_performed_while_a_sequence_is_defined(bench, board):
-    """Requests and other commands that are not valid in a sequence are ignored while a sequence is defined."""
-    default(bench, board, 10_000, NO_TIME)
-    send(bench, board, 0xD9, 1)
-    for command in ((0x08, 7), (0x90,), (0x33, *i32(100)), (0x70,), (0x41, 2), (0xDA, 1), (0xD9, 2)):
-        send(bench, board, *command)
-    bench.run(0.1)
-    assert board.bus.read(1) == 0x50
-    send_all(bench, board, (0xD8,), (0x92, 1))
-    assert messages(bench, board) == ["92 08 07", "92 33 00 00 00 64", "92 00"]
+@scripts(
+    {
+        "nothing is performed while a sequence is defined: Requests and other commands that are not valid in a "
+        "sequence are ignored while a sequence is defined":
+        "default 10000 at_once; D9 01; 08 07; 90; 33 =100; 70; 41 02; DA 01; D9 02; 0.1 s; SB 50; D8; 92 01; "
+        "says 92 08 07, 92 33 00 00 00 64, 92 00",
+        "who is heard while a sequence is performed: Only commands that are valid concurrent with a sequence are "
+        "performed: requests, but no move, sequence or 12h":
+        "default 10000 at_once; sequence 1: 28 00; sequence 2: 08 07; 41 01; 33 =100; 41 02; 12 01; D9 01; 92 01; "
+        "next nothing; SB 50; at 0; shutdown is low; 90 -> 50",
+        "an undefined sequence or move is ignored": "41 04; sequence 5: 40 09, 08 01; 41 05; idle; SB & 7 is 1",
+    }
+)  # fmt: skip
+def test_sequence_buffers(bench, script):
+    play(bench, script)
 
 
 def test_all_sequences_share_one_memory(bench, board):
@@ -43,25 +47,3 @@ def test_wait_for_a_level(bench, board, trigger, level):
     board.pins[f"trigger{trigger}"].drive(bool(level))
     bench.run(0.005)
     assert board.bus.read(1) & 1 == 1
-
-
-def test_who_is_heard_while_a_sequence_is_performed(bench, board):
-    """Only commands that are valid concurrent with a sequence are performed: requests, but no move, sequence or 12h."""
-    default(bench, board, 10_000, NO_TIME)
-    sequence(bench, board, 1, (0x28, 0))
-    sequence(bench, board, 2, (0x08, 7))
-    send(bench, board, 0x41, 1)
-    for command in ((0x33, *i32(100)), (0x41, 2), (0x12, 1), (0xD9, 1), (0x92, 1)):
-        send(bench, board, *command)
-    assert message(bench, board) == b""
-    assert board.bus.read(1) == 0x50
-    assert board.axes["motor"].position == 0
-    assert not board.pins["shutdown"].level
-    assert ask(bench, board, 0x90)[:2] == b"\x90\x50"
-
-
-def test_an_undefined_sequence_or_move_is_ignored(bench, board):
-    send(bench, board, 0x41, 4)
-    sequence(bench, board, 5, (0x40, 9), (0x08, 1))
-    complete(bench, board, 0x41, 5)
-    assert board.bus.read(1) & 7 == 1

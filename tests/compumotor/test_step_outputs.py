@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.errors import UsageError
 
-from .talking import ask, complete, default, i32, messages, ready, send, send_all, until_idle
+from .scripts import play, scripts
+from .talking import ask, complete, default, i32, messages, ready, send, send_all
 
 AT_ONCE = 0x7FFF_FFFF
 PINS = ("step", "cw_step", "ccw_step")
@@ -193,65 +194,31 @@ def test_an_edge_may_have_to_hold(bench, trigger, hold_us):
         assert messages(bench, board) == ([f"ac {trigger:02x}"] if high_us > hold_us else [])
 
 
-def test_without_the_option_a_pulse_of_300_us_acts_when_the_response_is_due(bench, board):
-    """Specifications: "response will be within 200 microseconds for #1"."""
-    send(bench, board, 0xAC, 1, 1)
-    for high_us in (199, 300):
-        board.pins["trigger1"].drive(False)
-        bench.run(0.003)
-        board.pins["trigger1"].drive(True)
-        bench.run(high_us / 1e6)
-        board.pins["trigger1"].drive(False)
-        assert messages(bench, board) == (["ac 01"] if high_us > 200 else [])
-    until_idle(bench, board)
-
-
 # What the board has set, and what is at the terminal
 
 
-def test_97h_is_the_programmed_state_whatever_overpowers_the_outputs(bench, board):
-    """97h: "The state returned is the programmed state of the programmable output bits"."""
-    board.pins["output1"].drive(False)
-    board.pins["output2"].drive(False)
-    assert ask(bench, board, 0x97)[1] == 0x06
-    send(bench, board, 0x0C, 1)
-    board.pins["output1"].drive(True)
-    assert ask(bench, board, 0x97)[1] == 0x04
-
-
-def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
-    """12h and 13h decide on a shutdown, not the level of the terminal, which is an output."""
-    board.pins["shutdown"].drive(True)
-    default(bench, board, 1_000, AT_ONCE)
-    complete(bench, board, 0x33, *i32(10))
-    assert board.axes["motor"].position == 10
-    board.pins["shutdown"].drive(False)
-    send_all(bench, board, (0x12, 1), (0x33, *i32(10)), seconds=0.1)
-    assert board.axes["motor"].position == 10
-
-
-def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
-    """Remote power shutdown: not "if the motor is moving"; it acts if the input is still active at rest."""
-    send(bench, board, 0x13, 1)
-    default(bench, board, 1_000, AT_ONCE)
-    send(bench, board, 0x33, *i32(500), seconds=0.1)
-    board.pins["shutdown_in"].drive(False)
-    assert not board.pins["shutdown"].level
-    until_idle(bench, board)
-    assert board.axes["motor"].position == 500
-    assert board.pins["shutdown"].level
-
-
-@pytest.mark.parametrize("opcode", [0x08, 0x09])
-def test_a_bit_that_shows_a_state_and_is_written_shows_it_again_at_its_next_change(bench, board, opcode):
-    """0Fh: the bit shows whether the motor moves; a value written by 08h or 09h stays until this state changes."""
-    send(bench, board, 0x0F, 0, 1, 1)
-    assert board.bus.read(1) & 1 == 0
-    send(bench, board, opcode, 1 if opcode == 0x08 else 0)
-    assert board.bus.read(1) & 1
-    default(bench, board, 1_000, AT_ONCE)
-    complete(bench, board, 0x33, *i32(5))
-    assert board.bus.read(1) & 1 == 0
+@scripts(
+    {
+        '97h: "The state returned is the programmed state of the programmable output bits"':
+        "output1 low; output2 low; 97 -> 06; 0C 01; output1 high; 97 -> 04",
+        "a shutdown terminal that is overpowered stops no move: 12h and 13h decide on a shutdown, not the level of "
+        "the terminal, which is an output":
+        "shutdown high; default 1000 at_once; 33 =10; idle; at 10; shutdown low; 12 01; 33 =10; 0.1 s; at 10",
+        'Remote power shutdown: not "if the motor is moving"; it acts if the input is still active at rest':
+        "13 01; default 1000 at_once; 33 =500; 0.1 s; shutdown_in low; shutdown is low; idle; at 500; shutdown is high",
+        "0Fh: the bit shows whether the motor moves; a value written by 08h or 09h stays until this state changes":
+        "0F 00 01 01; SB & 1 is 0; <08|09> <01|00>; SB & 1 is 1; default 1000 at_once; 33 =5; idle; SB & 1 is 0",
+        '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (1)':
+        "2F =at_once; 9A -> 7F FF FF FF",
+        '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (2)':
+        "2F =-2147483648; 9A -> 80",
+        'Specifications: "response will be within 200 microseconds for #1"':
+        "AC 01 01; trigger1 low; 0.003 s; trigger1 high; 0.000199 s; trigger1 low; says nothing; trigger1 low; "
+        "0.003 s; trigger1 high; 0.0003 s; trigger1 low; says AC 01; idle",
+    }
+)  # fmt: skip
+def test_step_outputs(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize("opcode", [0x85, 0x86])
@@ -262,13 +229,6 @@ def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcod
     complete(bench, board, 0x33, *i32(5))
     number = 0 if opcode == 0x85 else 7_000
     assert ask(bench, board, opcode)[1:6] == bytes((0x11, *i32(number)))
-
-
-@pytest.mark.parametrize("here", [0x7FFF_FFFF, -0x8000_0000])
-def test_2fh_takes_any_number_of_the_counter(bench, board, here):
-    """2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh."""
-    send(bench, board, 0x2F, *i32(here))
-    assert ask(bench, board, 0x9A)[1:5] == bytes(i32(here))
 
 
 @pytest.mark.parametrize(("pin", "code", "cw"), [("cw_limit", 0xA9, True), ("ccw_limit", 0xAB, False)])

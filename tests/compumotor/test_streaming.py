@@ -6,8 +6,9 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import accumulated, distances, enter, free, joystick_pulses, pairs, steps, velocities, words
-from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
+from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
+from .scripts import play, scripts
+from .talking import ask, complete, messages, position, ready, send, send_all, until_idle
 
 PARABOLA = [(2 * 23_447 * (625 - (k - 25) ** 2) + 625) // 1250 for k in range(1, 50)]
 """From 0 to 5B97h and back in 50 steps, rounded: the 49 values of the manual's worked example."""
@@ -122,42 +123,21 @@ def test_there_and_back_by_the_direction_bit(bench, board):
     assert ask(bench, board, 0x85)[:3] == b"\x85\0\0"
 
 
-def test_a_pair_without_distance_is_skipped_and_a_velocity_of_zero_stops(bench, board):
-    enter(bench, board, 0x51, 3, 1)
-    pairs(bench, board, (1_500, 10), (6_000, 0), (0, 777))
-    complete(bench, board, 0x42)
-    assert board.axes["motor"].position == 10
-
-
-def test_a_pair_shorter_than_two_milliseconds_lasts_two(bench, board):
-    """2,000 pps for 1 pulse would take 0.5 ms; the pair lasts 2 ms, which are 4 pulses."""
-    enter(bench, board, 0x51, 3, 1)
-    pairs(bench, board, (3_000, 1), (0, 0), (0, 0))
-    complete(bench, board, 0x42)
-    assert board.axes["motor"].position == 4
-
-
-def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
-    send(bench, board, 0x14, 1)
-    enter(bench, board, 0x51, 3, 1)
-    pairs(bench, board, (0x8000 | 1_500, 100), (0, 0), (0, 0))
-    send(bench, board, 0x42, seconds=0.05)
-    assert ask(bench, board, 0x85)[:3] == b"\x85\x85\xdc"
-    until_idle(bench, board)
-    assert board.axes["motor"].position == -100
-    assert position(bench, board) == 100
-
-
-def test_a_stream_of_zeros_within_the_period_of_a_joystick_is_no_motion(bench, board):
-    """The stick's pulses are 0.5 s apart; half a period later the motor is at rest, and 8Ch reports 00."""
-    send(bench, board, 0x11)
-    joystick_pulses(bench, board, 2, period_s=0.5)
-    board.pins["at_zero"].drive(True)
-    send(bench, board, 0x10)
-    enter(bench, board, 0x52, 3, 1, rate=2)
-    velocities(bench, board, 0)
-    send(bench, board, 0x42, seconds=0.05)
-    assert ask(bench, board, 0x8C)[1] == 0x00
+@scripts(
+    {
+        "a pair without distance is skipped and a velocity of zero stops":
+        "51 03 01 =never; pairs 1500 10 6000 0 0 777; 42; idle; at 10",
+        "a pair shorter than two milliseconds lasts two: 2,000 pps for 1 pulse would take 0.5 ms; the pair lasts 2 "
+        "ms, which are 4 pulses": "51 03 01 =never; pairs 3000 1 0 0 0 0; 42; idle; at 4",
+        "with ccw as plus the direction bit is still physical":
+        "14 01; 51 03 01 =never; pairs 34268 100 0 0 0 0; 42; 0.05 s; 85 -> 85 DC; idle; at -100; 83: 100",
+        "a stream of zeros within the period of a joystick is no motion: the stick's pulses are 0.5 s apart; half a "
+        "period later the motor is at rest, and 8Ch reports 00":
+        "11; joystick 2 500 ms; at_zero high; 10; 52 03 01 =never #2; velocities 0; 42; 0.05 s; 8C -> 00",
+    }
+)  # fmt: skip
+def test_velocity_distance(bench, script):
+    play(bench, script)
 
 
 # Distance-time
@@ -182,86 +162,40 @@ def test_distances_add_up_exactly(bench, board, sign):
     assert free(bench, board) == 598  # data after the end wait for another 42h
 
 
-def test_as_fast_as_the_clock_allows(bench, board):
-    """Base 3 / 16: the maximum is 1365 1/3 pulses/s × 32,767/32,768, that is 136 pulses in 100 ms."""
-    enter(bench, board, 0x53, 3, 16, rate=100)
-    distances(bench, board, 10_000, 0x8001)
-    complete(bench, board, 0x42)
-    assert board.axes["motor"].position == 136
-
-
-def test_data_of_another_mode_are_ignored(bench, board):
-    enter(bench, board, 0x53, 1, 1, rate=2)
-    velocities(bench, board, 1)
-    pairs(bench, board, (1, 1), (1, 1), (1, 1))
-    assert free(bench, board) == 600
-    distances(bench, board, 1)
-    assert free(bench, board) == 598
+@scripts(
+    {
+        "Base 3 / 16: the maximum is 1365 1/3 pulses/s × 32,767/32,768, that is 136 pulses in 100 ms":
+        "53 03 10 =never #100; distances 10000 32769; 42; idle; at 136",
+        "data of another mode are ignored":
+        "53 01 01 =never #2; velocities 1; pairs 1 1 1 1 1 1; E2: 600; distances 1; E2: 598",
+    }
+)  # fmt: skip
+def test_distance_time(bench, script):
+    play(bench, script)
 
 
 # Modes
 
 
-def test_entering_a_streaming_mode_destroys_the_sequences_and_not_the_moves(bench, board):
-    send(bench, board, 0xC8, 1, 0, *i32(100), *i32(1_000), *i32(5))
-    for values in ((0xD9, 1), (0x40, 1), (0xD8,)):
-        send(bench, board, *values)
-    enter(bench, board, 0x51, 1, 1)
-    send_all(bench, board, (0x40, 1), (0x50,))
-    assert free(bench, board) == 600
-    send(bench, board, 0x41, 1, seconds=1)
-    assert board.axes["motor"].position == 0
-    complete(bench, board, 0x40, 1)
-    assert board.axes["motor"].position == 5
-
-
-def test_the_moves_that_streaming_modes_know(bench, board):
-    default(bench, board, 1_000, 100_000)
-    enter(bench, board, 0x52, 3, 1, rate=2)
-    send_all(bench, board, (0x32, 0), (0x33, *i32(120)), seconds=0.06)
-    velocities(bench, board, 0)
-    send(bench, board, 0x42)  # ignored during a move
-    assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc"  # 1,000 pps
-    until_idle(bench, board)
-    complete(bench, board, 0x34, *i32(100))
-    assert board.axes["motor"].position == 100
-    assert free(bench, board) == 600 - 14
-
-
-def test_no_other_mode_while_moving_or_performing(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=50)
-    velocities(bench, board, *[0] * 6, 1_500)
-    send(bench, board, 0x42)
-    enter(bench, board, 0x51, 1, 1)  # performing a stream, at rest
-    send(bench, board, 0x50)
-    assert ask(bench, board, 0x90)[:4] == b"\x90\x52\x03\x01"
-    bench.run(1)
-    enter(bench, board, 0x51, 1, 1)  # moving, but not performing a stream
-    assert ask(bench, board, 0x90)[:4] == b"\x90\x52\x03\x01"
-    send(bench, board, 0x50)
-    assert ask(bench, board, 0x90)[:2] == b"\x90\x50"
-    assert board.axes["motor"].velocity == 1_000
-    send(bench, board, 0x70, seconds=0.1)
-    assert board.axes["motor"].velocity == 0
-
-
-def test_entering_a_mode_anew_empties_the_buffer(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=2)
-    velocities(bench, board, 5)
-    enter(bench, board, 0x52, 2, 1, rate=9)
-    assert free(bench, board) == 600
-    assert ask(bench, board, 0x90)[:10] == bytes([0x90, 0x52, 2, 1, 0, 0, 0xFF, 0xFF, 0, 9])
-
-
-def test_no_more_pulses_after_a_reset(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=2)
-    velocities(bench, board, 5_000)
-    send(bench, board, 0x42, seconds=0.05)
-    board.bus.write(1, 0x20)
-    before = board.axes["motor"].position
-    bench.run(2)
-    assert board.axes["motor"].position == before
-    assert ask(bench, board, 0x90)[:2] == b"\x90\x50"
+@scripts(
+    {
+        "entering a streaming mode destroys the sequences and not the moves":
+        "C8 01 00 =100 =1000 =5; D9 01; 40 01; D8; 51 01 01 =never; 40 01; 50; E2: 600; 41 01; 1 s; at 0; 40 01; "
+        "idle; at 5",
+        "the moves that streaming modes know":
+        "default 1000 100000; 52 03 01 =never #2; 32 00; 33 =120; 0.06 s; velocities 0; 42; 85 -> 05 DC; idle; "
+        "34 =100; idle; at 100; E2: 586",
+        "no other mode while moving or performing":
+        "52 03 01 =never #50; velocities 0 0 0 0 0 0 1500; 42; 51 01 01 =never; 50; 90 -> 52 03 01 =never #50; 1 s; "
+        "51 01 01 =never; 90 -> 52 03 01 =never #50; 50; 90 -> 50; velocity 1000; 70; 0.1 s; at rest",
+        "entering a mode anew empties the buffer":
+        "52 03 01 =never #2; velocities 5; 52 02 01 =never #9; E2: 600; 90 -> 52 02 01 00 00 FF FF 00 09",
+        "no more pulses after a reset":
+        "52 03 01 =never #2; velocities 5000; 42; 0.05 s; CB 20; mark; 2 s; moved 0; 90 -> 50",
+    }
+)  # fmt: skip
+def test_modes(bench, script):
+    play(bench, script)
 
 
 def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):

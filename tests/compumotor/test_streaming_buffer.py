@@ -6,8 +6,9 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import NEVER, accumulated, distances, enter, free, pairs, steps, velocities, words
-from .talking import ask, complete, in_all_ways, message, messages, position, ready, send, status_word, until_idle
+from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
+from .scripts import play, scripts
+from .talking import ask, in_all_ways, message, messages, position, ready, send, status_word, until_idle
 
 USER_BIT_0 = 0x01
 
@@ -38,19 +39,23 @@ def test_data_need_fifteen_free_bytes(bench, board, mode, put, bytes_each):
     assert free(bench, board) == left == 12
 
 
-@pytest.mark.parametrize(("size", "left"), [(28, 14), (29, 1)])
-def test_fourteen_free_bytes_are_too_few_and_fifteen_enough(bench, size, left):
-    board = ready(bench, buffer_bytes=size)
-    enter(bench, board, 0x52, 1, 1, rate=2)
-    velocities(bench, board, *[1] * 14)
-    assert free(bench, board) == left
-
-
-def test_an_empty_buffer_is_not_performed(bench, board):
-    send(bench, board, 0x0F, 0, 4, 1)
-    enter(bench, board, 0x52, 1, 1, rate=2)
-    send(bench, board, 0x42)
-    assert not board.bus.read(1) & USER_BIT_0
+@scripts(
+    {
+        "fourteen free bytes are too few and fifteen enough":
+        "1811 <buffer_bytes=28|buffer_bytes=29>; 52 01 01 =never #2; velocities 1 1 1 1 1 1 1 1 1 1 1 1 1 1; E2: <14|"
+        "1>",
+        "an empty buffer is not performed": "0F 00 04 01; 52 01 01 =never #2; 42; SB & 1 is 0",
+        "a marker among pairs and among distances":
+        "51 03 01 =never; EE #77 01 05 00; pairs 1500 10 77 1000 0 0; 42; idle; at 10; 53 03 01 =never #10; "
+        "EE #32769 01 06 00; EE #32768 01 06 00; distances 10 77 10 32769 77; 42; idle; at 30; says 01 05, 01 05",
+        "what a velocity leads to at once may end the performance: a stall is detected when the zero velocity is "
+        "output, after 3 ms at 3,500 pulses/s: ten pulses, one tooth":
+        "1811 motor={'encoder':{'counts_per_rev':400}}; B0 00 01 00 01; B1 00 00 01 90; B2 00 00 00 00; "
+        "B4 00 00 00 32; 19 01; 52 03 01 =never #3; velocities 5250 0 5250; jam; 42; 1 s; at rest; E2: 590",
+    }
+)  # fmt: skip
+def test_room(bench, script):
+    play(bench, script)
 
 
 # Alarm
@@ -70,39 +75,22 @@ def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, b
     assert message(bench, board, 1) == b""
 
 
-def test_no_alarm_unless_the_buffer_has_held_more(bench, board):
-    enter(bench, board, 0x52, 1, 1, alarm=14, rate=2)
-    velocities(bench, board, *[9] * 7)
-    send(bench, board, 0x42, seconds=0.1)
-    assert messages(bench, board) == []
-    velocities(bench, board, *[9] * 14)
-    send(bench, board, 0x42, seconds=0.1)
-    assert messages(bench, board) == ["52 01 01 00 00 00 0e 00 02"]
-    velocities(bench, board, *[9] * 14)  # fill the buffer again
-    send(bench, board, 0x42, seconds=0.1)
-    assert messages(bench, board) == ["52 01 01 00 00 00 0e 00 02"]
-
-
-def test_no_alarm_for_a_value_above_the_buffer_nor_for_a_killed_one(bench, board):
-    enter(bench, board, 0x51, 3, 1, alarm=NEVER)
-    pairs(bench, board, (1_500, 10), (1_500, 10), (0, 0))
-    send(bench, board, 0x42, seconds=0.2)
-    enter(bench, board, 0x51, 3, 1, alarm=4)
-    pairs(bench, board, (1_500, 10), (1_500, 10), (0, 0))
-    send(bench, board, 0x7B, seconds=0.2)
-    assert messages(bench, board) == []
-    assert free(bench, board) == 600
-
-
-def test_the_alarm_of_pairs_and_of_distances(bench, board):
-    enter(bench, board, 0x51, 3, 2, alarm=0)
-    pairs(bench, board, (1_500, 10), (1_500, 10), (0, 0))
-    complete(bench, board, 0x42)
-    assert messages(bench, board) == ["51 03 02"]
-    enter(bench, board, 0x53, 3, 2, alarm=0, rate=3)
-    distances(bench, board, 5, 0x8001)
-    complete(bench, board, 0x42)
-    assert messages(bench, board) == ["53 03 02 00 00 00 00 00 03"]
+@scripts(
+    {
+        "no alarm unless the buffer has held more":
+        "52 01 01 =14 #2; velocities 9 9 9 9 9 9 9; 42; 0.1 s; says nothing; velocities 9 9 9 9 9 9 9 9 9 9 9 9 9 9; "
+        "42; 0.1 s; says 52 01 01 00 00 00 0E 00 02; velocities 9 9 9 9 9 9 9 9 9 9 9 9 9 9; 42; 0.1 s; "
+        "says 52 01 01 00 00 00 0E 00 02",
+        "no alarm for a value above the buffer nor for a killed one":
+        "51 03 01 =65535; pairs 1500 10 1500 10 0 0; 42; 0.2 s; 51 03 01 =4; pairs 1500 10 1500 10 0 0; 7B; 0.2 s; "
+        "says nothing; E2: 600",
+        "the alarm of pairs and of distances":
+        "51 03 02 =0; pairs 1500 10 1500 10 0 0; 42; idle; says 51 03 02; 53 03 02 =0 #3; distances 5 32769; 42; "
+        "idle; says 53 03 02 00 00 00 00 00 03",
+    }
+)  # fmt: skip
+def test_alarm(bench, script):
+    play(bench, script)
 
 
 # Running dry
@@ -136,32 +124,21 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
 # Stops
 
 
-@pytest.mark.parametrize("opcode", [0x70, 0x78])
-def test_stop_and_kill_end_the_pulses_and_the_performance_at_once(bench, board, opcode):
-    enter(bench, board, 0x52, 3, 1, rate=100)
-    velocities(bench, board, *[1_500] * 7)
-    send(bench, board, 0x42, seconds=0.25)
-    send(bench, board, opcode)
-    assert moving_at(board, 0)
-    bench.run(1)
-    assert moving_at(board, 0)
-    assert free(bench, board) == 600 - 8  # the rest is kept
-    send(bench, board, 0x42, seconds=1)
-    assert moving_at(board, 1_000)
-
-
-def test_kill_of_the_buffer_keeps_the_velocity_and_empties_it(bench, board):
-    enter(bench, board, 0x52, 3, 1, rate=100)
-    velocities(bench, board, 1_500, 3_000, 4_500)
-    send(bench, board, 0x42, seconds=0.15)
-    send(bench, board, 0x7B, seconds=1)
-    assert moving_at(board, 2_000)
-    assert free(bench, board) == 600
-    velocities(bench, board, 1_500, 0)
-    send(bench, board, 0x42, seconds=0.05)
-    assert moving_at(board, 1_000)
-    bench.run(1)
-    assert moving_at(board, 0)
+@scripts(
+    {
+        "stop and kill end the pulses and the performance at once":
+        "52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 1500; 42; 0.25 s; <70|78>; at rest; 1 s; "
+        "at rest; E2: 592; 42; 1 s; velocity 1000",
+        "kill of the buffer keeps the velocity and empties it":
+        "52 03 01 =never #100; velocities 1500 3000 4500; 42; 0.15 s; 7B; 1 s; velocity 2000; E2: 600; "
+        "velocities 1500 0; 42; 0.05 s; velocity 1000; 1 s; at rest",
+        "a limit ends the stream and lets only the other direction begin":
+        "1811 motor={'limits':(-10000,50)}; 52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 0; 42; "
+        "1 s; at 51; E2: 588; 42; 0.1 s; at 51; 7B; velocities 34268 0; 42; idle; at -49",
+    }
+)  # fmt: skip
+def test_stops(bench, script):
+    play(bench, script)
 
 
 def test_a_trigger_kills_the_buffer_with_a_message(bench, board):
@@ -174,21 +151,6 @@ def test_a_trigger_kills_the_buffer_with_a_message(bench, board):
     bench.run(1)
     assert moving_at(board, 2_000)
     assert free(bench, board) == 600 if not (found := messages(bench, board)) else found == ["7f 06"]
-
-
-def test_a_limit_ends_the_stream_and_lets_only_the_other_direction_begin(bench):
-    board = ready(bench, motor={"limits": (-10_000, 50)})
-    enter(bench, board, 0x52, 3, 1, rate=100)
-    velocities(bench, board, *[1_500] * 6, 0)
-    send(bench, board, 0x42, seconds=1)
-    assert board.axes["motor"].position == 51
-    assert free(bench, board) == 600 - 12
-    send(bench, board, 0x42, seconds=0.1)
-    assert board.axes["motor"].position == 51
-    send(bench, board, 0x7B)
-    velocities(bench, board, 0x8000 | 1_500, 0)
-    complete(bench, board, 0x42)
-    assert board.axes["motor"].position == 51 - 100
 
 
 # Markers
@@ -260,21 +222,6 @@ def test_a_marker_met_while_another_is_executed_is_lost(bench, board, rate, seen
     assert messages(bench, board)[: len(seen) + 1] == seen
 
 
-def test_a_marker_among_pairs_and_among_distances(bench, board):
-    enter(bench, board, 0x51, 3, 1)
-    marker(bench, board, 77, 0x01, 5)
-    pairs(bench, board, (1_500, 10), (77, 1_000), (0, 0))
-    complete(bench, board, 0x42)
-    assert board.axes["motor"].position == 10
-    enter(bench, board, 0x53, 3, 1, rate=10)
-    marker(bench, board, 0x8001, 0x01, 6)
-    marker(bench, board, 0x8000, 0x01, 6)
-    distances(bench, board, 10, 77, 10, 0x8001, 77)
-    complete(bench, board, 0x42)
-    assert board.axes["motor"].position == 30
-    assert messages(bench, board) == ["01 05", "01 05"]
-
-
 # Reports
 
 
@@ -298,19 +245,6 @@ def test_reports_while_streaming(bench, board):
     bench.run(0.2)
     assert ask(bench, board, 0x88)[1] & 0xF8 == 0
     assert position(bench, board, 0x80) == board.axes["motor"].position == 1_200
-
-
-def test_what_a_velocity_leads_to_at_once_may_end_the_performance(bench):
-    """A stall is detected when the zero velocity is output, after 3 ms at 3,500 pulses/s: ten pulses, one tooth."""
-    board = ready(bench, motor={"encoder": {"counts_per_rev": 400}})
-    for command in ((0xB0, 0, 1, 0, 1), (0xB1, 0, 0, 1, 0x90), (0xB2, 0, 0, 0, 0), (0xB4, 0, 0, 0, 50), (0x19, 1)):
-        send(bench, board, *command)
-    enter(bench, board, 0x52, 3, 1, rate=3)
-    velocities(bench, board, 5_250, 0, 5_250)
-    board.axes["motor"].jam()
-    send(bench, board, 0x42, seconds=1)
-    assert moving_at(board, 0)
-    assert free(bench, board) == 600 - 5 * 2
 
 
 # Several velocities in one run

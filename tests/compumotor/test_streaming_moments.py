@@ -6,7 +6,8 @@ from axistwin import Bench
 from axistwin.units import MS
 
 from .programs import distances, enter, pairs, velocities
-from .talking import CONTROL, RESET, ask, messages, ready, send, send_all, status_word, write
+from .scripts import play, scripts
+from .talking import CONTROL, RESET, ready, send, write
 
 MODES = {
     0x51: lambda bench, board: pairs(bench, board, (0x1000, 500), (0x2000, 500), (0x1000, 500)),
@@ -81,17 +82,12 @@ def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
     assert board.axes["motor"].position == stands
 
 
-@pytest.mark.parametrize("seconds", [0.001, 0.002])
-def test_the_command_of_a_marker_does_not_outlive_its_board(bench, board, seconds):
-    """EEh: a command takes "two to four milliseconds to execute"; a reset within this time prevents it."""
-    enter(bench, board, 0x52, 1, 16, rate=10)
-    send_all(bench, board, (0xEE, 0xFF, 0xFF, 0x09, 0x02, 0), (0xEE, 0xFF, 0xFE, 0x94, 0, 0))
-    velocities(bench, board, 0xFFFE, 0x1000, 0xFFFF, 0x2000, 0x1000, 0, 0)
-    send(bench, board, 0x42)
-    assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    bench.run(seconds)
-    board.bus.write(CONTROL, RESET)
-    bench.run(1.1)
-    assert status_word(bench, board) == 0x50
-    assert messages(bench, board) == []
-    assert ask(bench, board, 0x90)[1] == 0x50
+@scripts(
+    {
+        'EEh: a command takes "two to four milliseconds to execute"; a reset within this time prevents it':
+        "52 01 10 =never #10; EE FF FF 09 02 00; EE FF FE 94 00 00; velocities 65534 4096 65535 8192 4096 0 0; 42; "
+        "until moving; <0.001|0.002> s; CB 20; 1.1 s; SB 50; says nothing; 90 -> 50",
+    }
+)  # fmt: skip
+def test_moments_of_a_stream(bench, script):
+    play(bench, script)

@@ -1,0 +1,287 @@
+"""Tables of scripts, as those of the IF1: what the manual says, and what is sent, done and compared for it."""
+
+import ast
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.units import MS
+
+from .programs import (
+    AT_ONCE,
+    NEVER,
+    continuous,
+    cruise,
+    distances,
+    joystick_pulses,
+    pairs,
+    relative,
+    rising,
+    sequence,
+    start,
+    tracked,
+    velocities,
+    words,
+)  # fmt: skip
+from .talking import CONTROL, DATA, ask, i32, message, messages, ready, send, status_word, until_idle
+
+CHOICE = re.compile(r"<(.*?)>")
+FORMS: dict[str, Callable[..., tuple[int, ...]]] = {
+    "default": lambda velocity, acceleration, ranges=0: (0x31, 0, ranges, *i32(velocity), *i32(acceleration)),
+    "relative": relative,
+    "absolute": lambda number, *rest: (0xCB, *relative(number, *rest)[1:]),
+    "continuous": continuous,
+}
+
+
+def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
+    """Parametrise a test by scripts for `play`; each key is a section of the manual with its rule.
+
+    `cruise <10000|-10000> 100000; 78; 84 -> <00|FF>` are two scripts, one with the first word of each pair.
+    """
+    cases = {}
+    for said, script in table.items():
+        choices = [choice.split("|") for choice in CHOICE.findall(script)]
+        for chosen in zip(*choices, strict=True) if choices else [()]:
+            cases[" ".join([said, *dict.fromkeys(chosen)])] = _choose(script, chosen)
+    return pytest.mark.parametrize("script", cases.values(), ids=cases.keys())
+
+
+def _choose(script: str, words: Iterable[str]) -> str:
+    rest = iter(words)
+    return CHOICE.sub(lambda _: next(rest), script)
+
+
+def command(text: str) -> tuple[int, ...]:
+    """Return the bytes of a command such as `33 =-100`, `09 02` or `relative 1 10000 100000 2000`.
+
+    `33` is a byte in hex, `=100` a number of four bytes, `#100` of two; `at_once` and `never` are numbers, too.
+    """
+    code, *rest = text.replace("at_once", str(AT_ONCE)).replace("never", str(NEVER)).split()
+    if code in FORMS:
+        return FORMS[code](*(int(word, 0) for word in rest))
+    return tuple(value for word in (code, *rest) for value in _bytes(word))
+
+
+def _bytes(word: str) -> tuple[int, ...] | list[int]:
+    if word[0] == "=":
+        return i32(int(word[1:]))
+    return words(int(word[1:])) if word[0] == "#" else tuple(bytes.fromhex(word))
+
+
+@dataclass
+class Play:
+    """A board on which a script is played, and what its checks compare with: a position and a moment."""
+
+    bench: Bench
+    board: Controller
+    place: int = 0
+    since_ns: int = 0
+
+
+def play(bench: Bench, script: str) -> None:
+    """Carry out the actions and checks of a script, which are separated by `; `; what follows ` -- ` is a remark.
+
+    The board is an 1811 that has been initialised, or what the first step says: `1810`, `1811 home_ms=0`, `tracked`,
+    `tracked 1810` (see `tracked`).
+    Actions: `33 =100` (send a command, see `command`), `sequence 1: 40 01, 01 02` (define it), `cruise -10000 100000`
+    (a continuous move, up to its velocity), `start 35 =100` (until its motion has just begun), `velocities 1000 2000`
+    and so on (data of a stream), `0.5 s` (run), `idle` (until the motion has ended), `until CHECK`, `trigger 1` (an
+    edge), `home low`, `home released` (drive a terminal), `IDB 09 02`, `CB 20` (write to a register), `power off`,
+    `power cycle`, `jam`, `free`, `displace 5` (turn the encoder), `stick 500` (deflect the joystick), `joystick -5`
+    (pulses of a joystick, 1 kHz), `mark` (keep the position for `moved`), `clock` (keep the moment for `later`).
+    Checks: `8C -> FF` (the answer, without the opcode and the zeros at its end), `8C -> nothing`, `says 01 A1, 28 00`
+    (all messages that wait), `says nothing`, `next 01 A1` (the next one), `83: -100` (the number of an answer),
+    `at 25`, `moved 25`, `pulses 25`, `velocity 10000`, `encoder at 5`, `98 ms later`, each with a number or `1 to 9`,
+    `over 1`, `under 9`; `moving`, `at rest`, `SB 50`, `SB & 7 is 2`, `led is high`, `interrupt`, `no interrupt`,
+    `nothing planned` (no event is to come).
+    """
+    first, *rest = script.split("; ")
+    match first.split():
+        case ["1810" | "1811" as model, *options]:
+            board = ready(bench, model, **_options(options))
+        case ["tracked", *words]:
+            options = [word for word in words if "=" in word]
+            board = tracked(bench, *words[: len(words) - len(options)], **_options(options))
+        case _:
+            board, rest = ready(bench), [first, *rest]
+    state = Play(bench, board)
+    for step in rest:
+        words = step.partition(" -- ")[0].split()
+        if not (_acts(state, words) or _streams(state, words) or _by_hand(state, words) or _answers(state, words)):
+            found, expected = _state(state, words)
+            assert found == expected, f"{step}: {found}"
+
+
+def _options(words: list[str]) -> dict[str, Any]:
+    return {name: ast.literal_eval(value) for name, _, value in (word.partition("=") for word in words)}
+
+
+def _acts(state: Play, words: list[str]) -> bool:
+    """Perform an action; return False if it is none."""
+    bench, board = state.bench, state.board
+    match words:
+        case [seconds, "s"]:
+            bench.run(float(seconds))
+        case ["idle"]:
+            until_idle(bench, board)
+        case ["until", *check]:
+            assert bench.run_until(lambda: _holds(*_state(state, check)), 100), words
+        case ["sequence", number, *_]:
+            commands = " ".join(words[2:]).split(", ")
+            sequence(bench, board, int(number[:-1]), *map(command, commands))
+        case ["cruise", velocity, acceleration]:
+            cruise(bench, board, abs(int(velocity)), int(acceleration), int(velocity[0] == "-"))
+        case ["start", *rest]:
+            start(bench, board, *command(" ".join(rest)))
+        case ["trigger", number]:
+            rising(bench, board, int(number))
+        case ["IDB", *values]:
+            for value in values:
+                board.bus.write(DATA, int(value, 16))
+        case ["CB", value]:
+            board.bus.write(CONTROL, int(value, 16))
+        case ["mark"]:
+            state.place = board.axes["motor"].position
+        case ["clock"]:
+            state.since_ns = bench.now
+        case _:
+            return False
+    return True
+
+
+def _streams(state: Play, words: list[str]) -> bool:
+    """Send data of a stream; return False if the words are no such action."""
+    match words:
+        case ["velocities", *numbers]:
+            velocities(state.bench, state.board, *map(int, numbers))
+        case ["distances", *numbers]:
+            distances(state.bench, state.board, *map(int, numbers))
+        case ["pairs", *numbers]:
+            every = map(int, numbers)
+            pairs(state.bench, state.board, *zip(every, every, strict=True))
+        case _:
+            return False
+    return True
+
+
+def _by_hand(state: Play, words: list[str]) -> bool:
+    """Do something at the terminals, the motor, the joystick or the power; return False if it is no such action."""
+    board, motor = state.board, state.board.axes["motor"]
+    match words:
+        case ["power", "cycle"]:
+            board.power_cycle()
+        case ["power", level]:
+            board.power(level == "on")
+        case ["jam" | "free" as what]:
+            motor.jam(what == "jam")
+        case ["displace", counts]:
+            motor.encoder.displace(int(counts))
+        case ["stick", rate]:
+            board.joystick.deflect(int(rate))
+        case ["joystick", pulses, *period_ms]:
+            joystick_pulses(state.bench, board, abs(int(pulses)), pulses[0] != "-", float((*period_ms, 1)[0]) / 1000)
+        case [pin, "low" | "high" as level]:
+            board.pins[pin].drive(level == "high")
+        case [pin, "released"]:
+            board.pins[pin].release()
+        case _:
+            return False
+    return True
+
+
+def _answers(state: Play, words: list[str]) -> bool:
+    """Send a command and compare its answer, or the messages that wait; return False if it is neither."""
+    bench, board, text = state.bench, state.board, " ".join(words)
+    asked, is_answer, answer = text.partition(" -> ")
+    if is_answer:
+        request = command(asked)
+        expected = b"" if answer == "nothing" else bytes([request[0], *command(answer)]).ljust(16, b"\0")
+        assert ask(bench, board, *request) == expected, text
+    elif words[0] == "says":
+        assert messages(bench, board) == ([] if words[1] == "nothing" else text[5:].lower().split(", ")), text
+    elif words[0] == "next":
+        assert message(bench, board).rstrip(b"\0") == bytes.fromhex(text[5:].replace("nothing", "")), text
+    elif words[0] in FORMS or (len(words[0]) == 2 and words[0] not in ("at", "SB", "no") and words[-1] != "later"):
+        send(bench, board, *command(text))
+    else:
+        return False
+    return True
+
+
+def _holds(found: Any, expected: Any) -> bool:
+    return bool(found == expected)
+
+
+def _state(state: Play, words: list[str]) -> tuple[Any, Any]:
+    """Return the state of which a check speaks, and the expected one."""
+    board, motor = state.board, state.board.axes["motor"]
+    match words:
+        case ["at", "rest"]:
+            return motor.velocity, 0
+        case ["moving"]:
+            return bool(motor.velocity), True
+        case ["SB", value]:
+            return status_word(state.bench, board), int(value, 16)
+        case ["SB", "&", mask, "is", value]:
+            return status_word(state.bench, board) & int(mask, 16), int(value, 16)
+        case [pin, "is", level]:
+            return board.pins[pin].level, level == "high"
+        case ["interrupt"]:
+            return board.bus.interrupt, True
+        case ["no", "interrupt"]:
+            return board.bus.interrupt, False
+        case ["nothing", "planned"]:
+            return state.bench.clock.next_event_ns(), None
+        case [*expected, "ms", "later"]:
+            return Fraction(state.bench.now - state.since_ns, MS), Numbers(expected)
+        case [what, *expected] if what[-1] == ":":
+            return _number(state, int(what[:-1], 16)), Numbers(expected)
+        case ["encoder", "at", *expected]:
+            return motor.encoder.count, Numbers(expected)
+        case ["at", *expected]:
+            return motor.position, Numbers(expected)
+        case ["moved", *expected]:
+            return motor.position - state.place, Numbers(expected)
+        case ["pulses" | "velocity" as what, *expected]:
+            return getattr(motor, what), Numbers(expected)
+        case _:
+            raise AssertionError(f"neither an action nor a check: {' '.join(words)!r}")
+
+
+def _number(state: Play, opcode: int) -> int:
+    """Return the number that a request answers: of six bytes from home and from zero, otherwise of four."""
+    data = ask(state.bench, state.board, opcode)
+    end = 7 if opcode in (0x82, 0x83) else 5
+    assert (data[0], any(data[end:])) == (opcode, False)
+    return int.from_bytes(data[1:end], "big", signed=True)
+
+
+class Numbers:
+    """The numbers that are equal to `5`, `1 to 9`, `over 1`, `under 9` or `about 5` (within a millionth)."""
+
+    def __init__(self, words: list[str]) -> None:
+        self._words = words
+
+    def __eq__(self, found: object) -> bool:
+        assert isinstance(found, int | float | Fraction)
+        match self._words:
+            case [low, "to", high]:
+                return Fraction(low) <= found <= Fraction(high)
+            case ["over", low]:
+                return found > Fraction(low)
+            case ["under", high]:
+                return found < Fraction(high)
+            case ["about", number]:
+                return bool(found == pytest.approx(float(number)))
+        (number,) = self._words
+        return found == Fraction(number)
+
+    def __hash__(self) -> int:
+        return hash(tuple(self._words))
