@@ -26,14 +26,11 @@ def test_other_bases():
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [
-        ("", "'' is not a whole number: expected e.g. 12"),
-        ("1.5", "'1.5' is not a whole number: expected e.g. 12"),
-        (str(2**63), f"'{2**63}' is out of range: expected a whole number from {-(2**63)} to {2**63 - 1}"),
-        ("٣", "'٣' is not a whole number: expected the digits 0 to 9"),
-        ("9" * 101, f"'{'9' * 40}'… (101 characters) is too long for a whole number: expected at most 100 characters"),
-    ],
-)
+    [("", "'' is not a whole number: expected e.g. 12"), ("1.5", "'1.5' is not a whole number: expected e.g. 12"),
+     (str(2**63), f"'{2**63}' is out of range: expected a whole number from {-(2**63)} to {2**63 - 1}"),
+     ("٣", "'٣' is not a whole number: expected the digits 0 to 9"),
+     ("9" * 101, f"'{'9' * 40}'… (101 characters) is too long for a whole number: expected at most 100 characters")],
+)  # fmt: skip
 def test_what_is_no_whole_number(text, message):
     with pytest.raises(NumberError) as told:
         whole(text)

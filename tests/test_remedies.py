@@ -52,20 +52,14 @@ def trace(line: str) -> None:
 
 READERS = [
     *((sweeps.read_values, "{}", bad) for bad in ("5..1", "x..y", "[", "[]", "1..5:1", "-1..5:3:log", "0..99999999")),
-    *((sweeps.measure, "{}", bad) for bad in ("", "x", "final")),
-    (sweeps.measure, "count {}", "x"),
-    (sweeps.measure, "from {}", "a to b"),
-    *((sweeps.claim, "{}", bad) for bad in ("", "x")),
-    (sweeps.claim, "never {}", "x"),
-    (sweeps.claim, "always {}", "x"),
-    (sweeps.claim, "never table.X passes {}", "a"),
+    *((sweeps.measure, "{}", bad) for bad in ("", "x", "final")), (sweeps.measure, "count {}", "x"),
+    (sweeps.measure, "from {}", "a to b"), *((sweeps.claim, "{}", bad) for bad in ("", "x")),
+    (sweeps.claim, "never {}", "x"), (sweeps.claim, "always {}", "x"), (sweeps.claim, "never table.X passes {}", "a"),
     *((links.parse, "{}", bad) for bad in ("", "x", "tcp:x", "rfc2217:x", "bus:x", "serial:", "pty")),
-    (links.read_speed, "{}", "x"),
-    (standin.BoardPin.read, "{}", "?"),
-    (trace, "{}", "1,2"),
+    (links.read_speed, "{}", "x"), (standin.BoardPin.read, "{}", "?"), (trace, "{}", "1,2"),
     (trace, "{}", "x,if1.output1,1"),
     *((lambda text, scheme=scheme: links.parse_as(scheme, text), "{}", "x") for scheme in ("tcp", "rfc2217", "bus")),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("read", "form", "bad"), READERS)
@@ -81,19 +75,10 @@ def test_an_example_for_a_text_is_accepted(read: Callable[[str], object], form: 
 
 @pytest.mark.parametrize(
     ("model", "form", "bad"),
-    [
-        ("if1", "; patience: {}", "x"),
-        ("if1", "; options: {}", "X='a"),
-        ("if1", "{}", "+x"),
-        ("if1", "! {}", "input1"),
-        ("if1", "! input1 {}", "x"),
-        ("smartmotor", "! A {}", "x"),
-        ("smartmotor", "! ambient {}", "x"),
-        ("smartmotor", "! master {}", "x"),
-        ("1811", "! read {}", "x"),
-        ("1811", "! write {}", "x"),
-    ],
-)
+    [("if1", "; patience: {}", "x"), ("if1", "; options: {}", "X='a"), ("if1", "{}", "+x"), ("if1", "! {}", "input1"),
+     ("if1", "! input1 {}", "x"), ("smartmotor", "! A {}", "x"), ("smartmotor", "! ambient {}", "x"),
+     ("smartmotor", "! master {}", "x"), ("1811", "! read {}", "x"), ("1811", "! write {}", "x")],
+)  # fmt: skip
 def test_an_example_for_a_line_of_a_conversation_is_accepted(model: str, form: str, bad: str) -> None:
     def error_of(text: str) -> str:
         Path("a.talk").write_text(f"{form.format(text)}\n")
@@ -160,16 +145,9 @@ output = [{ from = "desk.output1", pin = "P10" }]
 
 @pytest.mark.parametrize(
     ("good", "bad"),
-    [
-        ("desk.limit_plus", "limit_plus"),
-        ("desk.limit_plus", "desk.output2"),
-        ("desk.output1", "output1"),
-        ("desk.output1", "desk.input1"),
-        ('"P2"', '"?"'),
-        ('enable = "!P4", ', ""),
-        ('step = "P2", ', ""),
-    ],
-)
+    [("desk.limit_plus", "limit_plus"), ("desk.limit_plus", "desk.output2"), ("desk.output1", "output1"),
+     ("desk.output1", "desk.input1"), ('"P2"', '"?"'), ('enable = "!P4", ', ""), ('step = "P2", ', "")],
+)  # fmt: skip
 def test_an_example_for_a_stand_in_is_accepted(good: str, bad: str) -> None:
     def error_of(text: str) -> str:
         Path("desk.toml").write_text(STAND_IN.replace(good, text))

@@ -74,15 +74,11 @@ def test_a_program_that_the_motor_refuses(scene, more, message):
 
 @pytest.mark.parametrize(
     ("wires", "message"),
-    [
-        (
-            [("b.output1", "a.home"), ("b.output2", "a.home_enable")],
-            "a.home_enable and a.home are two names of one terminal, which can have only one wire: remove a wire",
-        ),
-        ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
-        ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], ""),
-    ],
-)
+    [([("b.output1", "a.home"), ("b.output2", "a.home_enable")],
+      "a.home_enable and a.home are two names of one terminal, which can have only one wire: remove a wire"),
+     ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
+     ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], "")],
+)  # fmt: skip
 def test_a_terminal_of_two_names(scene, wires, message):
     """`home` and `home_enable` of an 1811 are the same pin."""
     boards = "".join(f'[[controller]]\nmodel = "1811"\nname = "{name}"\n' for name in "ab")

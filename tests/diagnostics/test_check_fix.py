@@ -144,14 +144,11 @@ def test_a_difference_is_printable(fix):
 
 @pytest.mark.parametrize(
     ("name", "text", "mended"),
-    [
-        ("a.if1", "x100$\r\n\x1a", "X100$\r\n\x1a"),
-        ("a.if1", "X100$\r\n\x1a", "X100$\r\n\x1a"),
-        ("a.sms", "A100\r\nEND\r\n\x1a\x1aA100", "A=100\r\nEND\r\n\x1a\x1aA100"),
-        ("a.talk", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0"),
-        ("a.181x", "Null\r\n\x1a", "null\r\n\x1a"),
-    ],
-)
+    [("a.if1", "x100$\r\n\x1a", "X100$\r\n\x1a"), ("a.if1", "X100$\r\n\x1a", "X100$\r\n\x1a"),
+     ("a.sms", "A100\r\nEND\r\n\x1a\x1aA100", "A=100\r\nEND\r\n\x1a\x1aA100"),
+     ("a.talk", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0"),
+     ("a.181x", "Null\r\n\x1a", "null\r\n\x1a")],
+)  # fmt: skip
 def test_a_program_that_ends_in_ctrl_z(fix, name, text, mended):
     """An editor of DOS ends a file with Ctrl-Z; what is behind it is kept, and is no error."""
     result, found = fix(name, text)

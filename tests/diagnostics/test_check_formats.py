@@ -15,13 +15,10 @@ from axistwin.errors import SceneError, UsageError
 from . import sarif
 
 FILES = {
-    "a b.if1": "x1000$\n@3000 X 5%5$\n",
-    "home.sms": "A100 \nEND\n",
-    "moves.181x": "33 00 00 00 01\n",
+    "a b.if1": "x1000$\n@3000 X 5%5$\n", "home.sms": "A100 \nEND\n", "moves.181x": "33 00 00 00 01\n",
     "same.talk": "; model: if2\n> (U61\\r\n> S2\\r\n",
-    "bench.toml": '[[controller]]\nmodel = "if1"\nnmae = "left"\naxes.X.limits = [100, 0]\n',
-    "fine.if1": "X100$\n",
-}
+    "bench.toml": '[[controller]]\nmodel = "if1"\nnmae = "left"\naxes.X.limits = [100, 0]\n', "fine.if1": "X100$\n",
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -212,15 +209,12 @@ def test_a_log_without_results_is_complete(check):
 
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
-    [
-        ((), UsageError, "nothing to check: expected a program or a scene"),
-        (("if1",), UsageError, "nothing to check"),
-        (("if9", "fine.if1"), UsageError, "no model 'if9'"),
-        (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
-        (("nowhere.toml",), SceneError, "nowhere.toml: the scene file cannot be read"),
-        (("whose.talk",), UsageError, "unknown controller model"),
-    ],
-)
+    [((), UsageError, "nothing to check: expected a program or a scene"), (("if1",), UsageError, "nothing to check"),
+     (("if9", "fine.if1"), UsageError, "no model 'if9'"),
+     (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
+     (("nowhere.toml",), SceneError, "nowhere.toml: the scene file cannot be read"),
+     (("whose.talk",), UsageError, "unknown controller model")],
+)  # fmt: skip
 def test_files_that_cannot_be_checked(check, arguments, error, message):
     Path("whose.talk").write_text("> X\n", encoding="utf-8")
     with pytest.raises(error, match=message):

@@ -554,21 +554,12 @@ def spoiled(controller, monkeypatch, request, answer, *, times=1):
 )
 @pytest.mark.parametrize(
     ("model", "options", "request_", "answer", "error", "says"),
-    [
-        ("if1", {}, b"K", b"Q", WrongAnswerError, "check the line for noise"),
-        ("if1", {}, b"K", b"K\r\n" + b"9" * 5000, WrongAnswerError, "check"),
-        ("1811", {}, b"r", b"zz\n", WrongAnswerError, "expected 1 hex bytes"),
-        (
-            "smartmotor",
-            {},
-            b"RPW",
-            b"X" * 5000,
-            WrongAnswerError,
-            "check that the controller is connected to this port",
-        ),
-        ("smartmotor", {}, b"RPW", b"x,y\r", WrongAnswerError, "expected a whole number"),
-    ],
-)
+    [("if1", {}, b"K", b"Q", WrongAnswerError, "check the line for noise"),
+     ("if1", {}, b"K", b"K\r\n" + b"9" * 5000, WrongAnswerError, "check"),
+     ("1811", {}, b"r", b"zz\n", WrongAnswerError, "expected 1 hex bytes"),
+     ("smartmotor", {}, b"RPW", b"X" * 5000, WrongAnswerError, "check that the controller is connected to this port"),
+     ("smartmotor", {}, b"RPW", b"x,y\r", WrongAnswerError, "expected a whole number")],
+)  # fmt: skip
 def test_after_noise(ports, monkeypatch, model, options, request_, answer, error, says):
     with connected(ports, model, **options) as (twin, controller, axis):
         spoiled(controller, monkeypatch, request_, answer)

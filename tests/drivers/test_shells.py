@@ -102,16 +102,11 @@ def test_a_server_that_disconnects():
 
 @pytest.mark.parametrize(
     ("model", "options", "says"),
-    [
-        ("if3", {}, "unknown model 'if3'"),
-        ("if1", {"speed_range": 5}, "expected 1 to 4"),
-        ("if1", {"home_input": 4}, "expected 1, 2 or 3"),
-        ("1811", {"marker_bit": 3}, "expected 0, 1, 2 or None"),
-        ("1811", {"home_percent": 0}, "from 1 to 100"),
-        ("smartmotor", {"addresses": [121]}, "from 1 to 120"),
-        ("smartmotor", {"colour": "red"}, "colour"),
-    ],
-)
+    [("if3", {}, "unknown model 'if3'"), ("if1", {"speed_range": 5}, "expected 1 to 4"),
+     ("if1", {"home_input": 4}, "expected 1, 2 or 3"), ("1811", {"marker_bit": 3}, "expected 0, 1, 2 or None"),
+     ("1811", {"home_percent": 0}, "from 1 to 100"), ("smartmotor", {"addresses": [121]}, "from 1 to 120"),
+     ("smartmotor", {"colour": "red"}, "colour")],
+)  # fmt: skip
 def test_invalid_options(model, options, says):
     with pytest.raises(DriverError, match=says):
         connect("socket://127.0.0.1:9", model, **options)

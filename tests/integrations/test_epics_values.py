@@ -19,14 +19,9 @@ from axistwin.integrations.epics import Ioc  # noqa: E402
 from .test_channel_access import Visitor, without_beacons  # noqa: E402
 
 FIELDS = {
-    "move_to": ("VAL", "DVAL", "RVAL"),
-    "move_by": ("RLV",),
-    "move_at": ("JVEL",),
-    "home": ("HOMF", "HOMR"),
-    "set_position": ("VAL", "DVAL", "RVAL", "OFF"),
-    "speed": ("VELO", "VMAX", "JVEL"),
-    "acceleration": ("ACCL",),
-}
+    "move_to": ("VAL", "DVAL", "RVAL"), "move_by": ("RLV",), "move_at": ("JVEL",), "home": ("HOMF", "HOMR"),
+    "set_position": ("VAL", "DVAL", "RVAL", "OFF"), "speed": ("VELO", "VMAX", "JVEL"), "acceleration": ("ACCL",),
+}  # fmt: skip
 SWITCHES = ("JOGF", "JOGR", "HOMF", "HOMR", "TWF", "TWR", "STOP", "SYNC", "PROC")
 MENUS = ("SPMG", "SET", "FOFF", "DIR", "STUP")
 WRITES = [

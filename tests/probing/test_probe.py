@@ -152,18 +152,11 @@ def test_a_report_that_a_smartmotor_cannot_give_differs():
 
 @pytest.mark.parametrize(
     ("model", "error"),
-    [
-        (
-            "if1",
-            r"the interface answers request E with b'\\x.*: expected C, E, F or \[ and CR; check --model and the line",
-        ),
-        (
-            "smartmotor",
-            r"the motor answers RSP with b'g.*: expected e\.g\. 24576/476 and CR; check --model and the line",
-        ),
-        ("1811", r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes; check --model"),
-    ],
-)
+    [("if1",
+      r"the interface answers request E with b'\\x.*: expected C, E, F or \[ and CR; check --model and the line"),
+     ("smartmotor", r"the motor answers RSP with b'g.*: expected e\.g\. 24576/476 and CR; check --model and the line"),
+     ("1811", r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes; check --model")],
+)  # fmt: skip
 def test_garbage_is_quoted(model, error):
     _, end = controller(model)
     garbled = faulty(end, lambda said, got: bytes(byte ^ 0x55 for byte in got))

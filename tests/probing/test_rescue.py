@@ -146,12 +146,9 @@ def test_a_streaming_mode_is_restored(tmp_path):
 
 @pytest.mark.parametrize(
     ("message", "line"),
-    [
-        (b"U61\r", UartFormat(9600, 8, "N", 2)),
-        (b"V26\n", UartFormat(1200, 7, "E", 2)),
-        (b"U13\r", UartFormat(110, 7, "O", 2)),
-    ],
-)
+    [(b"U61\r", UartFormat(9600, 8, "N", 2)), (b"V26\n", UartFormat(1200, 7, "E", 2)),
+     (b"U13\r", UartFormat(110, 7, "O", 2))],
+)  # fmt: skip
 def test_an_interface_is_found_with_an_incomplete_move(tmp_path, message, line):
     made, end = interface(message, line)
     made.pins["input1"].drive(True)

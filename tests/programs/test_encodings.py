@@ -33,14 +33,9 @@ def test_other_files_are_refused(contents, code, tmp_path):
 
 @pytest.mark.parametrize(
     ("keyboard", "encoding", "typed"),
-    [
-        ("germany", "cp850", "X100§900$"),
-        ("germany", "latin-1", "X100§900$"),
-        ("sweden", "cp437", "X100É900$"),
-        ("france", "utf-8", "X100à900$"),
-        ("norway", "latin-1", "X100É900¤"),
-    ],
-)
+    [("germany", "cp850", "X100§900$"), ("germany", "latin-1", "X100§900$"), ("sweden", "cp437", "X100É900$"),
+     ("france", "utf-8", "X100à900$"), ("norway", "latin-1", "X100É900¤")],
+)  # fmt: skip
 def test_the_first_comments_name_a_national_keyboard(keyboard, encoding, typed, tmp_path):
     file = tmp_path / "p.if1"
     file.write_bytes(f"; für\n; keyboard: {keyboard}\n{typed}\n".encode(encoding))

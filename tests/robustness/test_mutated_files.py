@@ -139,24 +139,19 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [
-        ("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
-        (
-            "; options: line=5\n",
-            "a.talk:1: invalid baud rate or character format 5: expected e.g. '9600 8N2', or 'instant'",
-        ),
-        (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
-        (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
-        (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
-        ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
-        (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: invalid axis position in the event when='X"),
-        (f"! fault jam X at={'9' * 5000}\n", "a.talk:1: invalid value at='999"),
-        (f"= X.position {'9' * 5000}\n", "a.talk:1: '999"),
-        (f"= X.position 0.{'0' * 80}\n> (\n", ""),
-        ("= X.position 1e999999999\n", "a.talk:1: '1e999999999' is out of range"),
-        ("! break 1e300\n", "a.talk:1: 1e+300 s is too long"),
-    ],
-)
+    [("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
+     ("; options: line=5\n",
+      "a.talk:1: invalid baud rate or character format 5: expected e.g. '9600 8N2', or 'instant'"),
+     (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
+     (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
+     (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
+     ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
+     (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: invalid axis position in the event when='X"),
+     (f"! fault jam X at={'9' * 5000}\n", "a.talk:1: invalid value at='999"),
+     (f"= X.position {'9' * 5000}\n", "a.talk:1: '999"), (f"= X.position 0.{'0' * 80}\n> (\n", ""),
+     ("= X.position 1e999999999\n", "a.talk:1: '1e999999999' is out of range"),
+     ("! break 1e300\n", "a.talk:1: 1e+300 s is too long")],
+)  # fmt: skip
 def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, message):
     (tmp_path / "a.talk").write_text(text)
     code = execute(["run", "if1", str(tmp_path / "a.talk")])
