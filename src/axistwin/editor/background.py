@@ -4,11 +4,7 @@ A thread is not enough: one thread of Python runs at a time, and a check would d
 """
 
 import asyncio
-import os
 import pickle
-import signal
-import subprocess
-import sys
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -16,10 +12,10 @@ from contextlib import suppress
 from threading import Thread
 from typing import Any, ParamSpec, TypeVar
 
+from axistwin.child import Child, pipes
+
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
-
-COMMAND = [sys.executable, "-P", "-c", "from axistwin.editor.background import work; work()"]
 
 
 class Background:
@@ -27,7 +23,7 @@ class Background:
 
     def __init__(self) -> None:
         self._one = asyncio.Lock()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: Child | None = None
         self._closed = False
 
     async def run(self, function: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result:
@@ -65,14 +61,10 @@ class Background:
         if self._closed:
             return None
         if self._process is None:
-            self._process = _started()
-        stdin, stdout = self._process.stdin, self._process.stdout
-        assert stdin is not None
-        assert stdout is not None
+            self._process = Child(__name__, "work")
         try:
-            stdin.write(task)
-            stdin.flush()
-            answer: tuple[bool, Any] = pickle.load(stdout)  # noqa: S301  # our own process
+            self._process.send(task)
+            answer: tuple[bool, Any] = self._process.receive()
         except (OSError, ValueError, EOFError, pickle.UnpicklingError):
             self._end()
             return None
@@ -81,28 +73,12 @@ class Background:
     def _end(self) -> None:
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
-            process.wait()
-            for pipe in (process.stdin, process.stdout):
-                with suppress(OSError):
-                    pipe.close()  # type: ignore[union-attr]
-
-
-def _started() -> "subprocess.Popen[bytes]":
-    path = os.pathsep.join(part or os.getcwd() for part in sys.path)
-    return subprocess.Popen(
-        COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-    )  # fmt: skip
+            process.end()
 
 
 def work() -> None:
     """Execute tasks from standard input until it is closed: the main function of the process."""
-    with suppress(ValueError):
-        # Ignore Ctrl-C, because the parent process (the language server) ends this background process.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tasks, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # Redirect printed text to standard error, because standard output carries the results of checks.
+    tasks, answers = pipes()
     with suppress(EOFError, BrokenPipeError):
         while True:
             function, given, named = pickle.load(tasks)  # noqa: S301  # from our own parent process

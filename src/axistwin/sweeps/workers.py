@@ -5,20 +5,17 @@ worker is replaced and its run is repeated; a run is tried three times.  A worke
 killed, and this run is not repeated.  Rows are yielded in the order in which their runs end.
 """
 
-import os
 import pickle
-import signal
-import subprocess
 import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from time import monotonic
-from typing import Any, BinaryIO, Protocol, Self
+from typing import Protocol, Self
 
+from axistwin.child import Child, pipes
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.values import Value
 
@@ -163,7 +160,7 @@ class Workers:
 class _Worker:
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
-        self.process: subprocess.Popen[bytes] | None = None
+        self.process: Child | None = None
         self.tasks: deque[Task] = deque()
         """Tasks that the process has; the first one runs."""
         self.tries = 0
@@ -179,17 +176,9 @@ class _Worker:
     def start(self) -> None:
         """Start the process, and write the queued tasks to its standard input, without waiting for it."""
         self._ready = self.stopped = False
-        package = str(Path(__file__).resolve().parents[2])
-        path = os.pathsep.join(dict.fromkeys((package, *(part or os.getcwd() for part in sys.path))))
-        self.process = subprocess.Popen(
-            [sys.executable, "-P", "-c", "from axistwin.sweeps.workers import work; work()", self.name],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C must interrupt only the parent process, not its workers.
-        )  # fmt: skip
-        with suppress(OSError):
-            self._pipe(self.process.stdin).write(self._setup)
-        for task in self.tasks:
-            self._write(task)
+        self.process = Child(__name__, "work", self.name)
+        for each in (self._setup, *map(pickle.dumps, self.tasks)):
+            self._write(each)
 
     def send(self, task: Task) -> None:
         """Send a task to the worker process, which is started again if it has stopped."""
@@ -197,23 +186,22 @@ class _Worker:
         if self.stopped:
             self.start()
         else:
-            self._write(task)
+            self._write(pickle.dumps(task))
         if self._ready and self._since_s is None:
             self._since_s = monotonic()
 
-    def _write(self, task: Task) -> None:
+    def _write(self, pickled: bytes) -> None:
         assert self.process is not None, "the worker has been started"
         with suppress(OSError):  # If the worker process has ended, the next read of results raises an error.
-            pickle.dump(task, self._pipe(self.process.stdin))
-            self._pipe(self.process.stdin).flush()
+            self.process.send(pickled)
 
     def receive(self) -> Row:
         """Return the row of the first task.  Raises EOFError or OSError if the process ends."""
         assert self.process is not None, "the worker has been started"
         if not self._ready:
-            self._ready = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
+            self._ready = self.process.receive()
             self._since_s = monotonic()
-        row: Row = pickle.load(self._pipe(self.process.stdout))  # noqa: S301  # our own process
+        row: Row = self.process.receive()
         self.drop()
         self.late = False
         self._since_s = monotonic() if self.tasks else None
@@ -233,30 +221,18 @@ class _Worker:
         """Kill the worker process.  A thread that waits in `receive` then gets an EOFError."""
         self._since_s = None
         if self.process is not None:
-            self.process.kill()
+            self.process.interrupt()
 
     def kill(self) -> None:
         """Kill the worker process, and close its pipes.  No other thread may use the pipes at the same time."""
         self._since_s = None
         if self.process is not None:
-            self.process.kill()
-            self.process.wait()
-            for pipe in (self.process.stdin, self.process.stdout):
-                with suppress(OSError):
-                    self._pipe(pipe).close()
-
-    def _pipe(self, pipe: Any) -> BinaryIO:
-        assert pipe is not None, "the process has pipes"
-        stream: BinaryIO = pipe
-        return stream
+            self.process.end()
 
 
 def work() -> None:
     """Main function of a worker process: perform the runs that the parent process requests."""
-    with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tasks, rows = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # The output of the user's code goes to stderr, because stdout carries the results.
+    tasks, rows = pipes()
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)
     compile_servos(runner)
