@@ -13,7 +13,7 @@ from fastapi.middleware.gzip import GZipMiddleware
 from nicegui import app, ui
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
-from axistwin.errors import LinkError, UsageError
+from axistwin.errors import LinkError, UsageError, reason
 from axistwin.links.urls import LOOPBACK
 from axistwin.links.web_gate import is_loopback
 from axistwin.numbers import NumberError, shortened, whole
@@ -25,7 +25,6 @@ from axistwin.panel.page import build_page, rehearse
 from axistwin.panel.people import People, Person
 from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
-from axistwin.storage import reason
 
 RECONNECT_S = 30.0
 """Seconds after which a disconnected page is deleted."""

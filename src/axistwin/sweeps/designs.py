@@ -79,9 +79,8 @@ def _check_drawn(varied: Mapping[str, Values], listed: Mapping[str, Any], runs: 
     drawn = [path for path in varied if path not in listed]
     if drawn and runs is None:
         path = drawn[0]
-        random_values = varied[path].text
         raise UsageError(
-            f"the setting {path} has random values ({random_values}), but the number of runs is missing: "
+            f"the setting {path} has random values ({varied[path].text}), but the number of runs is missing: "
             "add e.g. --runs 100"
         )
 

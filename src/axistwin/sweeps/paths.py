@@ -52,7 +52,7 @@ class Variation:
         self.base = base.varied(_without_state(base.data))
         bench = self.base.build()
         self.places = [_place(self.base, bench, path) for path in paths]
-        self._texts = {place.file: _program(self.base, place.file) for place in self.places if place.file}
+        self._texts = {place.file: self.base.text_of(place.file) for place in self.places if place.file}
 
     def scene(self, values: Sequence[Value]) -> Scene:
         """Return the scene with new values of the settings.  Raises UsageError for an invalid value."""
@@ -104,9 +104,8 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
         first, rest = next(iter(bench.controllers)), [first, *rest]
     if first not in bench.controllers or not rest:
         known_names = (*bench.controllers, "fault", "script", "wire", "seed")
-        did_you_mean_or_expected = instead(first, known_names)
         raise UsageError(
-            f"the setting {path} is not in the scene: {did_you_mean_or_expected} "
+            f"the setting {path} is not in the scene: {instead(first, known_names)} "
             "(a setting is e.g. table.X.load.torque)"
         )
     return _in_controller(scene, bench[first], path, rest)
@@ -115,15 +114,13 @@ def _place(scene: Scene, bench: Bench, path: str) -> Place:
 def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
     tables = scene.data.get(kind, [])
     if len(rest) < 2:
-        example = LISTS[kind]
-        raise UsageError(f"the setting {path} is incomplete: expected e.g. {example}")
+        raise UsageError(f"the setting {path} is incomplete: expected e.g. {LISTS[kind]}")
     if kind == "fault":
         names: list[str] = []
         for table in tables:
             names.append(table.get("name") or free_name(table["kind"], names))
         if rest[0] not in names:
-            fault, did_you_mean_or_expected = rest[0], _suggestion(rest[0], names)
-            raise UsageError(f"unknown fault {fault!r} in the path {path}: {did_you_mean_or_expected}")
+            raise UsageError(f"unknown fault {rest[0]!r} in the path {path}: {_suggestion(rest[0], names)}")
         number = names.index(rest[0])
         known = [*TERMS, *(each.name for each in kind_of(tables[number]["kind"]).parameters)]
     else:
@@ -133,8 +130,7 @@ def _in_list(scene: Scene, path: str, kind: str, rest: Sequence[str]) -> Keys:
             )
         number, known = int(rest[0]), ["at"] if kind == "script" else list(WIRE)
     if rest[1] not in known or len(rest) > 2:
-        did_you_mean_or_expected = _suggestion(rest[1], known)
-        raise UsageError(f"a sweep cannot vary the setting {path}: {did_you_mean_or_expected}")
+        raise UsageError(f"a sweep cannot vary the setting {path}: {_suggestion(rest[1], known)}")
     return (kind, number, rest[1])
 
 
@@ -154,8 +150,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         if rest[1] in known:
             return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
         if not (controller.has_variables and len(rest) == 2):
-            option, did_you_mean_or_expected = rest[1], instead(rest[1], known)
-            raise UsageError(f"the axis has no option {option!r} (in {path}): {did_you_mean_or_expected}")
+            raise UsageError(f"the axis has no option {rest[1]!r} (in {path}): {instead(rest[1], known)}")
         rest = rest[1:]
     elif rest[0] in controller.axes:
         example = "load.inertia_kg_m2" if isinstance(controller.axes[rest[0]], ServoAxis) else "load.torque"
@@ -168,8 +163,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
         return Place(path, (*at, "variables", rest[0]))
     known_names = (controller.name, *controller.axes, *options, *OWN)
     known_names += ("program",) if controller.has_variables else ()
-    did_you_mean_or_expected = instead(rest[0], known_names)
-    raise UsageError(f"the setting {path} is not in the scene: {did_you_mean_or_expected}")
+    raise UsageError(f"the setting {path} is not in the scene: {instead(rest[0], known_names)}")
 
 
 def _assignable(controller: Controller, name: str) -> bool:
@@ -219,8 +213,9 @@ def _put(node: Any, keys: Keys, value: Value) -> Any:
 def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
     table = scene.data["controller"][at[1]]
     if "program" not in table:
-        name = _called(table)
-        raise UsageError(f'{path}: the controller {name} has no program: add e.g. program = "move.sms" to the scene')
+        raise UsageError(
+            f'{path}: the controller {_called(table)} has no program: add e.g. program = "move.sms" to the scene'
+        )
     users = [_called(other) for other in scene.data["controller"] if other.get("program") == table["program"]]
     if len(users) > 1:
         controllers, program = " and ".join(users), table["program"]
@@ -230,12 +225,8 @@ def _in_program(scene: Scene, path: str, at: Keys, variable: str) -> Place:
         )
     file = str(scene.file.parent / Path(table["program"]))
     place = Place(path, (*at, "program"), file, variable)
-    _assigned(_program(scene, file), place, 0)
+    _assigned(scene.text_of(file), place, 0)
     return place
-
-
-def _program(scene: Scene, file: str) -> str:
-    return scene.text_of(file)
 
 
 def _assigned(text: str, place: Place, value: Value) -> str:
@@ -250,8 +241,7 @@ def _assigned(text: str, place: Place, value: Value) -> str:
         if found:
             lines[n] = f"{line[: found.start(1)]}{value}{line[found.end(1) :]}"
             return "\n".join(lines)
-    program = Path(place.file).name
     raise UsageError(
-        f"cannot vary {place.path}, because no command of the program {program} sets {place.variable} "
+        f"cannot vary {place.path}, because no command of the program {Path(place.file).name} sets {place.variable} "
         f"to a whole number: expected a command, e.g. {place.variable}=100"
     )

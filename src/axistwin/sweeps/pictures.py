@@ -33,9 +33,8 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
     check_suffix(path)
     names = [*plan["measures"], *(f"{name}.robustness" for name in plan["claims"])]
     if not names:
-        sweep = title or path
         raise TraceError(
-            f"{sweep} has no results to plot: expected a sweep that measures or checks a signal, "
+            f"{title or path} has no results to plot: expected a sweep that measures or checks a signal, "
             "e.g. --measure 'end: final table.X.position'"
         )
     import matplotlib as mpl

@@ -115,8 +115,7 @@ class Recording:
         axes = {f"{scope}.{n}": axis for scope, each in self.bench.controllers.items() for n, axis in each.axes.items()}
         axis = axes.get(name) or axes.get(f"{self._here}.{name}")
         if axis is None:
-            did_you_mean_or_expected = instead(name, [*axes])
-            raise UsageError(f"the scene has no axis {name!r}: {did_you_mean_or_expected}")
+            raise UsageError(f"the scene has no axis {name!r}: {instead(name, [*axes])}")
         if not isinstance(axis, ServoAxis) or axis.motor is None:
             raise UsageError(
                 f"the energy of axis {name} is unknown: expected a servo axis with motor data in the scene file, "
@@ -147,8 +146,7 @@ class Recording:
                 return candidate
             if candidate in self._also:
                 return self._also[candidate]
-        did_you_mean_or_expected = instead(name, [*self._known, *self._derived()])
-        raise UsageError(f"the scene has no signal {name!r}: {did_you_mean_or_expected}")
+        raise UsageError(f"the scene has no signal {name!r}: {instead(name, [*self._known, *self._derived()])}")
 
     def _derived(self) -> list[str]:
         found = []

@@ -142,13 +142,12 @@ def _triangular(low: float, mode: float, high: float, fraction: float) -> float:
     return high - sqrt((1 - fraction) * span * (high - mode))
 
 
-def _uniform(low: float, high: float, fraction: float) -> float:
-    return low + (high - low) * fraction
-
-
 DISTRIBUTIONS: dict[str, tuple[Callable[..., float], str, Callable[[list[float]], bool]]] = {
     "normal": (_normal, "normal(mean, deviation) with a deviation above 0", lambda given: given[1] > 0),
-    "uniform": (_uniform, "uniform(low, high) with low below high", lambda given: given[0] < given[1]),
+    "uniform": (
+        lambda low, high, fraction: _between(low, high, False, fraction), "uniform(low, high) with low below high",
+        lambda given: given[0] < given[1],
+    ),
     "triangular": (
         _triangular, "triangular(low, mode, high) in this order",
         lambda given: given[0] <= given[1] <= given[2] and given[0] < given[2],

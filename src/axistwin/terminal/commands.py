@@ -178,8 +178,7 @@ class LocalCommands:
 
 def _switch(words: str) -> bool:
     if words not in ("on", "off"):
-        given_value = shortened(words)
-        raise UsageError(f"invalid value {given_value} for the tutor: expected :tutor on or :tutor off")
+        raise UsageError(f"invalid value {shortened(words)} for the tutor: expected :tutor on or :tutor off")
     return words == "on"
 
 
@@ -189,8 +188,7 @@ def _seconds(words: str) -> float:
     except NumberError:
         seconds = -1.0
     if not 0 <= seconds < 1e6:
-        given_time = shortened(words)
-        raise UsageError(f"invalid time {given_time}: expected a number of seconds, e.g. :wait 0.5")
+        raise UsageError(f"invalid time {shortened(words)}: expected a number of seconds, e.g. :wait 0.5")
     return seconds
 
 

@@ -312,10 +312,9 @@ def _parquet_table(path: Path) -> Any:
     types = {field.name: str(_values_type(field.type)) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
-            found_type = types.get(name, "no such column")
             raise TraceError(
                 f"{path} is not a trace file of axistwin: "
-                f"expected exactly one column {name} of type {wanted}, found {found_type}"
+                f"expected exactly one column {name} of type {wanted}, found {types.get(name, 'no such column')}"
             )
     for name in ("time_ns", "signal"):
         if table[name].null_count:
@@ -343,9 +342,8 @@ def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> 
     name = {TEXT: "text", REAL: "number"}.get(track.kind, "integer")
     found = table[name].take(rows)
     if found.null_count:
-        signal_name = track.name
         raise TraceError(
-            f"{path} is damaged: in the column {name}, a value of the signal {signal_name} is missing; "
+            f"{path} is damaged: in the column {name}, a value of the signal {track.name} is missing; "
             "record the trace again"
         )
     if track.kind == TEXT:

@@ -76,8 +76,8 @@ def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
     patterns = tuple(patterns)
     for pattern in patterns:
         if not any(signal.matches(pattern) for signal in signals):
-            did_you_mean_or_expected = _suggestion(pattern, [signal.full for signal in signals])
-            raise UsageError(f"no signal matches {pattern!r}: {did_you_mean_or_expected}")
+            names = [signal.full for signal in signals]
+            raise UsageError(f"no signal matches {pattern!r}: {_suggestion(pattern, names)}")
     return [signal for signal in signals if any(signal.matches(pattern) for pattern in patterns)]
 
 

@@ -29,7 +29,6 @@ complete_target = _of(MODELS, SCENES)
 complete_program = _of((), PROGRAMS)
 complete_checked = _of(MODELS, (*PROGRAMS, *SCENES))
 complete_trace = _of((), TRACES)
-complete_talk = _of((), (".talk",))
 
 
 def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001

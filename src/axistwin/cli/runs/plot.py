@@ -65,10 +65,9 @@ def plot(
     is_sweep = trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace)
     if is_sweep or trace.suffix == ".db":
         if option:
-            command = "sweep" if is_sweep else "tune"
             raise UsageError(
                 f"cannot use the option {option} for {trace}: "
-                f"expected only --out or --title for results of 'axistwin {command}'"
+                f"expected only --out or --title for results of 'axistwin {'sweep' if is_sweep else 'tune'}'"
             )
         assert path is not None, "nothing is shown on the screen"
         (_plot_sweep if is_sweep else _plot_study)(trace, path, trace.name if title is None else title)

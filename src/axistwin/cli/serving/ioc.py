@@ -13,8 +13,7 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.cli.serving import machine as of
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.sparing import log_to_stderr
-from axistwin.errors import LinkError, UsageError, require
-from axistwin.storage import reason
+from axistwin.errors import LinkError, UsageError, reason, require
 
 NAME = re.compile(r"[A-Za-z0-9_:<>;.-]+")
 

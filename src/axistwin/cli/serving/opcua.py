@@ -12,8 +12,7 @@ from axistwin.cli.common.parameters import FILE
 from axistwin.cli.serving import machine as of
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.sparing import log_to_stderr
-from axistwin.errors import LinkError, UsageError, require
-from axistwin.storage import reason
+from axistwin.errors import LinkError, UsageError, reason, require
 
 LOOPBACK = "127.0.0.1"
 

@@ -79,9 +79,8 @@ def stand_in(scene: str, board: str | None, panel: str | None, dry_run: bool, un
     click.echo(WARNING, err=True)
     known = last_positions(plan.journal, plan.axes)
     if known is None and not unhomed:
-        journal_file = plan.journal
         raise UsageError(
-            f"the motor positions are unknown: {journal_file} does not end in the positions of a completed run; "
+            f"the motor positions are unknown: {plan.journal} does not end in the positions of a completed run; "
             "start with --unhomed, then home the machine"
         )
     ports = served.scene(scene, [], alone=False).ports(bench)

@@ -129,8 +129,7 @@ def _bytes(context: Context, name: str, text: str, whole: bool, ending: str) -> 
     try:
         return codec.read(text) if whole else codec.read(text) + TERMINATORS[ending]
     except ProgramError as error:
-        reason = error.message
-        raise UsageError(f"invalid text in column {error.column} of the line: {reason}") from None
+        raise UsageError(f"invalid text in column {error.column} of the line: {error.message}") from None
 
 
 # Buttons and fields for the break signal, DTR, RTS and the character format
