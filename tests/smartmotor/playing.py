@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 import pytest
@@ -29,7 +30,7 @@ def play(script: str | Sequence[str]) -> None:
     (closed limit switches on C and D), `bare` (its faults not cleared), `new` (no time has passed), `line 9600 8N1`;
     otherwise it begins with a motor without faults, at a whole sample.
     Said to the motor, in no time: `P=5 G` (a line, which is not answered), `RP Ra -> 5 0` (its answers, each with CR),
-    `PRINT(1) => 1` (exactly these characters), `RUN -> 5 in 0.1 s` (all that comes until then), `G -> *` (any answer),
+    `PRINT(1) => 1` (exactly these characters), `RUN -> 5 in 0.1 s` (all that comes until then), `G -> *` (any),
     `sends a=1<SP>` (characters without CR; they may be answered too), `485: RP -> 0` (channel 1), `load a=1 / END`
     (download; ` / ` is a new line), `run a=1 / END` (and start it, for 100 samples), `writes RP<CR>` and
     `485 writes RP<CR>` (the answers are left to `receives 0<CR>`, `receives nothing`, `485 receives 0<CR>`).
@@ -38,25 +39,80 @@ def play(script: str | Sequence[str]) -> None:
     Done to it: `G low`, `C high`, `C released`, `C 2.5 V`, `trigger` (G low and high, 20 samples each), `push 50`,
     `jam`, `free`, `torque 0.1`, `master 400 in 0.5 s`, `master 400 in 20 samples`, `turn 0 500: 0 125` (the external
     encoder, to counts; the shaft's positions there), `turn 5 by 1` (counts per sample), `power off`, `power on`,
-    `power cycle`, `clear` (the faults of power-up), `air 71` (°C), `host parity E`, `flip 1`, `break 0.01 s`.
-    Checks: `at 500`, `commanded 500` (the shaft), `positions 1 3 6` (in the next samples), `20 steps of -10` (too),
-    `mark`, and then `moved 30` or `onwards 1 3 6` (counts since), `a is 5` (an expression), `C is low`, `C is 5.0 V`,
-    `W orp` (the bits of the status word, without Bi, or their sum), `Bits orp` (all bits, in the order
-    trliwehoxpmdusak, and that all reports of the status agree).
+    `power cycle`, `clear` (the faults of power-up), `air 71` (°C), `pins 90` (all seven), `dip 0.2 0.05` (the supply,
+    for seconds), `mend`, `host parity E`, `flip 1`, `break 0.01 s`.
+    Checks: `at 500`, `at > 5`, `commanded 500` (the shaft), `still`, `positions 1 3 6` (in the next samples), `20 steps
+    of -10` (too), `mark`, and then `moved 30` or `onwards 1 3 6` (counts since), `a is 5`, `a > 5`, `a != 5` (an
+    expression), `keep a`, and then `a kept`, `a grew`, `a grew by 5`, `C is low`, `C is 5.0 V`, `C is output`, `W orp`
+    (the bits of the status word, without Bi, or their sum), `Bits orp` (all bits, in the order trliwehoxpmdusak, and
+    that all reports of the status agree), `watch C`, and then `C unchanged` or `C went low @0 high @8` (samples since),
+    `line 2`, `no line`, `watch lines`, and then `lines 1 2` or `lines 1@1 2@2` (those that have begun, and when).
     """
     for one in [script] if isinstance(script, str) else script:
         bench, motor, acts = _begun(one.split("; "))
-        marked = motor.axes["shaft"].position
+        kept = Kept(motor)
         for act in acts:
-            if act == "mark":
-                marked = motor.axes["shaft"].position
-            elif act.startswith("moved "):
-                assert motor.axes["shaft"].position - marked == int(act[6:]), act
-            elif act.startswith("onwards "):
-                expected = [marked + int(counts) for counts in act[8:].split()]
-                assert talking.positions(bench, motor, len(expected)) == expected, act
-            elif " -> " in act or " => " in act or not (_happens(bench, motor, act) or _holds(bench, motor, act)):
+            if (
+                " -> " in act
+                or " => " in act
+                or not (kept.compares(act) or _happens(bench, motor, act) or _holds(bench, motor, act))
+            ):
                 _say(bench, motor, act)
+
+
+class Kept:
+    """What later acts of a script are compared with."""
+
+    def __init__(self, motor: Controller) -> None:
+        self.bench, self.motor = motor.bench, motor
+        self.marked = motor.axes["shaft"].position
+        self.values: dict[str, int] = {}
+        self.changes: dict[str, list[tuple[float, bool]]] = {}
+        self.lines: list[tuple[float, int]] = []
+
+    def compares(self, act: str) -> bool:
+        """Keep something, or compare with it; return False if the act is neither."""
+        shaft, found, expected = self.motor.axes["shaft"], None, None
+        match act.split():
+            case ["mark"]:
+                self.marked = shaft.position
+            case ["moved", counts]:
+                found, expected = shaft.position - self.marked, int(counts)
+            case ["onwards", *counts]:
+                places = talking.positions(self.bench, self.motor, len(counts))
+                found, expected = [place - self.marked for place in places], [int(number) for number in counts]
+            case ["keep", name]:
+                self.values[name] = talking.value(self.bench, self.motor, name)
+            case [name, "kept" | "grew" as how] if name in self.values:
+                now = talking.value(self.bench, self.motor, name)
+                found, expected = now > self.values[name], how == "grew"
+                assert how == "grew" or now == self.values[name], act
+            case [name, "grew", "by", number]:
+                found, expected = talking.value(self.bench, self.motor, name) - self.values[name], int(number)
+            case ["watch", "lines"]:
+                self.lines = []
+                zero = self.bench.now
+                self.motor.subscribe_lines(lambda _, n: self.lines.append((self._samples(zero), n + 1)))
+            case ["lines", *lines]:
+                found = [f"{line}@{at:g}" if "@" in act else str(line) for at, line in self.lines]
+                expected = lines
+            case ["watch", pin]:
+                self.changes[pin] = []
+                zero = self.bench.now
+                self.motor.pins[pin].subscribe(lambda p: self.changes[pin].append((self._samples(zero), bool(p.level))))
+            case [pin, "went", *changes]:
+                words = [("high" if level else "low", f"{at:g}") for at, level in self.changes[pin]]
+                found = [word for pair in words for word in (pair if "@" in act else pair[:1])]
+                expected = [word.lstrip("@") for word in changes]
+            case [pin, "unchanged"]:
+                found, expected = self.changes[pin], []
+            case _:
+                return False
+        assert found == expected, f"{act}: {found}"
+        return True
+
+    def _samples(self, since_ns: int) -> float:
+        return (self.bench.now - since_ns) / talking.SAMPLE_NS
 
 
 def _begun(acts: list[str]) -> tuple[Bench, Controller, list[str]]:
@@ -105,9 +161,12 @@ def _say(bench: Bench, motor: Controller, act: str) -> None:
         expected, seconds = last[1], float(last[2])
     raw = said.startswith("sends ")
     found = talking.send(bench, port, _characters(said[6:]).encode("latin-1") if raw else said, seconds)
-    if arrow == " -> ":
-        expected = "".join(word + "\r" for word in expected.split()) if expected != "*" else found.decode("latin-1")
-    assert found == _characters(expected).encode("latin-1"), act
+    if arrow == " -> " and expected != "*":
+        expected = "".join(word + "\r" for word in expected.split())
+    if "*" in expected:
+        assert fnmatchcase(found.decode("latin-1"), _characters(expected)), f"{act}: {found!r}"
+    else:
+        assert found == _characters(expected).encode("latin-1"), act
 
 
 def _happens(bench: Bench, motor: Controller, act: str) -> bool:
@@ -138,6 +197,15 @@ def _happens(bench: Bench, motor: Controller, act: str) -> bool:
             motor.power(level == "on")
         case ["power", "cycle"]:
             motor.power_cycle()
+        case ["dip", left, *duration]:
+            bench.faults.add(
+                "supply_dip", "smartmotor", left=float(left), duration=float(duration[0]) if duration else None
+            )
+        case ["mend"]:
+            bench.faults.mend("supply_dip")
+        case ["pins", word]:
+            for bit, name in enumerate("ABCDEFG"):
+                motor.pins[name].drive(bool(int(word) >> bit & 1))
         case ["clear"]:
             talking.clear(bench, motor)
         case ["air", celsius]:
@@ -167,6 +235,13 @@ def _holds(bench: Bench, motor: Controller, act: str) -> bool:
     match act.split():
         case ["at", counts]:
             found, expected = shaft.position, int(counts)
+        case ["still" | "moving" as state]:
+            found, expected = shaft.velocity == 0, state == "still"
+        case ["line", number]:
+            running = motor.programs["program"].running
+            found, expected = (motor.registers["line"].read(), running), (int(number), int(number) - 1)
+        case ["no", "line"]:
+            found, expected = motor.programs["program"].running, None
         case ["commanded", counts]:
             found, expected = shaft.commanded, int(counts)
         case ["positions", *counts]:
@@ -182,6 +257,12 @@ def _holds(bench: Bench, motor: Controller, act: str) -> bool:
             found, expected = motor.pins[pin].level, level == "high"
         case [pin, "is", volts, "V"]:
             found, expected = motor.pins[pin].volts, float(volts)
+        case [pin, "is", "output" | "input" as direction]:
+            found, expected = motor.pins[pin].is_output, direction == "output"
+        case [expression, ">" | "<" | "!=" as sign, number]:
+            now = shaft.position if expression == "at" else talking.value(bench, motor, expression)
+            found = {">": now > int(number), "<": now < int(number), "!=": now != int(number)}[sign]
+            expected = True
         case [expression, "is", number]:
             found, expected = talking.value(bench, motor, expression), int(number)
         case ["W", *letters]:

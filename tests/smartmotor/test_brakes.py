@@ -6,7 +6,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .playing import play, scripts
-from .talking import SAMPLE_NS, advance, ask, send, wired
+from .talking import send
 
 MOVE = "A=65536 V=100*65536 P=20 G"  # a move of 1+2+3+4+4+3+2+1 = 20 counts in eight samples
 FOR_EVER = "A=65536 V=65536*4 MV G"
@@ -24,6 +24,48 @@ def changes(bench: Bench, motor: Controller, name: str) -> list[tuple[int, bool]
     start = bench.now
     motor.pins[name].subscribe(lambda pin: found.append((bench.now - start, pin.level)))
     return found
+
+
+# The signals on pins C and G
+
+
+def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
+    """5.1: the signal is on the internal brake pin only."""
+    send(bench, motor, "UCO UGO UC=1 UG=1")
+    found = changes(bench, motor, "C"), changes(bench, motor, "G")
+    send(bench, motor, MOVE, 0.1)
+    assert motor.pins["brake"].level is False
+    assert found == ([], [])
+    assert motor.pins["C"].level is motor.pins["G"].level is True
+
+
+def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
+    """1.2, note: BRKI, BRKC and BRKG exclude each other; the last of them is in force."""
+    send(bench, motor, "UCO UGO UC=0 UG=0 BRKC")
+    assert motor.pins["C"].level is True
+    send(bench, motor, "BRKG")
+    assert motor.pins["G"].level is True
+    before = motor.pins["C"].level
+    found = changes(bench, motor, "C")
+    send(bench, motor, MOVE, 0.1)
+    assert motor.pins["G"].level is False
+    send(bench, motor, "OFF")
+    assert motor.pins["G"].level is True
+    assert (motor.pins["C"].level, found) == (before, [])
+    send(bench, motor, "BRKI")
+    found = changes(bench, motor, "G")
+    send(bench, motor, "G", 0.1)
+    assert motor.pins["brake"].level is False
+    assert found == []
+
+
+# The pins of the signal when they change their function (5.1, 1.2)
+
+
+PINS = [("BRKC", "C"), ("BRKG", "G")]
+
+
+HOLD = "MP D=0 G"
 
 
 @scripts(
@@ -88,133 +130,42 @@ def changes(bench: Bench, motor: Controller, name: str) -> list[tuple[int, bool]
         '5.1: "These commands will change the function of the I/O pin C": UCP and UCI; UCO makes an ordinary '
         "output":
         "UC=0 UCO BRKC; C is 5.0 V; UCP; 0.01 s; RBp -> 1; UCO ZS; 0.01 s; C is 0.0 V; BRKC; C is 5.0 V",
+        # The static brake: BRKSRV, BRKTRJ, BRKRLS, BRKENG
+        "5.2: the brake changes at the same time as Bo":
+        f"watch brake; {MOVE}; 20 samples; OFF; 20 samples; brake went low @0 high @20",
+        '5.2, BRKTRJ: "When Bt is 1, MTB will be disabled. When Bt is 0, MTB will be active"; a move of 8 samples':
+        f"BRKTRJ; watch brake; {MOVE}; RMODE RBt -> P 1; 20 samples; brake went low @0 high @8; RMODE -> B; at 20",
+        "5.2: while the servo holds and no trajectory is in progress, BRKSRV releases and BRKTRJ engages at once":
+        [f"{MOVE}; 0.1 s; {'BRKENG' if not engaged else 'BRKRLS'}; brake is {'low' if engaged else 'high'}; "
+         f"{command}; brake is {'high' if engaged else 'low'}"
+         for command, engaged in (("BRKSRV", False), ("BRKTRJ", True))],
+        # The signals on pins C and G
+        '5.1 notes 4, BRKTRJ: "Driven low while trajectory bit is 1"':
+        [f"U{name}O {command} BRKTRJ; watch {name}; {MOVE}; 20 samples; {name} went low @0 high @8"
+         for command, name in (("BRKG", "G"), ("BRKC", "C"))],
+        # MTB
+        '5.2 note 1: they "will turn off MTB and switch to the associated mode"; with BRKSRV the brake follows Bo':
+        [f"MTB {command}; RMODE RBo -> {letter} 0; brake is low"
+         for command, letter in (("G", "P"), ("MT", "T"), ("MF1", "F"), ("MF2", "F"), ("MF4", "F"), ("MS", "S"))],
+        "5.2 note 1 does not name these commands, so MTB stays; a buffered mode begins with G":
+        [f"BASE=1000 SIZE=10 MTB {command}; RMODE RBo RBt -> B 1 0"
+         for command in (
+             "MP", "MV", "MFR", "MC", "MD", "BRKSRV", "BRKTRJ", "BRKENG", "P=100", "A=1", "OFF", "S", "X",
+         )],
+        '3.2 note 3.1, 5.2: BRKRLS OFF "also prevents MTB from automatically being issued upon any shaft fault"':
+        [f"wired; {disable} {FOR_EVER}; 0.05 s; C high; 0.01 s; RMODE RBo RBt -> {letter} 1 0; "
+         f"brake is {'high' if letter == 'B' else 'low'}"
+         for disable, letter in (("", "B"), ("BRKRLS OFF", "O"))],
+        # The pins of the signal when they change their function (5.1, 1.2)
+        '1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the pin that loses the signal keeps its level':
+        [f"U{name}={0 if engaged else 1} U{name}O {brake}{'' if engaged else f' {HOLD}'}; watch {name}; "
+         f"BRKI BRKENG BRKRLS BRKSRV; {name} is {'high' if engaged else 'low'}; {name} unchanged; U{name}O; "
+         f"{name} is {'low' if engaged else 'high'}"
+         for brake, name in PINS for engaged in (True, False)],
     }
 )  # fmt: skip
 def test_brakes(script):
     play(script)
-
-
-# The static brake: BRKSRV, BRKTRJ, BRKRLS, BRKENG
-
-
-def test_brksrv_takes_effect_in_the_moment_of_g_and_of_off(bench, motor):
-    """5.2: the brake changes at the same time as Bo."""
-    found = changes(bench, motor, "brake")
-    send(bench, motor, MOVE, 0)
-    advance(bench, 20)
-    send(bench, motor, "OFF", 0)
-    advance(bench, 20)
-    assert found == [(0, False), (20 * SAMPLE_NS, True)]
-
-
-def test_brktrj_releases_for_the_trajectory_only(bench, motor):
-    """5.2, BRKTRJ: "When Bt is 1, MTB will be disabled.  When Bt is 0, MTB will be active"; a move of 8 samples."""
-    send(bench, motor, "BRKTRJ")
-    bench.clock.run_to(-(-bench.now // SAMPLE_NS) * SAMPLE_NS)
-    found = changes(bench, motor, "brake")
-    send(bench, motor, MOVE, 0)
-    assert send(bench, motor, "RMODE RBt", 0) == b"P\r1\r"
-    advance(bench, 20)
-    assert found == [(0, False), (8 * SAMPLE_NS, True)]
-    assert ask(bench, motor, "RMODE") == "B"
-    assert motor.axes["shaft"].position == 20
-
-
-@pytest.mark.parametrize(("command", "engaged"), [("BRKSRV", False), ("BRKTRJ", True)])
-def test_coming_back_to_automatic_control_acts_at_once(bench, motor, command, engaged):
-    """5.2: while the servo holds and no trajectory is in progress, BRKSRV releases and BRKTRJ engages at once."""
-    send(bench, motor, MOVE, 0.1)
-    send(bench, motor, "BRKENG" if not engaged else "BRKRLS")
-    assert motor.pins["brake"].level is not engaged
-    send(bench, motor, command)
-    assert motor.pins["brake"].level is engaged
-
-
-# The signals on pins C and G
-
-
-@pytest.mark.parametrize(("command", "name"), [("BRKG", "G"), ("BRKC", "C")])
-def test_with_brktrj_the_pin_is_a_busy_trajectory_output(bench, motor, command, name):
-    """5.1 notes 4, BRKTRJ: "Driven low while trajectory bit is 1"."""
-    send(bench, motor, f"U{name}O {command} BRKTRJ")
-    bench.clock.run_to(-(-bench.now // SAMPLE_NS) * SAMPLE_NS)
-    found = changes(bench, motor, name)
-    send(bench, motor, MOVE, 0)
-    advance(bench, 20)
-    assert found == [(0, False), (8 * SAMPLE_NS, True)]
-
-
-def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
-    """5.1: the signal is on the internal brake pin only."""
-    send(bench, motor, "UCO UGO UC=1 UG=1")
-    found = changes(bench, motor, "C"), changes(bench, motor, "G")
-    send(bench, motor, MOVE, 0.1)
-    assert motor.pins["brake"].level is False
-    assert found == ([], [])
-    assert motor.pins["C"].level is motor.pins["G"].level is True
-
-
-def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
-    """1.2, note: BRKI, BRKC and BRKG exclude each other; the last of them is in force."""
-    send(bench, motor, "UCO UGO UC=0 UG=0 BRKC")
-    assert motor.pins["C"].level is True
-    send(bench, motor, "BRKG")
-    assert motor.pins["G"].level is True
-    before = motor.pins["C"].level
-    found = changes(bench, motor, "C")
-    send(bench, motor, MOVE, 0.1)
-    assert motor.pins["G"].level is False
-    send(bench, motor, "OFF")
-    assert motor.pins["G"].level is True
-    assert (motor.pins["C"].level, found) == (before, [])
-    send(bench, motor, "BRKI")
-    found = changes(bench, motor, "G")
-    send(bench, motor, "G", 0.1)
-    assert motor.pins["brake"].level is False
-    assert found == []
-
-
-# MTB
-
-
-@pytest.mark.parametrize(
-    ("command", "letter"), [("G", "P"), ("MT", "T"), ("MF1", "F"), ("MF2", "F"), ("MF4", "F"), ("MS", "S")]
-)
-def test_commands_that_turn_off_mtb(bench, motor, command, letter):
-    """5.2 note 1: they "will turn off MTB and switch to the associated mode"; with BRKSRV the brake follows Bo."""
-    send(bench, motor, f"MTB {command}")
-    mode, off, _, brake = state(bench, motor)
-    assert (mode, off, brake) == (letter, "0", False)
-
-
-@pytest.mark.parametrize(
-    "command", ["MP", "MV", "MFR", "MC", "MD", "BRKSRV", "BRKTRJ", "BRKENG", "P=100", "A=1", "OFF", "S", "X"]
-)
-def test_commands_that_leave_mtb(bench, motor, command):
-    """5.2 note 1 does not name these commands, so MTB stays; a buffered mode begins with G."""
-    send(bench, motor, f"BASE=1000 SIZE=10 MTB {command}")
-    assert state(bench, motor)[:3] == ("B", "1", "0")
-
-
-@pytest.mark.parametrize(("disable", "letter"), [("", "B"), ("BRKRLS OFF", "O")])
-def test_a_limit_applies_mtb_unless_it_is_disabled(bench, disable, letter):
-    """3.2 note 3.1, 5.2: BRKRLS OFF "also prevents MTB from automatically being issued upon any shaft fault"."""
-    motor = wired(bench)
-    send(bench, motor, f"{disable} {FOR_EVER}", 0.05)
-    motor.pins["C"].drive(True)
-    bench.run(0.01)
-    mode, off, busy, brake = state(bench, motor)
-    assert (mode, off, busy) == (letter, "1", "0")
-    assert brake is (letter == "B")
-
-
-# The pins of the signal when they change their function (5.1, 1.2)
-
-
-PINS = [("BRKC", "C"), ("BRKG", "G")]
-
-
-HOLD = "MP D=0 G"
 
 
 @pytest.mark.parametrize(("brake", "name"), PINS)
@@ -229,15 +180,3 @@ def test_an_output_given_again_or_late_shows_the_signal_at_once(bench, motor, br
     send(bench, motor, HOLD)
     send(bench, motor, f"U{name}=1 {brake} OFF U{name}O {HOLD}")
     assert [level for _, level in found] == [False, True, False, True, False]  # HOLD, UG=1, BRKG, OFF, HOLD
-
-
-@pytest.mark.parametrize(("brake", "name"), PINS)
-@pytest.mark.parametrize("engaged", [True, False])
-def test_the_pin_that_loses_the_signal_keeps_its_level(bench, motor, brake, name, engaged):
-    """1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the pin that loses the signal keeps its level."""
-    send(bench, motor, f"U{name}={0 if engaged else 1} U{name}O {brake}" + ("" if engaged else f" {HOLD}"))
-    found = changes(bench, motor, name)
-    send(bench, motor, "BRKI BRKENG BRKRLS BRKSRV")
-    assert (motor.pins[name].level, found) == (engaged, [])
-    send(bench, motor, f"U{name}O")
-    assert motor.pins[name].level is not engaged  # the level of the pin's output latch

@@ -8,7 +8,7 @@ from axistwin import Bench
 
 from .playing import play, scripts
 from .scenarios import EXAMPLE, TABLE, cam, relative, start_cam, turn_through, turn_to
-from .talking import SAMPLE_NS, advance, load, ready, send, value
+from .talking import SAMPLE_NS, advance, ready, send, value
 
 FIGURE = {
     0: 0, 500: 125, 1000: 250, 2000: 500, 2500: 375, 4000: 0, 6000: 1000, 7000: 750, 8000: 500, 9000: 500, 9999: 500,
@@ -16,61 +16,7 @@ FIGURE = {
 SECOND = {10_000 + at: 500 + position for at, position in FIGURE.items()}
 
 
-def run_example(bench, motor, f):
-    """Load one of the two listings, run the program, and wait until it has ended."""
-    load(bench, motor, EXAMPLE.format(f=f) + "END\n")
-    send(bench, motor, "RUN", 0)
-    bench.run(0.05)
-    assert send(bench, motor, "RMODE RBs RP RCTR", 0) == b"C\r0\r0\r0\r"
-
-
-# 9.2, example 1, figure 9.1
-
-
-def test_example_1_two_cycles_of_figure_9_1(bench, motor):
-    """9.2: "@P" and "RP", and CTR, are reset to zero when the encoder reaches BASE plus D; the shaft moves on."""
-    run_example(bench, motor, "F=128")
-    for count, physical in (FIGURE | SECOND).items():
-        assert turn_to(bench, motor, count) == physical
-        within = count % 10_000
-        assert send(bench, motor, "RP RCTR", 0) == b"%d\r%d\r" % (FIGURE[within], within)
-        assert value(bench, motor, "@P") == FIGURE[within]
-        assert value(bench, motor, "CTR") == within
-
-
-def test_example_1_backwards_through_the_zero_point(bench, motor):
-    """Figure 9.1 from right to left: one count before zero is the end of the dwell, CTR 9999 and position 500."""
-    run_example(bench, motor, "F=128")
-    turn_to(bench, motor, 10_500)
-    for count in (10_000, 9_999, 8_000, 7_000, 4_000, 500, 0):
-        assert turn_to(bench, motor, count) == (FIGURE | SECOND)[count]
-        assert send(bench, motor, "RP RCTR", 0) == b"%d\r%d\r" % (FIGURE[count % 10_000], count % 10_000)
-    assert turn_to(bench, motor, -1) == 0
-    assert send(bench, motor, "RP RCTR", 0) == b"500\r9999\r"
-    assert turn_to(bench, motor, -3_000) == 250
-    assert send(bench, motor, "RP RCTR", 0) == b"750\r7000\r"
-
-
-def test_the_counter_is_reset_in_the_very_sample(bench, motor):
-    """9.2: in every sample CTR is below BASE plus D, and the shaft moves without a jump."""
-    start_cam(bench, motor, "F=128", dwell=100)
-    motor.master.move(25_000, 500 * SAMPLE_NS / 1e9)
-    for _ in range(503):
-        advance(bench)
-        assert 0 <= value(bench, motor, "CTR") < 8100
-    assert value(bench, motor, "CTR") == 25_000 - 3 * 8100
-    assert motor.axes["shaft"].position == 3 * 500 + 700 * 250 // 1000
-
-
 # 9.3, example 2, figure 9.2
-
-
-def test_example_2_two_cycles_of_figure_9_2(bench, motor):
-    """9.3: the second cycle begins at the last position of the first; CTR and RP are not reset."""
-    run_example(bench, motor, "F=16")
-    for count, position in (FIGURE | SECOND).items():
-        assert turn_to(bench, motor, count) == position
-        assert send(bench, motor, "RP RCTR", 0) == b"%d\r%d\r" % (position, count)
 
 
 def test_there_and_back_ends_where_it_began(bench, motor):
@@ -88,28 +34,6 @@ def test_dwell_zero_overlaps_the_last_entry_with_the_first(bench, motor):
     start_cam(bench, motor, dwell=0)
     assert turn_through(bench, motor, [7000, 8000, 9000, 16_000, -1000]) == [750, 500, 750, 1000, 250]
     assert [value(bench, motor, "CX")] == [7]
-
-
-# CX
-
-
-def test_cx_is_the_index_of_the_table_in_real_time(bench, motor):
-    """9.2: "CX contains the real-time array index of the cam table"."""
-    start_cam(bench, motor)
-    for count, index in [
-        (0, 0),
-        (999, 0),
-        (1000, 1),
-        (1999, 1),
-        (4500, 4),
-        (7999, 7),
-        (10_000, 0),
-        (11_000, 1),
-        (-2001, 7),
-        (-9999, 0),
-    ]:
-        turn_to(bench, motor, count)
-        assert value(bench, motor, "CX") == index
 
 
 # The multiplier
@@ -209,6 +133,47 @@ END
              ("master", "MC", 6000, 1), ("master", "MC2", 3000, 1), ("table", "MC", 6000, 1),
              ("table", "MC2", 6000, 2),
          )],
+        # 9.2, example 1, figure 9.1
+        '9.2: "@P" and "RP", and CTR, are reset to zero when the encoder reaches BASE plus D; the shaft moves on':
+        f"load {EXAMPLE.format(f='F=128')}END; RUN; 0.05 s; RMODE RBs RP RCTR -> C 0 0 0; "
+        + "; ".join(
+            f"turn {count}: {physical}; RP RCTR -> {FIGURE[count % 10000]} {count % 10000}; "
+            f"@P is {FIGURE[count % 10000]}; CTR is {count % 10000}"
+            for (count, physical) in (FIGURE | SECOND).items()
+        ),
+        "Figure 9.1 from right to left: one count before zero is the end of the dwell, CTR 9999 and position 500":
+        f"load {EXAMPLE.format(f='F=128')}END; RUN; 0.05 s; RMODE RBs RP RCTR -> C 0 0 0; turn 10500; "
+        + "; ".join(
+            f"turn {count}: {(FIGURE | SECOND)[count]}; "
+            f"RP RCTR -> {FIGURE[count % 10000]} {count % 10000}"
+            for count in (10000, 9999, 8000, 7000, 4000, 500, 0)
+        )
+        + "; turn -1: 0; RP RCTR -> 500 9999; turn -3000: 250; RP RCTR -> 750 7000",
+        "9.2: in every sample CTR is below BASE plus D, and the shaft moves without a jump":
+        f"{cam('F=128', dwell=100)}; master 25000 in 500 samples; "
+        + "; ".join("1 sample; CTR > -1; CTR < 8100" for _ in range(503))
+        + "; CTR is 700; at 1675",
+        # 9.3, example 2, figure 9.2
+        "9.3: the second cycle begins at the last position of the first; CTR and RP are not reset":
+        f"load {EXAMPLE.format(f='F=16')}END; RUN; 0.05 s; RMODE RBs RP RCTR -> C 0 0 0; "
+        + "; ".join(
+            f"turn {count}: {position}; RP RCTR -> {position} {count}"
+            for (count, position) in (FIGURE | SECOND).items()
+        ),
+        # CX
+        '9.2: "CX contains the real-time array index of the cam table"':
+        f"{cam()}; "
+        + "; ".join(
+            f"turn {count}; CX is {index}"
+            for count, index in (
+                (0, 0), (999, 0), (1000, 1), (1999, 1), (4500, 4), (7999, 7), (10_000, 0), (11_000, 1), (-2001, 7),
+                (-9999, 0),
+            )
+        ),
+        # With other things
+        "9.5: MCn calculates BASE/SIZE; without an interval the cam does not start":
+        [f"MF0 F=16 aw[0] 0 250 500 250 0 500 1000 750 500. {words} MC; RBs G RMODE => 1<CR>*; turn 1000: 0"
+         for words in ("BASE=0 SIZE=8", "BASE=8 SIZE=0", "BASE=7 SIZE=8")],
     }
 )  # fmt: skip
 def test_cam(script):
@@ -289,11 +254,3 @@ def test_s_holds_the_cam_and_mc_g_starts_it_again(bench, motor):
     assert turn_to(bench, motor, 3000) == 250
     send(bench, motor, "MF0 MC G", 0)
     assert [turn_to(bench, motor, 3000 + at) for at in (0, 1000, 6000, 10_000)] == [250, 500, 1250, 750]
-
-
-@pytest.mark.parametrize("words", ["BASE=0 SIZE=8", "BASE=8 SIZE=0", "BASE=7 SIZE=8"])
-def test_a_cam_without_an_interval_does_not_start(bench, motor, words):
-    """9.5: MCn calculates BASE/SIZE; without an interval the cam does not start."""
-    send(bench, motor, f"MF0 F=16 aw[0] 0 250 500 250 0 500 1000 750 500. {words} MC", 0)
-    assert send(bench, motor, "RBs G RMODE", 0)[:2] == b"1\r"
-    assert turn_to(bench, motor, 1000) == 0

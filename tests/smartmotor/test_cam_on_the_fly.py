@@ -53,6 +53,74 @@ CHANGES = {
 """Commands at 3000 counts, and the positions of the shaft at further counts."""
 
 
+@pytest.mark.parametrize(("commands", "expected"), CHANGES.values(), ids=CHANGES)
+def test_a_change(bench, motor, commands, expected):
+    send(bench, motor, commands, 0)
+    see(bench, motor, expected)
+
+
+# BASE, SIZE, MCn
+
+
+@pytest.mark.parametrize("words", ["BASE=4000 ", "BASE=4000 CI ", "SIZE=4 CI ", "BASE=4000 MC ", "MC2 ", "MC8 D=1 "])
+def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
+    """9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"."""
+    send(bench, motor, words, 0)
+    see(bench, motor, OLD)
+
+
+# What invalidates a CI
+
+
+@pytest.mark.parametrize(
+    "words", ["D=300 ", "D=100 ", "BASE=4000 ", "BASE=8000 ", "SIZE=8 ", "MC ", "MC2 ", "F=144 ", "F=128 ", "F=0 "]
+)
+def test_anything_issued_between_ci_and_the_zero_point_invalidates_it(bench, motor, words):
+    """9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, but
+    before the next zero point crossing occurs, will invalidate the CI command"."""
+    send(bench, motor, "D=100 CI", 0)
+    turn_to(bench, motor, 5000)
+    send(bench, motor, words, 0)
+    see(bench, motor, OLD)
+
+
+@pytest.mark.parametrize("words", ["F=144 F=16 ", "F=0 F=16 "])
+def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, words):
+    send(bench, motor, "D=100 CI " + words, 0)
+    see(bench, motor, OLD)
+
+
+# The programs
+
+
+EXAMPLE_4 = """F=144
+BASE=2000
+D=100
+MC2
+G
+BASE=10000
+D=107525
+MC2
+CI
+UAI
+UBI
+WHILE 1
+IF UAI
+D=D+1
+MC2
+CI
+ENDIF
+IF UBI
+D=D-1
+MC2
+CI
+ENDIF
+WAIT=100
+LOOP
+END
+"""
+
+
 @scripts(
     {
         # Dwell
@@ -95,94 +163,18 @@ CHANGES = {
         "RCTR RP -> 500 125; at 1625",
         '9.4: without F=16 "absolute positioning would take immediate effect"; with CI at the zero point (9.5)':
         f"{cam()}; turn 3000; F=0 MC CI; turn 9000 10000 11000 16000 17000 18000 19000: 500 0 250 1000 750 0 250",
+        "f 128 withdrawn lets the counter go on":
+        f"{cam('F=144')}; turn 3000; F=16; turn 10500; RCTR -> 500; CI; turn 40500; CTR > 10000; at 2125",
+        # The programs
+        "9.5, example 4: MC2 halves BASE and D: 2000 and 100 take 1050 counts, 10000 take 5000, 107525 take "
+        "53762.5":
+        f"A low; B low; load {EXAMPLE_4}; MF4 SIZE=10 aw[0] 0 100 200 300 400 500 600 700 800 900 1000. RUN; 0.1 s; "
+        "RMODE RBs -> C 0; "
+        "turn 500 1000 1049 1050 3550 6050 59812 59813 62313 by 100: 500 1000 1000 1000 1500 2000 2000 2000 2500",
     }
 )  # fmt: skip
 def test_cam_on_the_fly(script):
     play(script)
-
-
-@pytest.mark.parametrize(("commands", "expected"), CHANGES.values(), ids=CHANGES)
-def test_a_change(bench, motor, commands, expected):
-    send(bench, motor, commands, 0)
-    see(bench, motor, expected)
-
-
-# BASE, SIZE, MCn
-
-
-@pytest.mark.parametrize("words", ["BASE=4000 ", "BASE=4000 CI ", "SIZE=4 CI ", "BASE=4000 MC ", "MC2 ", "MC8 D=1 "])
-def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
-    """9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"."""
-    send(bench, motor, words, 0)
-    see(bench, motor, OLD)
-
-
-# What invalidates a CI
-
-
-@pytest.mark.parametrize(
-    "words", ["D=300 ", "D=100 ", "BASE=4000 ", "BASE=8000 ", "SIZE=8 ", "MC ", "MC2 ", "F=144 ", "F=128 ", "F=0 "]
-)
-def test_anything_issued_between_ci_and_the_zero_point_invalidates_it(bench, motor, words):
-    """9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, but
-    before the next zero point crossing occurs, will invalidate the CI command"."""
-    send(bench, motor, "D=100 CI", 0)
-    turn_to(bench, motor, 5000)
-    send(bench, motor, words, 0)
-    see(bench, motor, OLD)
-
-
-@pytest.mark.parametrize("words", ["F=144 F=16 ", "F=0 F=16 "])
-def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, words):
-    send(bench, motor, "D=100 CI " + words, 0)
-    see(bench, motor, OLD)
-
-
-# F=16 and F=128 on the fly
-
-
-def test_f_128_withdrawn_lets_the_counter_go_on(bench):
-    motor = ready(bench)
-    start_cam(bench, motor, "F=144")
-    turn_to(bench, motor, 3000)
-    send(bench, motor, "F=16", 0)
-    turn_to(bench, motor, 10_500)
-    assert send(bench, motor, "RCTR", 0) == b"500\r"
-    send(bench, motor, "CI", 0)
-    turn_to(bench, motor, 40_500)
-    assert value(bench, motor, "CTR") > 10_000
-    assert motor.axes["shaft"].position == 2125
-
-
-# The programs
-
-
-EXAMPLE_4 = """F=144
-BASE=2000
-D=100
-MC2
-G
-BASE=10000
-D=107525
-MC2
-CI
-UAI
-UBI
-WHILE 1
-IF UAI
-D=D+1
-MC2
-CI
-ENDIF
-IF UBI
-D=D-1
-MC2
-CI
-ENDIF
-WAIT=100
-LOOP
-END
-"""
 
 
 def button_program(bench, program):
@@ -195,14 +187,6 @@ def button_program(bench, program):
     bench.run(0.1)
     assert send(bench, motor, "RMODE RBs", 0) == b"C\r0\r"
     return motor
-
-
-def test_example_4_cuts_quickly_first_and_normally_afterwards(bench):
-    """9.5, example 4: MC2 halves BASE and D: 2000 and 100 take 1050 counts, 10000 take 5000, 107525 take 53762.5."""
-    motor = button_program(bench, EXAMPLE_4)
-    counts = [500, 1000, 1049, 1050, 1050 + 2500, 1050 + 5000, 1050 + 58_762, 1050 + 58_763, 59_813 + 2500]
-    expected = [500, 1000, 1000, 1000, 1500, 2000, 2000, 2000, 2500]
-    assert turn_through(bench, motor, counts, 100) == expected
 
 
 @pytest.mark.parametrize(("pin", "sign"), [("A", 1), ("B", -1)])

@@ -8,7 +8,7 @@ from axistwin.bench import Controller
 from .bits import BE, BL, BM, BO, BP, BR, BT
 from .playing import play, scripts
 from .scenarios import points, position
-from .talking import advance, ask, clear, load, send, status_word
+from .talking import advance, ask, load, send, status_word
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 COUNTING = "WHILE 1 a=a+1 LOOP "
@@ -54,6 +54,10 @@ def jam(bench: Bench, motor: Controller) -> None:
         'channel"':
         "OCHN(RS4,1,N,9600,1,8,C); 485 writes PRINT(U,UA,#13) PRINT1(1,#13) RU<SP>; 0.1 s; receives 1271<CR>; "
         "485 receives 1<CR>127<CR>",
+        # F=32 without C1
+        '7.1, F=4: "user program prints and report command"; 6.1: "To current communication channel" for a host':
+        'OCHN(RS4,1,N,9600,1,8,C) F=4 UG; RP PRINT("x",#13) RUA -> 0 x 1; 0.1 s; 485 receives nothing; '
+        "485 writes RUA<SP>; 0.1 s; 485 receives 1<CR>; receives nothing",
     }
 )  # fmt: skip
 def test_decisions_faults(script):
@@ -118,19 +122,6 @@ def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, motor, f):
     jam(bench, motor)
     stood = ask(bench, motor, "Ra", 0.05)
     assert ask(bench, motor, "Ra RBs", 0).split("\r") == [stood, "0"]
-
-
-def test_f_4_and_a_host_that_asks(bench):
-    """7.1, F=4: "user program prints and report command"; 6.1: "To current communication channel" for a host."""
-    motor = clear(bench, bench.add("smartmotor", line="instant"))
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 UG")
-    assert send(bench, motor, 'RP PRINT("x",#13) RUA') == b"0\rx\r1\r"
-    bench.run(0.1)
-    assert motor.rs485.read() == b""
-    motor.rs485.write(b"RUA ")
-    bench.run(0.1)
-    assert motor.rs485.read() == b"1\r"
-    assert motor.serial.read() == b""
 
 
 # Mode cam and host mode

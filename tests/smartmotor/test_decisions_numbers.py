@@ -4,7 +4,7 @@ import pytest
 
 from .playing import play, scripts
 from .scenarios import clock, points, position
-from .talking import ACKNOWLEDGE, END, SAMPLE_S, UNIT, advance, ask, ready, send, value, wired
+from .talking import SAMPLE_S, UNIT, advance, ask, ready, send, value
 
 CAM = "MF4 F=16 D=0 BASE=8 SIZE=8 aw[0] 0 10 20 30 40 50 60 70 80. MV V=0 G"
 
@@ -14,6 +14,9 @@ CAM = "MF4 F=16 D=0 BASE=8 SIZE=8 aw[0] 0 10 20 30 40 50 60 70 80. MV V=0 G"
         '9.3: positions are "relative to where it is when it starts into the cam table": 3 counts are 30 further':
         f"S {CAM}; master 3 in 1 samples; 4 samples; CTR is 3; at 0; MC G; 2 samples; at 30; "
         "turn 4 8 9 by 1: 40 80 90",
+        "2.0, item 6: a fault prevents the download; one that has begun is completed, with the fault afterwards":
+        "wired; LOAD => <06>; a=1 b=2 => <06>; C high; 0.01 s; c=3 END => <06>; sends <FF><FF><SP>; "
+        "RCKS => *P<CR>; RBr RBk -> 1 0; LOAD; 0.01 s",
     }
 )  # fmt: skip
 def test_decisions_numbers(script):
@@ -44,20 +47,6 @@ def test_o_names_the_shaft_and_keeps_the_following_error(bench):
     bench.run(1)
     assert ask(bench, motor, "RP", 0) == str(5000 + error)
     assert motor.axes["shaft"].position == 0
-
-
-def test_a_limit_that_opens_during_a_download_does_not_disturb_it(bench):
-    """2.0, item 6: a fault prevents the download; one that has begun is completed, with the fault afterwards."""
-    motor = wired(bench)
-    assert send(bench, motor, b"LOAD ") == ACKNOWLEDGE
-    assert send(bench, motor, b"a=1 b=2 ") == ACKNOWLEDGE
-    motor.pins["C"].drive(True)
-    bench.run(0.01)
-    assert send(bench, motor, b"c=3 END ") == ACKNOWLEDGE
-    assert send(bench, motor, END + b" ") == b""
-    assert ask(bench, motor, "RCKS").endswith("P")
-    assert send(bench, motor, "RBr RBk") == b"1\r0\r"
-    assert send(bench, motor, b"LOAD ", 0.01) == b""
 
 
 def test_the_buffer_of_host_mode_counts_what_waits(bench, motor):

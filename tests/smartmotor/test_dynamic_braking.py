@@ -7,7 +7,8 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import SAMPLE_NS, ask, load, ready, send
+from .playing import play, scripts
+from .talking import SAMPLE_NS, ask, ready, send
 
 MOTORS = ["frame17", "frame23", "frame34"]
 
@@ -43,6 +44,19 @@ def stopped_by(name: str, command: str, torque: int = 400) -> tuple[int, int]:
     motor = spinning(bench, name, torque)
     send(bench, motor, command, 0)
     return stop(bench, motor)
+
+
+@scripts(
+    {
+        "5.2: the commands for MTB work in a program too":
+        "with frame23; load MT / T=300 / WAIT=2000 / MTB / WAIT=1000 / PRINT(@V,#13) / RMODE / END; "
+        "RUN -> 0 B in 1.0 s; still",
+        "2.0 item 2: MTB is the mode at power-up":
+        "with frame23; MT T=400; 1.0 s; moving; power off; 0.01 s; power on; 0.3 s; RMODE RBo -> B 1; 1 s; still",
+    }
+)  # fmt: skip
+def test_dynamic_braking(script):
+    play(script)
 
 
 @pytest.mark.parametrize("name", MOTORS)
@@ -164,14 +178,6 @@ def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
     assert send(bench, motor, "RBe RBo") == b"0\r0\r"
 
 
-def test_a_program_brakes_and_reports(bench):
-    """5.2: the commands for MTB work in a program too."""
-    motor = ready(bench, shaft={"motor": "frame23"})
-    load(bench, motor, "MT\nT=300\nWAIT=2000\nMTB\nWAIT=1000\nPRINT(@V,#13)\nRMODE\nEND\n")
-    assert send(bench, motor, "RUN", 1.0) == b"0\rB\r"
-    assert motor.axes["shaft"].velocity == 0
-
-
 @pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])
 def test_the_same_stop_whole_or_in_pieces(command):
     """The division of virtual time does not matter: the same inputs at the same times give the same counts."""
@@ -188,18 +194,6 @@ def test_the_same_stop_whole_or_in_pieces(command):
         return found
 
     assert course(1) == course(1) == course(96)
-
-
-def test_power_off_in_the_middle_lets_the_motor_come_back_in_mtb(bench):
-    """2.0 item 2: MTB is the mode at power-up."""
-    motor = spinning(bench, "frame23")
-    motor.power(False)
-    bench.run(0.01)
-    motor.power(True)
-    bench.run(0.3)
-    assert send(bench, motor, "RMODE RBo") == b"B\r1\r"
-    bench.run(1)
-    assert motor.axes["shaft"].velocity == 0
 
 
 @pytest.mark.parametrize("name", MOTORS)

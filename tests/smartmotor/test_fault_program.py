@@ -70,6 +70,14 @@ def counts(bench: Bench, motor: Controller) -> bool:
         [f"load {clears}A={UNIT} / V={UNIT} / P=100 / G / a=7 / END; power cycle; 0.5 s; Ra -> 7; "
          f"RP -> {'100' if clears else '0'}; W {0 if clears else BO + BR + BL + BP + BM}"
          for clears in ('UCI\nUDI\nZS\n', "")],
+        '4.3: "stores it program pointer in the stack … to return to program pointer", also from inside a '
+        "subroutine":
+        "wired; "
+        "load F=32 / GOSUB5 / b=1 / END / C5 / WHILE a<500 / a=a+1 / LOOP / RETURN / C1 / c=a / GOSUB6 / RETURNF / "
+        "C6 / d=7 / RETURN; RUN; 0.05 s; C released; 3 samples; 1.0 s; Ra Rb Rd RBs -> 500 1 7 0; c > 40; c < 110",
+        '7.1: WAIT is truncated only "when GOSUB2 is called"':
+        "wired; load F=32 / CLK=0 / WAIT=1000 / END / C1 / c=CLK / RETURNF; RUN; 0.1 s; C released; 3 samples; "
+        "0.1 s; Rc -> 0; 0.1 s; c > 999; c < 1006",
     }
 )  # fmt: skip
 def test_fault_program(script):
@@ -100,21 +108,6 @@ def test_a_position_error_ends_the_program_or_calls_c1(bench, motor, f, ends):
     assert ask(bench, motor, "Rc") == str(f // 32)
 
 
-def test_c1_returns_to_where_the_program_was(bench):
-    """4.3: "stores it program pointer in the stack … to return to program pointer", also from inside a subroutine."""
-    motor = wired(bench)
-    load(
-        bench,
-        motor,
-        "F=32\nGOSUB5\nb=1\nEND\nC5\nWHILE a<500\na=a+1\nLOOP\nRETURN\nC1\nc=a\nGOSUB6\nRETURNF\nC6\nd=7\nRETURN\n",
-    )
-    send(bench, motor, "RUN", 0.05)
-    open_limit(bench, motor)
-    bench.run(1.0)
-    assert send(bench, motor, "Ra Rb Rd RBs") == b"500\r1\r7\r0\r"
-    assert 40 < int(ask(bench, motor, "Rc")) < 110
-
-
 @pytest.mark.parametrize("program", ["", "F=32\nEND\n", COUNTING])
 def test_f_32_without_a_label_c1(bench, program):
     """F=32 without a label C1: the motor stops at a fault and still answers."""
@@ -125,18 +118,6 @@ def test_f_32_without_a_label_c1(bench, program):
     open_limit(bench, motor)
     advance(bench, 5)
     assert status_word(bench, motor) & ~BS == BO + BR + BP
-
-
-def test_wait_is_not_cut_short_by_c1(bench):
-    """7.1: WAIT is truncated only "when GOSUB2 is called"."""
-    motor = wired(bench)
-    load(bench, motor, "F=32\nCLK=0\nWAIT=1000\nEND\nC1\nc=CLK\nRETURNF\n")
-    send(bench, motor, "RUN", 0.1)
-    open_limit(bench, motor)
-    bench.run(0.1)
-    assert ask(bench, motor, "Rc") == "0"
-    bench.run(0.1)
-    assert 1000 <= int(ask(bench, motor, "Rc")) <= 1005
 
 
 def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):

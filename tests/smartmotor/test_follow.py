@@ -42,20 +42,32 @@ from .talking import SAMPLE_NS, advance, ready, send, value
         "With an edge every 20 samples pin A changes every 40, and the program reads A at least every 5":
         "load WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END; MF0 b=0 RUN; "
         f"master 400 in {400 * 20 * SAMPLE_NS / 1000000000.0} s; 3 s; Ra -> 200",
+        '5: the command "zeroes CTR"':
+        [f"turn 1000; CTR != 0; {mode}; CTR is 0; at 0" for mode in ("MF1", "MF2", "MF4", "MF0", "MS", "MS0")],
+        # Ratios
+        '5: "remainder carried, no drift": a thousand steps at ratio 2/7, forwards and backwards, lose nothing':
+        "MFMUL=2 MFDIV=7 MFR G; "
+        + "; ".join(f"turn {count} by 1" for count in range(1, 141))
+        + "; at 40; "
+        + "; ".join(f"turn {count} by 1" for count in range(139, -1, -1))
+        + "; at 0",
+        # Pins A and B show the edges (base 12; 6.1, 6.2)
+        "without an encoder the pins are pulled up":
+        "A is high; B is high; RU RUA RUB RUAA -> 127 1 1 1023",
+        "A test lead or an output of the motor sets the level of the pin; the counter still counts edges (base "
+        "12)":
+        "master 2 in 0 s; A is low; B is low; A high; UB=1 UBO MF0; A is high; B is high; master 4 in 0 s; "
+        "1 sample; RU RCTR -> 127 4; A released; UBI; A is low; B is low; RU -> 124",
+        "of a step source b is the direction and a is low between steps":
+        [f"MS0; master {steps} in 0.003 s; 0.01 s; A is low; B is {'high' if b else 'low'}; "
+         f"RUA RUB RCTR -> 0 {int(b)} {steps}"
+         for steps, b in ((3, True), (-3, False))],
+        "the encoder turns while the motor has no power":
+        "power off; master 1 in 0 s; A is low; B is high; power on; 0.001 s; RU RCTR -> 126 0",
     }
 )  # fmt: skip
 def test_follow(script):
     play(script)
-
-
-@pytest.mark.parametrize("mode", ["MF1", "MF2", "MF4", "MF0", "MS", "MS0"])
-def test_the_counter_is_zeroed(bench, motor, mode):
-    """5: the command "zeroes CTR"."""
-    turn_to(bench, motor, 1000)
-    assert value(bench, motor, "CTR") != 0
-    send(bench, motor, mode + "", 0)
-    assert value(bench, motor, "CTR") == 0
-    assert motor.axes["shaft"].position == 0
 
 
 def test_mf4_in_a_move_takes_over_at_once(bench, motor):
@@ -106,17 +118,6 @@ def test_the_ratio_is_mfmul_by_mfdiv(bench, motor, mul, div, counts, expected, m
     assert send(bench, motor, "RMODE RBs", 0) == b"X\r0\r"
     assert turn_through(bench, motor, counts, 500) == expected
     assert value(bench, motor, "CTR") == counts[-1]
-
-
-def test_the_remainder_is_carried(bench, motor):
-    """5: "remainder carried, no drift": a thousand steps at ratio 2/7, forwards and backwards, lose nothing."""
-    send(bench, motor, "MFMUL=2 MFDIV=7 MFR G", 0)
-    for count in range(1, 141):
-        turn_to(bench, motor, count, 1)
-    assert motor.axes["shaft"].position == 40
-    for count in range(139, -1, -1):
-        turn_to(bench, motor, count, 1)
-    assert motor.axes["shaft"].position == 0
 
 
 # Pins A and B
@@ -207,11 +208,6 @@ def levels(motor):
     return motor.pins["A"].level, motor.pins["B"].level
 
 
-def test_without_an_encoder_the_pins_are_pulled_up(bench, motor):
-    assert levels(motor) == (True, True)
-    assert send(bench, motor, "RU RUA RUB RUAA") == b"127\r1\r1\r1023\r"
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, sign):
     """Forwards AB is 11, 01, 00, 10, backwards the reverse order; host, bench and voltage agree."""
@@ -234,37 +230,3 @@ def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):
         seen.append(levels(motor))
         bench.run(0.05)
     assert seen == [(True, True), (False, True), (False, False), (True, False)]
-
-
-def test_a_stronger_source_than_the_encoder_keeps_its_pin(bench, motor):
-    """A test lead or an output of the motor sets the level of the pin; the counter still counts edges (base 12)."""
-    motor.master.move(2, 0)
-    assert levels(motor) == (False, False)
-    motor.pins["A"].drive(True)
-    send(bench, motor, "UB=1 UBO MF0")
-    assert levels(motor) == (True, True)
-    motor.master.move(4, 0)
-    advance(bench)
-    assert send(bench, motor, "RU RCTR") == b"127\r4\r"
-    motor.pins["A"].release()
-    send(bench, motor, "UBI")
-    assert levels(motor) == (False, False)
-    assert send(bench, motor, "RU") == b"124\r"
-
-
-@pytest.mark.parametrize(("steps", "b"), [(3, True), (-3, False)])
-def test_of_a_step_source_b_is_the_direction_and_a_is_low_between_steps(bench, motor, steps, b):
-    send(bench, motor, "MS0")
-    motor.master.move(steps, 0.003)
-    bench.run(0.01)
-    assert levels(motor) == (False, b)
-    assert send(bench, motor, "RUA RUB RCTR") == b"0\r%d\r%d\r" % (b, steps)
-
-
-def test_the_encoder_turns_while_the_motor_has_no_power(bench, motor):
-    motor.power(False)
-    motor.master.move(1, 0)
-    assert levels(motor) == (False, True)
-    motor.power(True)
-    bench.run(0.001)
-    assert send(bench, motor, "RU RCTR") == b"126\r0\r"

@@ -26,6 +26,10 @@ STROBED = bytes.fromhex(
 ONE_SEGMENT = points((0, 0), (64, 256))  # a quarter of a count per sample
 
 
+ANY_BYTE = (0, 0), (0x0D0D, 0x0D0D), (0x2020, 0x2020), (0xFAFB, 0xFAFB), (0x80FF, 0x180FF)
+"""Positions and clocks with CR, blank, FAh, FBh and addresses."""
+
+
 @scripts(
     {
         # What a record is
@@ -66,6 +70,41 @@ ONE_SEGMENT = points((0, 0), (64, 256))  # a quarter of a count per sample
         "a power cut forgets the records":
         f"O=0 MD; {points((0, 0), (1000, 1000))}; G; 100 samples; power cycle; 0.5 s; RMODE UCI UDI ZS MD G -> B; "
         "10 samples; at 100; RMODE -> B",
+        # 10.1 Automatic strobing
+        "10.1: the speed is constant, 4096 counts in 256 samples, also in the strobed segments up to clock 400h":
+        f"O=0 MD; {STROBED}; G; positions 16; 1023 steps of 16",
+        '10.1: "the SmartMotor will calculate the time value automatically, by using the previous time delta"':
+        f"O=0 MD; {points(*((16 * at, at) for at in [0, 256, 512, 768, 832, 896, 960, 1024]))}; G; positions 16; "
+        "1023 steps of 16",
+        '10.1: "Having sent the first two times, time values may be sent or omitted at will"':
+        "O=0 MV V=65536 A=1 MD; "
+        f"{points((0, 0), (10, 10))}{position(20)}{points((60, 60))}{position(100)}{points((111, 111))}{position(112)}"
+        f"{clock(112)}{clock(112)}; "
+        "G; positions 1; 129 steps of 1",
+        # What a record is
+        "10.1: CR, blank, FAh, FBh and addresses inside a record are data":
+        f"O=0 MD; {points(*ANY_BYTE)}{clock(0x180FF)}; G; "
+        + "; ".join(f"{at - before} samples; at {place}" for (_, before), (place, at) in pairwise(ANY_BYTE))
+        + "; RMODE RBs -> P 0",
+        "positions are signed":
+        f"O=0 MD; {points((0, 0), (-257, 257))}{clock(257)}; G; positions -1; 256 steps of -1",
+        # Underflow
+        "after underflow a move and another host mode are possible":
+        f"O=0 MD; {ONE_SEGMENT}; G; 300 samples; ZS MP A=65536 V=65536 P=70 G; 20 samples; at 70; O=0 P=10 MD; "
+        f"{points((0, 0), (10, 10))}{clock(10)}; G; 9 samples; positions 80 80; RMODE RP -> P 10",
+        # 10.2 Orderly exit
+        '10.2: "host mode transitioned to velocity mode, maintaining constant velocity each Sample"':
+        f"O=0 MV V=4*65536 A=100 MD; {points((0, 0), (1024, 256))}{clock(256)}; G; positions 4; 599 steps of 4; "
+        "RMODE RV -> V 262144",
+        '10.2: "MP P=expression (absolute)": from 1 count per sample on to 300, at V=2':
+        f"O=0 MP A=65536 V=2*65536 P=300 MD; {points((0, 0), (100, 100))}{clock(100)}; G; 100 samples; RMODE -> P; "
+        "positions 102 104 106; 98 samples; at 300",
+        '10.2: "MP D=expression (relative)": 50 counts beyond the latched position':
+        f"O=0 MP A=65536 V=65536 D=50 MD; {points((0, 0), (100, 100))}{clock(100)}; G; positions 1; 149 steps of 1; "
+        "10 steps of 0; RMODE RBt -> R 0",
+        "10.2: velocity mode ramps from the latched trajectory velocity to the buffered V with the buffered A":
+        f"O=0 MV A=65536 V=5*65536 MD; {points((0, 0), (200, 100))}{clock(100)}; G; 99 samples; "
+        "positions 200 203 207 212 217 222",
     }
 )  # fmt: skip
 def test_host_mode(script):
@@ -73,19 +112,6 @@ def test_host_mode(script):
 
 
 # 10.1 Automatic strobing
-
-
-def test_the_example_of_automatic_strobing(bench, motor):
-    """10.1: the speed is constant, 4096 counts in 256 samples, also in the strobed segments up to clock 400h."""
-    start_host_mode(bench, motor, "O=0 ", STROBED)
-    assert positions(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
-
-
-def test_the_example_with_every_clock_sent_does_the_same(bench, motor):
-    """10.1: "the SmartMotor will calculate the time value automatically, by using the previous time delta"."""
-    times = [0, 0x100, 0x200, 0x300, 0x340, 0x380, 0x3C0, 0x400]
-    start_host_mode(bench, motor, "O=0 ", points(*((16 * at, at) for at in times)))
-    assert positions(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
 
 
 def test_strobed_segments_of_different_speed(bench, motor):
@@ -110,15 +136,6 @@ def test_strobed_segments_of_different_speed(bench, motor):
     ]
 
 
-def test_clocks_may_be_sent_or_omitted_at_will(bench, motor):
-    """10.1: "Having sent the first two times, time values may be sent or omitted at will"."""
-    records = (
-        points((0, 0), (10, 10)) + position(20) + points((60, 60)) + position(100) + points((111, 111)) + position(112)
-    )
-    start_host_mode(bench, motor, "O=0 MV V=65536 A=1 ", records + clock(112) + clock(112))
-    assert positions(bench, motor, 130) == list(range(1, 131))
-
-
 @pytest.mark.parametrize("baudrate", [9600, 38400])
 def test_the_example_at_the_speed_of_a_line(bench, baudrate):
     """10.1 at 9600 baud, during the motion: 42 characters take 44 ms, and the first segment lasts 63 ms."""
@@ -134,22 +151,6 @@ def test_the_example_at_the_speed_of_a_line(bench, baudrate):
 # What a record is
 
 
-def test_a_record_may_hold_any_byte(bench, motor):
-    """10.1: CR, blank, FAh, FBh and addresses inside a record are data."""
-    stations = [0, 0x0D0D, 0x2020, 0xFAFB, 0x80FF]
-    times = [0, 0x0D0D, 0x2020, 0xFAFB, 0x180FF]
-    start_host_mode(bench, motor, "O=0 ", points(*zip(stations, times, strict=True)) + clock(times[-1]))
-    for before, at, where in zip(times, times[1:], stations[1:], strict=False):
-        advance(bench, at - before)
-        assert motor.axes["shaft"].position == where
-    assert send(bench, motor, "RMODE RBs", 0) == b"P\r0\r"
-
-
-def test_positions_are_signed(bench, motor):
-    start_host_mode(bench, motor, "O=0 ", points((0, 0), (-257, 257)) + clock(257))
-    assert positions(bench, motor, 257) == [-at for at in range(1, 258)]
-
-
 def test_a_segment_that_is_not_a_whole_number_of_counts_per_sample(bench, motor):
     """Between its ends a segment is linear in time: 3 counts in 16 samples, to within a count."""
     start_host_mode(bench, motor, "O=0 ", points((0, 0), (3, 16), (3, 64)))
@@ -157,27 +158,7 @@ def test_a_segment_that_is_not_a_whole_number_of_counts_per_sample(bench, motor)
         assert 0 <= min(3 * at, 48) - 16 * where < 16
 
 
-# Underflow
-
-
-def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor):
-    start_host_mode(bench, motor, "O=0 ", ONE_SEGMENT)
-    positions(bench, motor, 300)
-    send(bench, motor, "ZS MP A=65536 V=65536 P=70 G", 0)
-    assert positions(bench, motor, 20)[-1] == 70
-    start_host_mode(bench, motor, "O=0 P=10 ", points((0, 0), (10, 10)) + clock(10))
-    assert positions(bench, motor, 11)[9:] == [80, 80]
-    assert send(bench, motor, "RMODE RP", 0) == b"P\r10\r"
-
-
 # 10.2 Orderly exit
-
-
-def test_the_example_of_constant_speed(bench, motor):
-    """10.2: "host mode transitioned to velocity mode, maintaining constant velocity each Sample"."""
-    start_host_mode(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x400, 0x100)) + clock(0x100))
-    assert positions(bench, motor, 600) == [4 * at for at in range(1, 601)]
-    assert send(bench, motor, "RMODE RV", 0) == b"V\r262144\r"
 
 
 def test_the_example_of_servo_in_place_with_a_velocity(bench, motor):
@@ -204,28 +185,6 @@ def decelerating(start, velocity, a):
         start += velocity
         found.append(start >> 16)
     return found
-
-
-def test_exit_into_an_absolute_move(bench, motor):
-    """10.2: "MP P=expression (absolute)": from 1 count per sample on to 300, at V=2."""
-    start_host_mode(bench, motor, "O=0 MP A=65536 V=2*65536 P=300 ", points((0, 0), (100, 100)) + clock(100))
-    positions(bench, motor, 100)
-    assert send(bench, motor, "RMODE", 0) == b"P\r"
-    assert positions(bench, motor, 101)[:3] == [102, 104, 106]
-    assert motor.axes["shaft"].position == 300
-
-
-def test_exit_into_a_relative_move(bench, motor):
-    """10.2: "MP D=expression (relative)": 50 counts beyond the latched position."""
-    start_host_mode(bench, motor, "O=0 MP A=65536 V=65536 D=50 ", points((0, 0), (100, 100)) + clock(100))
-    assert positions(bench, motor, 160) == [*range(1, 151)] + [150] * 10
-    assert send(bench, motor, "RMODE RBt", 0) == b"R\r0\r"
-
-
-def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
-    """10.2: velocity mode ramps from the latched trajectory velocity to the buffered V with the buffered A."""
-    start_host_mode(bench, motor, "O=0 MV A=65536 V=5*65536 ", points((0, 0), (200, 100)) + clock(100))
-    assert positions(bench, motor, 105)[99:] == [200, 203, 207, 212, 217, 222]
 
 
 @pytest.mark.parametrize(

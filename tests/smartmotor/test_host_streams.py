@@ -1,6 +1,5 @@
 """Chapter 10: long streams of host mode records, at line speed, with a real motor, and in pieces."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,6 +28,20 @@ def records_of(segments, omit):
         "10.2, relative distance: G makes the exit's own move, and another G repeats it":
         f"O=0 MP A=65536000 V=65536000 D=50 MD; {points((0, 0), (100, 100))}{clock(100)}; G; 102 samples; at 150; "
         "G; 3 samples; at 200",
+        '7.1, F=2: "the motor shaft will physically spin in the opposite direction for any given mode"':
+        f"F=2 O=0 MV V=65536 A=100 MD; {points((0, 0), (100, 100))}{clock(100)}; G; positions -1; 149 steps of -1; "
+        "RP RV -> 150 65536",
+        "Each host mode has its own clock and begins at its first pair":
+        f"O=0 MV V=65536 A=100 MD; {points((0, 0), (10, 10))}{clock(10)}; G; 20 samples; at 20; MD; "
+        f"{points((20, 5000), (40, 5010), (60, 5020), (70, 5030))}{clock(5030)}; G; positions 22; 19 steps of 2; "
+        "20 steps of 1",
+        "10.2: the position is ignored also when the clock before has been omitted, and when more records follow":
+        [f"O=0 MV V=0 A=65536000 MD; {records}; G; positions 1; 127 steps of 1; 72 steps of 0; RMODE RBs -> V 0"
+         for records in (
+             points((0, 0), (64, 64)) + position(128) + points((9, 128)),
+             points((0, 0), (64, 64), (128, 128), (9, 128), (500, 600)),
+             points((0, 0), (64, 64), (128, 128)) + clock(128) + points((500, 600)),
+         )],
     }
 )  # fmt: skip
 def test_host_streams(script):
@@ -127,13 +140,6 @@ def test_a_real_motor_keeps_its_velocity_through_the_exit(bench):
     assert send(bench, motor, "RMODE RV RBe", 0) == b"V\r262144\r0\r"
 
 
-def test_reversed_by_f_2_the_shaft_runs_the_other_way(bench, motor):
-    """7.1, F=2: "the motor shaft will physically spin in the opposite direction for any given mode"."""
-    start_host_mode(bench, motor, "F=2 O=0 MV V=65536 A=100 ", points((0, 0), (100, 100)) + clock(100))
-    assert positions(bench, motor, 150) == [-at for at in range(1, 151)]
-    assert send(bench, motor, "RP RV", 0) == b"150\r65536\r"
-
-
 def test_a_limit_in_the_middle_stops_it(bench, motor):
     """3.2: a limit ends the motion; later records have no effect; after ZS host mode can begin again."""
     motor.pins["C"].drive(False)
@@ -151,26 +157,3 @@ def test_a_limit_in_the_middle_stops_it(bench, motor):
     send(bench, motor, "ZS", 0)
     start_host_mode(bench, motor, "O=0 MV V=0 A=65536000 ", points((0, 0), (10, 10), (10, 20)) + clock(20))
     assert positions(bench, motor, 30)[-1] == here + 10
-
-
-def test_host_mode_after_host_mode(bench, motor):
-    """Each host mode has its own clock and begins at its first pair."""
-    start_host_mode(bench, motor, "O=0 MV V=65536 A=100 ", points((0, 0), (10, 10)) + clock(10))
-    assert positions(bench, motor, 20)[-1] == 20
-    start_host_mode(bench, motor, "", points((20, 5000), (40, 5010), (60, 5020), (70, 5030)) + clock(5030))
-    assert positions(bench, motor, 40) == [*range(22, 61, 2), *range(61, 81)]
-
-
-@pytest.mark.parametrize(
-    "records",
-    [
-        points((0, 0), (64, 64)) + position(128) + points((9, 128)),
-        points((0, 0), (64, 64), (128, 128), (9, 128), (500, 600)),
-        points((0, 0), (64, 64), (128, 128)) + clock(128) + points((500, 600)),
-    ],
-)
-def test_the_position_of_the_duplicated_clock_is_ignored(bench, motor, records):
-    """10.2: the position is ignored also when the clock before has been omitted, and when more records follow."""
-    start_host_mode(bench, motor, "O=0 MV V=0 A=65536000 ", records)
-    assert positions(bench, motor, 200) == [*range(1, 129)] + [128] * 72
-    assert send(bench, motor, "RMODE RBs", 0) == b"V\r0\r"

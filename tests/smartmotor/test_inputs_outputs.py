@@ -10,7 +10,7 @@ from axistwin import AxistwinError, Bench
 from axistwin.bench import Controller
 
 from .playing import play, scripts
-from .talking import SAMPLE_NS, ask, clear, load, ready, send
+from .talking import SAMPLE_NS, ask, load, ready, send
 
 PINS = "ABCDEFG"
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
@@ -64,6 +64,33 @@ def flag(bench: Bench, motor: Controller, text: str) -> bool:
         [f"index {'high' if level else 'low'}; 0.001 s; RBx RU -> {int(level)} 127" for level in (True, False)],
         '5 of the base language: "UAI/UAO/UBI/UBO do not stop the counter from counting"':
         "MF0; master 100 in 0.05 s; UAI UBI; 0.1 s; RCTR -> 100",
+        # U
+        "6.1: U is right for all 128 combinations of the pins":
+        "; ".join(f"pins {word}; RU -> {word}" for word in range(128)),
+        '6.1: "U can be operated by logical and mathematical operations"; the pins are set to 90 = 64+16+8+2':
+        [f"pins 90; a={expression} Ra -> {value}"
+         for expression, value in (
+             ("U", 90), ("U&64", 64), ("U&1", 0), ("U|1", 91), ("U*2+1", 181), ("U!|127", 37), ("127-U", 37),
+             ("U==90", 1),
+         )],
+        "6.1: <variable>=U; a later change of a pin does not change the variable":
+        "pins 90; a=U zz=U ab[3]=U aw[5]=U al[9]=U; pins 0; Ra Rzz Rab[3] Raw[5] Ral[9] RU -> 90 90 90 90 90 0",
+        "6.1, PRINT(U): prints the value of U without a CR":
+        'pins 90; PRINT(U) => 90; PRINT(U,#13) -> 90; PRINT("U=",U," ",U&8,#13) => U=90 8<CR>',
+        # Digital levels
+        '6.2: "1 is 2.0 volts or higher and 0 is 0.8 volts or lower", in each report and expression':
+        [f"{name} {volts} V; RU{name} a=U{name}I Ra b=U{name} Rb c=U>>0 -> {level} {level} {level}"
+         for name in PINS for volts, level in ((0.0, 0), (0.5, 0), (0.8, 0), (2.0, 1), (2.4, 1), (5.0, 1))],
+        "12 of the base language: 5 kΩ pull a released pin up to +5 V":
+        "; ".join(f"{name} low; {name} released; {name} is high; {name} is 5.0 V" for name in PINS)
+        + "; RU -> 127",
+        # Analog values
+        "6.3: an output reads its own 0 or 5 V":
+        "; ".join(f"U{name}=0 U{name}O RU{name}A U{name}=1 RU{name}A -> 0 1023" for name in PINS),
+        # Directions, latches, roles
+        "12: after a power cut pins are inputs with latches 0, pins C and D are limits, and G is the go input":
+        "UCO UC=1 UGO UG=1 UAO UA=1; power off; 0.01 s; power on; 0.3 s; RU RBr RBl -> 127 1 1; clear; "
+        "UAO UCO UGO; A is low; C is low; G is low",
     }
 )  # fmt: skip
 def test_inputs_outputs(script):
@@ -73,45 +100,12 @@ def test_inputs_outputs(script):
 # U
 
 
-def test_u_is_the_sum_of_the_values_in_table_6_1(bench, motor):
-    """6.1: U is right for all 128 combinations of the pins."""
-    for word in range(128):
-        wire(motor, word)
-        assert ask(bench, motor, "RU", 0) == str(word)
-
-
 def test_single_reports_and_u_agree(bench, motor):
     """6.1, 6.2: reports of single pins agree with U, in words where each bit is once high and once low."""
     for word in (0b1010101, 0b0101010, 0b1110000, 0b0001111):
         wire(motor, word)
         answers = send(bench, motor, " ".join(f"RU{name}" for name in PINS)).split()
         assert [int(answer) for answer in answers] == [word >> bit & 1 for bit in range(7)]
-
-
-@pytest.mark.parametrize(
-    ("expression", "value"),
-    [("U", 90), ("U&64", 64), ("U&1", 0), ("U|1", 91), ("U*2+1", 181), ("U!|127", 37), ("127-U", 37), ("U==90", 1)],
-)
-def test_u_in_expressions(bench, motor, expression, value):
-    """6.1: "U can be operated by logical and mathematical operations"; the pins are set to 90 = 64+16+8+2."""
-    wire(motor, 90)
-    assert send(bench, motor, f"a={expression} Ra") == f"{value}\r".encode()
-
-
-def test_u_is_stored_into_variables_and_arrays(bench, motor):
-    """6.1: <variable>=U; a later change of a pin does not change the variable."""
-    wire(motor, 90)
-    send(bench, motor, "a=U zz=U ab[3]=U aw[5]=U al[9]=U")
-    wire(motor, 0)
-    assert send(bench, motor, "Ra Rzz Rab[3] Raw[5] Ral[9] RU") == b"90\r90\r90\r90\r90\r0\r"
-
-
-def test_print_u_adds_nothing(bench, motor):
-    """6.1, PRINT(U): prints the value of U without a CR."""
-    wire(motor, 90)
-    assert send(bench, motor, "PRINT(U)") == b"90"
-    assert send(bench, motor, "PRINT(U,#13)") == b"90\r"
-    assert send(bench, motor, 'PRINT("U=",U," ",U&8,#13)') == b"U=90 8\r"
 
 
 @pytest.mark.parametrize("channel", [0, 1])
@@ -135,15 +129,6 @@ def test_read_only_values_and_missing_pins_are_not_commands(bench, motor, text):
 # Digital levels
 
 
-@pytest.mark.parametrize("name", PINS)
-@pytest.mark.parametrize(("volts", "level"), [(0.0, 0), (0.5, 0), (0.8, 0), (2.0, 1), (2.4, 1), (5.0, 1)])
-def test_thresholds(bench, motor, name, volts, level):
-    """6.2: "1 is 2.0 volts or higher and 0 is 0.8 volts or lower", in each report and expression."""
-    motor.pins[name].drive(volts)
-    answer = send(bench, motor, f"RU{name} a=U{name}I Ra b=U{name} Rb c=U>>0")
-    assert answer == f"{level}\r{level}\r{level}\r".encode()
-
-
 def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, motor):
     """6.2 does not define the level between 0.8 V and 2.0 V; all reports agree on 0 or 1."""
     for tenths in range(9, 20):
@@ -151,15 +136,6 @@ def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, moto
         first, second, word = send(bench, motor, "RUA a=UAI Ra a=U&1 Ra").split()
         assert first == second == word
         assert first in {b"0", b"1"}
-
-
-def test_a_released_pin_is_pulled_up(bench, motor):
-    """12 of the base language: 5 kΩ pull a released pin up to +5 V."""
-    for name in PINS:
-        motor.pins[name].drive(False)
-        motor.pins[name].release()
-        assert (motor.pins[name].level, motor.pins[name].volts) == (True, 5.0)
-    assert ask(bench, motor, "RU") == "127"
 
 
 # Analog values
@@ -181,12 +157,6 @@ def test_a_voltage_beyond_the_range_is_refused(bench, motor, volts):
     with pytest.raises(AxistwinError):
         motor.pins["B"].drive(volts)
     assert ask(bench, motor, "RUBA") in {"511", "512"}
-
-
-def test_analog_values_of_outputs(bench, motor):
-    """6.3: an output reads its own 0 or 5 V."""
-    for name in PINS:
-        assert send(bench, motor, f"U{name}=0 U{name}O RU{name}A U{name}=1 RU{name}A") == b"0\r1023\r"
 
 
 # Directions, latches, roles
@@ -221,19 +191,6 @@ def test_a_program_makes_pulses_of_whole_samples(bench, motor):
     assert all(at % SAMPLE_NS == 0 for at in times)
     gaps = [(later - earlier) // SAMPLE_NS for earlier, later in pairwise(times)]
     assert gaps[:9] == [2, 1, 3, 1, 3, 1, 3, 1, 3]  # the first pulse follows UAO, WHILE and UA=1
-
-
-def test_pins_after_a_power_cut_in_the_middle(bench, motor):
-    """12: after a power cut pins are inputs with latches 0, pins C and D are limits, and G is the go input."""
-    send(bench, motor, "UCO UC=1 UGO UG=1 UAO UA=1")
-    motor.power(False)
-    bench.run(0.01)
-    motor.power(True)
-    bench.run(0.3)
-    assert send(bench, motor, "RU RBr RBl") == b"127\r1\r1\r"
-    clear(bench, motor)
-    send(bench, motor, "UAO UCO UGO")
-    assert [motor.pins[name].level for name in "ACG"] == [False, False, False]
 
 
 WORDS = [f"U{pin}{rest}" for pin in "ABCDEFGH" for rest in ("I", "O", "=0", "=1", "=-1", "=U", "A", "P", "M", "")]

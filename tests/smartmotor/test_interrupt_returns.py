@@ -25,6 +25,41 @@ from .talking import advance, ask, load, ready, run, send, value
         [f"load END / C{1 if word == 'RETURNF' else 2} / a=a+1 / {word} / b=b+1 / END; "
          f"GOSUB{1 if word == 'RETURNF' else 2}; 0.01 s; a is 1"
          for word in ("RETURNF", "RETURNI")],
+        # Re-entrance
+        '7.1: C2 is not called again "until a prior GOSUB2 call has been completed by" RETURNI':
+        f"run {main_with('WHILE p==0 / LOOP / RETURNI')}; "
+        + "; ".join("trigger; j is 1" for _ in range(5))
+        + "; p=1; 50 samples; j is 1; p=0; trigger; j is 2",
+        '7.1: C2 needs "A return by RETURNI rather than RETURN"; after RETURN, C2 is not called again':
+        f"run {main_with('RETURN')}; trigger; keep m; trigger; trigger; j is 1; m grew",
+        '7.1: "STACK (which should immediately be followed by GOTO)" completes C2, any number of times':
+        f"run {main_with('STACK / GOTO9')}; "
+        + "; ".join(f"trigger; j is {count}; k is {count}" for count in range(1, 31))
+        + "; RBs -> 0",
+        '7.1: "Or, END" completes C2; then RUN has to start the program again':
+        f"run {main_with('END')}; trigger; keep m; 100 samples; j is 1; m kept; RUN; 30 samples; trigger; j is 2",
+        "7.1: END from the host completes C2; 8 of the base language: RUN clears the return stack":
+        f"run {main_with('WHILE 1 / LOOP / RETURNI')}; "
+        + "; ".join(
+            f"trigger; j is {count}; {'END RUN' if count % 2 else 'RUN'}; 30 samples"
+            for count in range(1, 16)
+        ),
+        '7.1: "recursive loop overflowing the stack" is a risk; a thousand calls of C2 do not overflow it':
+        f"run {main_with('RETURNI')}; "
+        + "; ".join("G low; 4 samples; G high; 6 samples" for _ in range(1000))
+        + "; j is 1000; RBs -> 0",
+        # Which return
+        "4.1, 7.1: END in C1 ends the program":
+        "C low; UCP ZS; 0.01 s; run F=32 / WHILE 1 / m=m+1 / LOOP / END / C1 / i=i+1 / END; C high; 30 samples; "
+        "keep m; 30 samples; i is 1; m kept",
+        "With F=96 but no labels C1 and C2, the program continues and commands are answered":
+        "C low; UCP ZS; 0.01 s; run F=96 / UGI / WHILE 1 / m=m+1 / LOOP / END; C high; trigger; RBp -> 1; C low; "
+        "ZS END m=5 RUN; 40 samples; m > 5",
+        "Ruling 14: with any number of statements per sample (option statements_per_sample), each edge is one "
+        "call":
+        [f"with statements_per_sample={statements}; run {main_with('RETURNI')}; "
+         + "; ".join(f"trigger; j is {count}" for count in range(1, 8))
+         for statements in (1, 2, 3, 50)],
     }
 )  # fmt: skip
 def test_interrupt_returns(script):
@@ -32,72 +67,6 @@ def test_interrupt_returns(script):
 
 
 # Re-entrance
-
-
-def test_an_edge_during_c2_does_not_call_it_again(bench, motor):
-    """7.1: C2 is not called again "until a prior GOSUB2 call has been completed by" RETURNI."""
-    run(bench, motor, main_with("WHILE p==0\nLOOP\nRETURNI"))
-    for _ in range(5):
-        trigger(bench, motor)
-        assert value(bench, motor, "j") == 1
-    send(bench, motor, "p=1", 0)
-    advance(bench, 50)
-    assert value(bench, motor, "j") == 1
-    send(bench, motor, "p=0", 0)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 2
-
-
-def test_return_instead_of_returni_leaves_c2_closed(bench, motor):
-    """7.1: C2 needs "A return by RETURNI rather than RETURN"; after RETURN, C2 is not called again."""
-    run(bench, motor, main_with("RETURN"))
-    trigger(bench, motor)
-    before = value(bench, motor, "m")
-    trigger(bench, motor)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 1
-    assert value(bench, motor, "m") > before
-
-
-def test_stack_and_goto_complete_c2(bench, motor):
-    """7.1: "STACK (which should immediately be followed by GOTO)" completes C2, any number of times."""
-    run(bench, motor, main_with("STACK\nGOTO9"))
-    for count in range(1, 31):
-        trigger(bench, motor)
-        assert (value(bench, motor, "j"), value(bench, motor, "k")) == (count, count)
-    assert ask(bench, motor, "RBs", 0) == "0"
-
-
-def test_end_completes_c2(bench, motor):
-    """7.1: "Or, END" completes C2; then RUN has to start the program again."""
-    run(bench, motor, main_with("END"))
-    trigger(bench, motor)
-    before = value(bench, motor, "m")
-    advance(bench, 100)
-    assert (value(bench, motor, "j"), value(bench, motor, "m")) == (1, before)
-    send(bench, motor, "RUN", 0)
-    advance(bench, 30)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 2
-
-
-def test_a_hosts_end_and_run_complete_c2(bench, motor):
-    """7.1: END from the host completes C2; 8 of the base language: RUN clears the return stack."""
-    run(bench, motor, main_with("WHILE 1\nLOOP\nRETURNI"))
-    for count in range(1, 16):
-        trigger(bench, motor)
-        assert value(bench, motor, "j") == count
-        send(bench, motor, "END RUN" if count % 2 else "RUN", 0)
-        advance(bench, 30)
-
-
-def test_a_thousand_calls_do_not_overflow_the_stack(bench, motor):
-    """7.1: "recursive loop overflowing the stack" is a risk; a thousand calls of C2 do not overflow it."""
-    run(bench, motor, main_with("RETURNI"))
-    for _ in range(1000):
-        trigger(bench, motor, 4, 6)
-    assert value(bench, motor, "j") == 1000
-    assert ask(bench, motor, "RBs", 0) == "0"
 
 
 def test_subroutines_within_subroutines_within_c2(bench):
@@ -134,32 +103,6 @@ RETURN
 # Which return
 
 
-def test_an_end_in_c1_ends_the_program(bench, motor):
-    """4.1, 7.1: END in C1 ends the program."""
-    motor.pins["C"].drive(False)
-    send(bench, motor, "UCP ZS", 0.01)
-    run(bench, motor, "F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\nEND\n")
-    motor.pins["C"].drive(True)
-    advance(bench, 30)
-    before = value(bench, motor, "m")
-    advance(bench, 30)
-    assert (value(bench, motor, "i"), value(bench, motor, "m")) == (1, before)
-
-
-def test_without_a_label_the_motor_still_works(bench, motor):
-    """With F=96 but no labels C1 and C2, the program continues and commands are answered."""
-    motor.pins["C"].drive(False)
-    send(bench, motor, "UCP ZS", 0.01)
-    run(bench, motor, "F=96\nUGI\nWHILE 1\nm=m+1\nLOOP\nEND\n")
-    motor.pins["C"].drive(True)
-    trigger(bench, motor)
-    assert ask(bench, motor, "RBp", 0) == "1"
-    motor.pins["C"].drive(False)
-    send(bench, motor, "ZS END m=5 RUN", 0)
-    advance(bench, 40)
-    assert value(bench, motor, "m") > 5
-
-
 @pytest.mark.parametrize("again", ["power_cycle", "Z", "LOAD"])
 def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
     """7.1: a power cut, a total reset or a new program ends an uncompleted C2."""
@@ -192,13 +135,3 @@ def test_a_full_stack_prevents_only_one_call(bench):
     advance(bench, 20)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 1
-
-
-@pytest.mark.parametrize("statements", [1, 2, 3, 50])
-def test_calls_with_more_statements_per_sample(bench, statements):
-    """Ruling 14: with any number of statements per sample (option statements_per_sample), each edge is one call."""
-    motor = ready(bench, statements_per_sample=statements)
-    run(bench, motor, main_with("RETURNI"))
-    for count in range(1, 8):
-        trigger(bench, motor)
-        assert value(bench, motor, "j") == count

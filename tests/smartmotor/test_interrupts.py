@@ -43,6 +43,8 @@ from .talking import advance, ask, ready, run, send, values
         "continue":
         "wired; load F=32 / a=1 / END / a=2 / C1 / i=i+1 / RETURNF / a=3; RUN; 0.05 s; C high; 50 samples; i is 1; "
         "a is 1; C low; ZS; 0.01 s; C high; 50 samples; i is 2; a is 1",
+        '7.1: RETURNI returns "to program pointer when the input was triggered"':
+        f"run F=64{COUNTING}; trigger; keep m; 300 samples; m grew by 100",
     }
 )  # fmt: skip
 def test_interrupts(script):
@@ -50,15 +52,6 @@ def test_interrupts(script):
 
 
 # Calls of C1 and C2, and returns from C1 and C2
-
-
-def test_the_program_goes_on_where_it_was_interrupted(bench, motor):
-    """7.1: RETURNI returns "to program pointer when the input was triggered"."""
-    run(bench, motor, "F=64" + COUNTING)
-    trigger(bench, motor)
-    before = values(bench, motor, "m")[0]
-    advance(bench, 300)
-    assert values(bench, motor, "m")[0] == before + 100  # WHILE, m=m+1 and LOOP take three samples per pass
 
 
 @pytest.mark.parametrize("debounce", [1, 2, 5, 20])

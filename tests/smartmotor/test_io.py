@@ -3,7 +3,7 @@
 import pytest
 
 from .playing import play, scripts
-from .talking import clear, load, send
+from .talking import load, send
 
 PINS = "ABCDEFG"
 
@@ -37,6 +37,19 @@ PINS = "ABCDEFG"
         "a=5 a=AINA1 Ra a=5 a=DINH63 Ra AOUTA,512 DOUTB7,1 RBs -> 0 0 0",
         "5.1 note 1: BRKG without UGO sends no signal to pin G; then reading pin G leaves its synchronous go":
         "BRKG a=UG A=65536 V=65536 P=10 MP; G low; 0.01 s; at 10",
+        "all pins are inputs again after power up":
+        f"{' '.join(f'U{name}O' for name in PINS)}; A is low; B is low; C is low; D is low; E is low; F is low; "
+        "G is low; power cycle; A is high; B is high; C is high; D is high; E is high; F is high; G is high; "
+        "clear; UAO; A is low; Z; 0.3 s; A is high",
+        '5.1 note 2: only `<variable>=UG` is named; RU{pin}, which reports an "input or output" (1.2), changes '
+        "nothing":
+        [f"U{name}O BRK{name} {harmless.format(name)} -> *; {name} is output"
+         for name in ("C", "G")
+         for harmless in (
+             "RU{}", "RU{}A", "RU", "a=U", "a=U{}A", "PRINT(U{})", "a=UA", "T=U{}", "Rab[U{}]",
+         )],
+        "an output that is no brakes signal is read and stays an output":
+        [f"U{name}=0 U{name}O a=U{name} Ra U{name}=1 a=U{name} Ra -> 0 1; {name} is output" for name in ("C", "G")],
     }
 )  # fmt: skip
 def test_io(script):
@@ -51,18 +64,6 @@ def test_the_latch_survives_a_change_of_direction(bench, motor):
     assert levels == []
     send(bench, motor, "UA=0 UAI UAO")
     assert levels == [False, True, False]
-
-
-def test_all_pins_are_inputs_again_after_power_up(bench, motor):
-    send(bench, motor, " ".join(f"U{name}O" for name in PINS))
-    assert [motor.pins[name].level for name in PINS] == [False] * 7
-    motor.power_cycle()
-    assert [motor.pins[name].level for name in PINS] == [True] * 7
-    clear(bench, motor)
-    send(bench, motor, "UAO")
-    assert motor.pins["A"].level is False
-    send(bench, motor, "Z", 0.3)
-    assert motor.pins["A"].level is True
 
 
 # AniLink
@@ -84,16 +85,6 @@ def test_reading_the_brakes_pin_into_a_variable_takes_its_function_away(bench, m
 
 
 @pytest.mark.parametrize("name", ["C", "G"])
-@pytest.mark.parametrize(
-    "harmless", ["RU{}", "RU{}A", "RU", "a=U", "a=U{}A", "PRINT(U{})", "a=UA", "T=U{}", "Rab[U{}]"]
-)
-def test_reports_of_the_brakes_pin_leave_it_alone(bench, motor, name, harmless):
-    """5.1 note 2: only `<variable>=UG` is named; RU{pin}, which reports an "input or output" (1.2), changes nothing."""
-    send(bench, motor, f"U{name}O BRK{name} {harmless.format(name)}")
-    assert motor.pins[name].is_output
-
-
-@pytest.mark.parametrize("name", ["C", "G"])
 def test_a_program_takes_the_brakes_pin_at_the_sample_of_its_assignment(bench, motor, name):
     """At one statement per sample, UGO, BRKG, BRKRLS, IF and a=UG: IF only reads the pin, a=UG changes its function."""
     load(bench, motor, f"U{name}O BRK{name} BRKRLS IF U{name} ENDIF a=U{name} b=1 END")
@@ -108,9 +99,3 @@ def test_a_program_takes_the_brakes_pin_at_the_sample_of_its_assignment(bench, m
         (2, False, True),
         (4, True, False),
     ]
-
-
-@pytest.mark.parametrize("name", ["C", "G"])
-def test_an_output_that_is_no_brakes_signal_is_read_and_stays_an_output(bench, motor, name):
-    assert send(bench, motor, f"U{name}=0 U{name}O a=U{name} Ra U{name}=1 a=U{name} Ra") == b"0\r1\r"
-    assert motor.pins[name].is_output

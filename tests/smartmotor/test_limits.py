@@ -9,7 +9,7 @@ from axistwin.bench import Controller
 
 from .bits import BL, BM, BO, BP, BR
 from .playing import play, scripts
-from .talking import UNIT, advance, ask, bare, load, positions, send, status_word
+from .talking import UNIT, advance, ask, load, send, status_word
 
 PINS = {"C": (BR, BP, +1, "Zr", "UCI"), "D": (BL, BM, -1, "Zl", "UDI")}
 ACTS = [
@@ -86,6 +86,25 @@ def motor(bench: Bench) -> Controller:
         f"ZS {'V=65536 MV G'}; 0.05 s; W rlopm; moved 0; ZS {'V=-65536 MV G'}; 0.05 s; W rlopm; moved 0; "
         f"ZS {'MP D=5 G'}; 0.05 s; W rlopm; moved 0; ZS {'MP D=-5 G'}; 0.05 s; W rlopm; moved 0; "
         "UCI ZS V=65536 MP D=5 G; 0.05 s; moved 5",
+        '3.2: "Turn off servo amplifier", "Apply dynamic brake, MTB", "engage static brake"; then the shaft is at '
+        "rest":
+        [f"wired; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; brake is low; "
+         f"A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; mark; "
+         f"W {BO + PINS[pin][0] + PINS[pin][1]}; RMODE -> B; brake is high; 20 steps of 0; moved 0"
+         for pin in "CD"],
+        "Zl does not acknowledge the right limit (that of Zr); nor do Ze, Zh and Zs":
+        [f"wired; A={UNIT} V={PINS[pin][2] * UNIT} MV G; 0.01 s; {pin} released; 2 samples; mark; "
+         + "; ".join(
+             f"{wrong} MP D={-50 * PINS[pin][2]} G; 0.05 s; moved 0"
+             for wrong in ("Zl" if pin == "C" else "Zr", "Ze", "Zh", "Zs", "Zw")
+         )
+         for pin in "CD"],
+        "Axis option limits=(minus, plus): a switch opens beyond each end; moves to both ends and back work":
+        f"bare limits=-100,100; A={UNIT} V={UNIT} MV G; 0.1 s; at > 100; at < 104; W rop; Zr V=-{UNIT} G; 0.2 s; "
+        "at > -104; at < -100; W rlom; ZS MP P=0 G; 0.1 s; RP -> 0; ZS; W",
+        "3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X in a fault; OFF and MTB are allowed":
+        [f"wired; A={UNIT} V=-{UNIT} MV G; 0.01 s; C released; 2 samples; {stop}; 0.001 s; W rop; still"
+         for stop in ("OFF", "MTB")],
     }
 )  # fmt: skip
 def test_limits(script):
@@ -106,19 +125,6 @@ def test_loss_of_ground_is_a_limit_fault(bench, motor, pin, level):
     motor.pins[pin].drive(0.8)
     advance(bench, 2)
     assert status_word(bench, motor) == BO + latched
-
-
-@pytest.mark.parametrize("pin", "CD")
-def test_a_limit_switches_the_servo_off_and_brakes(bench, motor, pin):
-    """3.2: "Turn off servo amplifier", "Apply dynamic brake, MTB", "engage static brake"; then the shaft is at rest."""
-    latched, now, *_ = PINS[pin]
-    assert not send(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
-    assert not motor.pins["brake"].level
-    stood = run_into(bench, motor, pin)
-    assert status_word(bench, motor) == BO + latched + now
-    assert ask(bench, motor, "RMODE") == "B"
-    assert motor.pins["brake"].level
-    assert set(positions(bench, motor, 20)) == {stood}
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -169,32 +175,6 @@ def test_a_reversed_trajectory_stops_at_the_limit(bench, motor, pin, limit):
         turned = min(turned, shaft.position * sign)
     assert status_word(bench, motor) == BO + latched + now
     assert shaft.position * sign - turned <= 3
-
-
-@pytest.mark.parametrize("pin", "CD")
-def test_the_other_flag_is_no_acknowledgement(bench, motor, pin):
-    """Zl does not acknowledge the right limit (that of Zr); nor do Ze, Zh and Zs."""
-    stood = run_into(bench, motor, pin)
-    other = "Zl" if pin == "C" else "Zr"
-    for wrong in (other, "Ze", "Zh", "Zs", "Zw"):
-        send(bench, motor, f"{wrong} MP D={-50 * PINS[pin][2]} G", 0.05)
-        assert motor.axes["shaft"].position == stood
-
-
-def test_limits_at_the_ends_of_the_travel(bench):
-    """Axis option limits=(minus, plus): a switch opens beyond each end; moves to both ends and back work."""
-    motor = bare(bench, shaft={"limits": (-100, 100)})
-    send(bench, motor, f"A={UNIT} V={UNIT} MV G", 0.1)
-    shaft = motor.axes["shaft"]
-    assert 100 < shaft.position <= 103
-    assert status_word(bench, motor) == BO + BR + BP
-    send(bench, motor, f"Zr V=-{UNIT} G", 0.2)
-    assert -103 <= shaft.position < -100
-    assert status_word(bench, motor) == BO + BR + BL + BM
-    send(bench, motor, "ZS MP P=0 G", 0.1)
-    assert send(bench, motor, "RP") == b"0\r"
-    send(bench, motor, "ZS")
-    assert status_word(bench, motor) == 0
 
 
 def test_the_program_runs_on(bench, motor):
@@ -252,14 +232,3 @@ def test_an_acknowledged_move_that_returns_is_stopped_at_its_reversal(bench, mot
     assert lowest < target - 100
     assert shaft.position * sign - lowest <= 3
     assert status_word(bench, motor) == BO + latched + now
-
-
-@pytest.mark.parametrize("stop", ["OFF", "MTB"])
-def test_what_always_stops_the_motor(bench, motor, stop):
-    """3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X in a fault; OFF and MTB are allowed."""
-    send(bench, motor, f"A={UNIT} V=-{UNIT} MV G", 0.01)
-    motor.pins["C"].release()
-    advance(bench, 2)
-    send(bench, motor, stop)
-    assert status_word(bench, motor) == BO + BR + BP
-    assert motor.axes["shaft"].velocity == 0

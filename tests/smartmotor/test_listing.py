@@ -10,6 +10,7 @@ from axistwin import Bench, tracing
 from axistwin.bench import Controller
 from axistwin.controllers.smartmotor.kernel import state
 
+from .playing import play, scripts
 from .reference.inventing import program as invented
 from .talking import SAMPLE_NS, advance, ask, load, ready, send, wired
 
@@ -55,6 +56,39 @@ def started(bench: Bench, motor: Controller, count: int, command: str = "RUN") -
     send(bench, motor, command, 0)
     advance(bench, count)
     return found
+
+
+@scripts(
+    {
+        # Running
+        "With option statements_per_sample=2, two statements are executed in each sample":
+        "with statements_per_sample=2; load a=1 / b=2 / c=3 / d=4 / e=5; 1 sample; watch lines; RUN; 10 samples; "
+        "lines 1@1 2@1 3@2 4@2 5@3",
+        "A line begins when it is entered from another line, even in its middle, or when it jumps back within "
+        "itself":
+        "load a=1 GOSUB5 b=2 / c=3 END / C5 d=4 RETURN; 1 sample; watch lines; RUN; 20 samples; "
+        "lines 1@1 3@3 1@5 2@6",
+        "WHILE, a=a+1, LOOP: three samples per pass":
+        "load a=0 / WHILE a<3 a=a+1 LOOP / END; 1 sample; watch lines; RUN; 20 samples; "
+        "lines 1@1 2@2 2@5 2@8 2@11 3@12",
+        "4.3: RUN? ends a program that power-up has started; RUN then starts it from the top":
+        "load a=a+1 / RUN? / b=1 / END; 1 sample; power cycle; watch lines; 0.3 s; lines 1 2; no line; "
+        "UCI UDI ZS RUN; 0.01 s; lines 1 2 1 2 3 4",
+        "Between RUN and the next sample the running line is the first line":
+        "load a=1 / b=1 / END; 1 sample; RUN; 0.01 s; 1 sample; RUN; line 1; 0.0002 s; line 1",
+        "Base 8: if no program is running, a GOSUB from the host ends at its RETURN":
+        "load a=1 / END / C5 / b=1 / RETURN; 1 sample; watch lines; GOSUB5; 10 samples; lines 4@1 5@2; no line; "
+        "Ra -> 0",
+        'F=64: WAIT is "the only motor instruction that will be truncated" by C2; the statement after it follows':
+        "wired; load UGI F=64 / WAIT=4000 / c=1 / END / C2 / b=1 / RETURNI; 1 sample; watch lines; RUN; "
+        "20 samples; line 2; G low; 10 samples; lines 1 2 6 7 3 4",
+        "An invalid statement sets Bs when reached":
+        "load a=1 / NONSENSE / b=GETCHR / END; 1 sample; watch lines; RUN; 10 samples; lines 1@1 2@2 3@3 4@4; "
+        "RBs -> 1",
+    }
+)  # fmt: skip
+def test_listing(script):
+    play(script)
 
 
 # Lines
@@ -151,24 +185,6 @@ def test_a_statement_begins_in_each_sample(bench):
     assert ask(bench, motor, "Rb") == "2"
 
 
-def test_two_statements_a_sample(bench):
-    """With option statements_per_sample=2, two statements are executed in each sample."""
-    motor = motor_with(bench, "a=1\nb=2\nc=3\nd=4\ne=5\n", statements_per_sample=2)
-    assert started(bench, motor, 10) == [(1, 1), (1, 2), (2, 3), (2, 4), (3, 5)]
-
-
-def test_a_line_begins_once_for_all_its_statements(bench):
-    """A line begins when it is entered from another line, even in its middle, or when it jumps back within itself."""
-    motor = motor_with(bench, "a=1 GOSUB5 b=2\nc=3 END\nC5 d=4 RETURN\n")
-    assert started(bench, motor, 20) == [(1, 1), (3, 3), (5, 1), (6, 2)]
-
-
-def test_a_loop_in_one_line_begins_it_again(bench):
-    """WHILE, a=a+1, LOOP: three samples per pass."""
-    motor = motor_with(bench, "a=0\nWHILE a<3 a=a+1 LOOP\nEND\n")
-    assert started(bench, motor, 20) == [(1, 1), (2, 2), (5, 2), (8, 2), (11, 2), (12, 3)]
-
-
 def test_wait_runs_as_long_as_it_waits(bench):
     """WAIT=40 is executed in sample 2, so the next statement is executed in sample 42."""
     motor = motor_with(bench, "a=1\nWAIT=40\nb=1\nEND\n")
@@ -217,37 +233,6 @@ def test_a_pause_holds_the_program_until_a_character_comes(bench):
     assert running(motor) is None
 
 
-def test_run_question_mark_ends_what_power_up_has_started(bench):
-    """4.3: RUN? ends a program that power-up has started; RUN then starts it from the top."""
-    motor = motor_with(bench, "a=a+1\nRUN?\nb=1\nEND\n")
-    motor.power_cycle()
-    found = watched(bench, motor)
-    bench.run(0.3)
-    assert [line for _, line in found] == [1, 2]
-    assert running(motor) is None
-    send(bench, motor, b"UCI UDI ZS RUN ", 0.01)
-    assert [line for _, line in found] == [1, 2, 1, 2, 3, 4]
-
-
-def test_the_first_statement_is_the_next_one_until_it_begins(bench):
-    """Between RUN and the next sample the running line is the first line."""
-    motor = motor_with(bench, "a=1\nb=1\nEND\n")
-    send(bench, motor, "RUN", 0.01)
-    advance(bench, 1)
-    send(bench, motor, "RUN", 0)
-    assert running(motor) == 1
-    bench.run(0.0002)
-    assert running(motor) == 1
-
-
-def test_host_calls_run_their_lines_only(bench):
-    """Base 8: if no program is running, a GOSUB from the host ends at its RETURN."""
-    motor = motor_with(bench, "a=1\nEND\nC5\nb=1\nRETURN\n")
-    assert started(bench, motor, 10, "GOSUB5") == [(1, 4), (2, 5)]
-    assert running(motor) is None
-    assert ask(bench, motor, "Ra") == "0"
-
-
 def test_host_commands_are_no_lines(bench):
     motor = motor_with(bench, "a=1\nEND\n")
     assert started(bench, motor, 10, "b=1 WAIT=3 A=100 Rb") == []
@@ -266,18 +251,6 @@ def test_c1_and_c2_run_their_bodies(bench):
     calls = [line for _, line in found if line > 4]
     assert calls == [6, 7, 9, 10]
     assert [sample for sample, _ in found[1:]] == list(range(3, 3 + len(found) - 1)), "a statement in each sample"
-
-
-def test_c2_cuts_a_wait_short(bench):
-    """F=64: WAIT is "the only motor instruction that will be truncated" by C2; the statement after it follows."""
-    motor = wired(bench)
-    load(bench, motor, "UGI F=64\nWAIT=4000\nc=1\nEND\nC2\nb=1\nRETURNI\n")
-    advance(bench, 1)
-    found = started(bench, motor, 20)
-    assert running(motor) == 2
-    motor.pins["G"].drive(False)
-    advance(bench, 10)
-    assert [line for _, line in found] == [1, 2, 6, 7, 3, 4]
 
 
 @pytest.mark.parametrize("how", ["END", "LOAD ", "Z", "power"])
@@ -311,13 +284,6 @@ def test_a_protection_fault_ends_the_program_in_its_line(bench):
     send(bench, motor, "RUN", 0)
     assert bench.run_until(lambda: running(motor) is None, 2)
     assert ask(bench, motor, "RBe") == "1"
-
-
-def test_an_invalid_statement_begins_too(bench):
-    """An invalid statement sets Bs when reached."""
-    motor = motor_with(bench, "a=1\nNONSENSE\nb=GETCHR\nEND\n")
-    assert started(bench, motor, 10) == [(1, 1), (2, 2), (3, 3), (4, 4)]
-    assert ask(bench, motor, "RBs") == "1"
 
 
 # At any time

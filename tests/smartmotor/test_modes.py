@@ -126,6 +126,11 @@ def cruise(bench, motor, mode):
         # A real host: a brake actuator at 38400 baud
         "13: the servo holds the position: an ideal motor corrects a displacement within E in one sample":
         "MP A=65536 V=655360 P=500 G; 1.0 s; push 100; 0.001 s; at 500; RP RPE RS -> 500 0 8",
+        # The mode of the next G after S and X
+        "10.2: host mode is left for the buffered mode; P= after MD does not take the G from it":
+        [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; MD {points((0, 0), (0, 4), (0, 4))}P=7; "
+         "Q => ?<01>*; G; 8 samples; RMODE -> P"
+         for stop in ("S", "X")],
     }
 )  # fmt: skip
 def test_modes(script):
@@ -246,22 +251,6 @@ def told(words, pieces):
     found.append(send(bench, motor, "ECHO_OFF RMODE RP RCTR RBo RBt RV", 0))
     assert found[-1].count(b"\r") == 6
     return found
-
-
-# The mode of the next G after S and X
-
-
-@pytest.mark.parametrize("stop", ["S", "X"])
-def test_p_after_a_stop_and_md_is_for_the_mode_after_host_mode(bench, motor, stop):
-    """10.2: host mode is left for the buffered mode; P= after MD does not take the G from it."""
-    cruise(bench, motor, "MV")
-    send(bench, motor, stop, 0)
-    positions(bench, motor, 20)
-    send(bench, motor, "MD " + points((0, 0), (0, 4), (0, 4)) + "P=7", 0)
-    assert send(bench, motor, "Q", 0)[1] == 0x01  # G pending
-    send(bench, motor, "G", 0)
-    positions(bench, motor, 8)
-    assert send(bench, motor, "RMODE", 0) == b"P\r"
 
 
 # axis.velocity

@@ -44,6 +44,13 @@ def heat(bench: Bench, motor: Controller, celsius: float = 71) -> None:
         "W eo; Ze G; 0.1 s; W t",
         "TH=20 in a room of 25 °C is an overheat after THD samples":
         "TH=20; 3.1 s; W ho; TH=29 Zh; 0.001 s; W ho; TH=30 Zh; 0.001 s; W o",
+        "4.1: the amplifier goes off, MTB and the static brake act; moves, RUN and LOAD are refused":
+        f"load WHILE 1 / a=a+1 / LOOP; {MOVE} RUN; 0.1 s; air 71; 3.1 s; W ho; RMODE -> B; brake is high; mark; "
+        "keep a; LOAD; "
+        + "; ".join(
+            f"{command}; 0.05 s; moved 0; a kept; brake is high"
+            for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN")
+        ),
     }
 )  # fmt: skip
 def test_overheat(script):
@@ -61,23 +68,6 @@ def test_another_thd(bench, motor, thd):
         motor.serial.write(b"RBh ")
         bench.clock.run_to(bench.now)
     assert thd - 1 <= bench.now // SAMPLE_NS - begin <= thd + 3
-
-
-def test_the_sequence_of_an_overheat(bench, motor):
-    """4.1: the amplifier goes off, MTB and the static brake act; moves, RUN and LOAD are refused."""
-    load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
-    send(bench, motor, f"{MOVE} RUN", 0.1)
-    heat(bench, motor)
-    assert status_word(bench, motor) == BO + BH
-    assert ask(bench, motor, "RMODE") == "B"
-    assert motor.pins["brake"].level
-    stood, counted = motor.axes["shaft"].position, ask(bench, motor, "Ra")
-    assert send(bench, motor, b"LOAD ") == b""
-    for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN"):
-        send(bench, motor, command, 0.05)
-        assert motor.axes["shaft"].position == stood
-        assert ask(bench, motor, "Ra") == counted
-        assert motor.pins["brake"].level
 
 
 @pytest.mark.parametrize(("f", "calls", "counts_on"), [(0, 0, False), (1, 0, False), (32, 1, True), (33, 1, True)])

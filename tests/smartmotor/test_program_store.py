@@ -10,7 +10,7 @@ from axistwin.errors import UsageError
 from axistwin.units import S
 
 from .playing import play, scripts
-from .talking import ACKNOWLEDGE, END, ask, bare, clear, load, ready, send, upload
+from .talking import END, ask, bare, clear, load, ready, send, upload
 
 COUNTING = "a=1 'counts\nWHILE a<5\n  a=a+1\nLOOP\nEND\n"
 TEXT = b"a=1\nWHILE a<5\na=a+1\nLOOP\nEND\n"
@@ -60,6 +60,25 @@ IMAGE = b"$40000006D8" + b"00001D" + b"0000000000" + b"a=1\n$W0019LE a<5\na=a+1\
         'load PRINT("a") / RUN? / PRINT("b") / END; power cycle; 1 s; receives a; RUN => ab in 0.1 s',
         "z starts it as power up does":
         'load PRINT("up",#13) / END; Z; 0.19 s; 0.1 s; receives up<CR>',
+        # Loading
+        "a program of whole blocks ends without another answer":
+        "load a=1 END / a=1 END",
+        # Incomplete downloads
+        "10: Bk is set, the program is not run, and RCKS reports F":
+        f"load {COUNTING}; sends LOAD<SP> -> *; sends a=9 b=9<SP> => <06> in 4.9 s; sends c=9<SP>; 4.9 s; "
+        "sends d=9 END<SP> => <06> in 5.1 s; RUN RBk RCKS => 1<CR>000000 * in 0.1 s; Ra Rb RCKS => * F<CR>; "
+        f"ZS RCKS RBk => * F<CR>1<CR>; load {COUNTING}; RBk -> 0",
+        # Checksums
+        "RCKS reports the place of the labels and the sum":
+        [f"load {program}; RCKS => {sums}<CR>"
+         for program, sums in (
+             ("END", "000000 0000E1 P"), ("  END 'nothing\r\n", "000000 0000E1 P"),  # the manual's example
+             ("a=1 / C5 / END", "000004 00023C P"),  # C5 is at 4; the sum of 61+3D+31+0A, 43+35+0A, and E1
+         )],
+        # Starting
+        "any character in the first 200 ms prevents it":
+        [f'load PRINT("up",#13) / END; power cycle; 0.19 s; writes {traffic}; 1 s; receives nothing'
+         for traffic in ("<CR>", "<85>", "RP")],
     }
 )  # fmt: skip
 def test_program_store(script):
@@ -67,10 +86,6 @@ def test_program_store(script):
 
 
 # Loading
-
-
-def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
-    load(bench, motor, "a=1 END\n" * 2)
 
 
 def test_a_block_may_have_32_bytes(bench):
@@ -99,20 +114,6 @@ def test_loading_stops_the_running_program(bench, motor):
 
 
 # Incomplete downloads
-
-
-def test_a_silent_host_leaves_an_invalid_program(bench, motor):
-    """10: Bk is set, the program is not run, and RCKS reports F."""
-    load(bench, motor, COUNTING)
-    send(bench, motor, b"LOAD ")
-    assert send(bench, motor, b"a=9 b=9 ", 4.9) == ACKNOWLEDGE
-    assert send(bench, motor, b"c=9 ", 4.9) == b""
-    assert send(bench, motor, b"d=9 END ", 5.1) == ACKNOWLEDGE
-    assert send(bench, motor, "RUN RBk RCKS", 0.1).startswith(b"1\r000000 ")
-    assert send(bench, motor, "Ra Rb RCKS").endswith(b" F\r")
-    assert send(bench, motor, "ZS RCKS RBk").endswith(b" F\r1\r")
-    load(bench, motor, COUNTING)
-    assert ask(bench, motor, "RBk") == "0"
 
 
 def test_a_program_that_is_too_long_is_broken(bench):
@@ -159,35 +160,6 @@ def test_a_locked_program_is_not_uploaded(bench, motor):
     assert ask(bench, motor, "Ra") == "0"
     load(bench, motor, COUNTING)
     assert upload(bench, motor) == TEXT
-
-
-# Checksums
-
-
-@pytest.mark.parametrize(
-    ("program", "sums"),
-    [
-        ("END", "000000 0000E1 P"),  # the sum in the manual's example
-        ("  END 'nothing\r\n", "000000 0000E1 P"),
-        ("a=1\nC5\nEND", "000004 00023C P"),  # C5 is at 4; the sum of 61+3D+31+0A, 43+35+0A, and E1
-    ],
-)
-def test_rcks(bench, motor, program, sums):
-    load(bench, motor, program)
-    assert ask(bench, motor, "RCKS") == sums
-
-
-# Starting
-
-
-@pytest.mark.parametrize("traffic", [b"\r", b"\x85", b"RP"])
-def test_any_character_in_the_first_200_ms_prevents_it(bench, motor, traffic):
-    load(bench, motor, 'PRINT("up",#13)\nEND\n')
-    motor.power_cycle()
-    bench.run(0.19)
-    motor.serial.write(traffic)
-    bench.run(1)
-    assert motor.serial.read() == b""
 
 
 # Keeping

@@ -3,7 +3,7 @@
 import pytest
 
 from .playing import play, scripts
-from .talking import ask, send
+from .talking import send
 
 
 @scripts(
@@ -35,32 +35,24 @@ from .talking import ask, send
         [f'PRINT{device}("x") RBs -> 0' for device in "ABCDEFGH"],
         "a program reports as a host does":
         'load Ra PRINT("b=",b,#13) / RPW / END; RUN -> 0 b=0 0,128 in 0.1 s',
+        "9: a report is its text and CR, without leading blanks or padding":
+        [f"{command} => {answer}<CR>; RBs -> 0"
+         for command, answer in (
+             ("RP", "0"), ("RPE", "0"), ("RV", "0"), ("RA", "0"), ("RD", "0"), ("RE", "1000"), ("RT", "0"),
+             ("RI", "0"), ("RW", "128"), ("RS", "128"), ("RPW", "0,128"), ("RMODE", "B"), ("RSP", "24576/476"),
+             ("RCTR", "0"), ("RU", "127"), ("RUA", "1"), ("RUG", "1"), ("RUAA", "1023"), ("RUGA", "1023"),
+             ("Ra", "0"), ("Rzzz", "0"), ("Rab[203]", "0"), ("Raw[101]", "0"), ("Ral[50]", "0"), ("RAINA1", "0"),
+             ("RDINH63", "0"), ("RAMPS", "1023"), ("RKS", "1"), ("RKV", "0"), ("RADDR", "0"), ("REPTR", "0"),
+             ("RBASE", "0"), ("RSIZE", "0"), ("RCHN", "0"), ("RCHN0", "0"), ("RCHN1", "0"), ("RCS", "0"),
+             ("RCS1", "0"), ("RCKS", "000000 000000 P"), ("RBo", "1"), ("RBt", "0"), ("RBr", "0"), ("RBl", "0"),
+             ("RBi", "0"), ("RBw", "0"), ("RBe", "0"), ("RBh", "0"), ("RBx", "0"), ("RBp", "0"), ("RBm", "0"),
+             ("RBd", "0"), ("RBu", "0"), ("RBs", "0"), ("RBa", "0"), ("RBk", "0"), ("RBb", "0"), ("RBc", "0"),
+             ("RBf", "0"),
+         )],
     }
 )  # fmt: skip
 def test_reports(script):
     play(script)
-
-
-@pytest.mark.parametrize(
-    ("command", "answer"),
-    [
-        # 16: power-on defaults; 10: flags after UCI UDI ZS
-        ("RP", "0"), ("RPE", "0"), ("RV", "0"), ("RA", "0"), ("RD", "0"), ("RE", "1000"), ("RT", "0"), ("RI", "0"),
-        ("RW", "128"), ("RS", "128"), ("RPW", "0,128"), ("RMODE", "B"), ("RSP", "24576/476"), ("RCTR", "0"),
-        ("RU", "127"), ("RUA", "1"), ("RUG", "1"), ("RUAA", "1023"), ("RUGA", "1023"),
-        ("Ra", "0"), ("Rzzz", "0"), ("Rab[203]", "0"), ("Raw[101]", "0"), ("Ral[50]", "0"),
-        ("RAINA1", "0"), ("RDINH63", "0"), ("RAMPS", "1023"), ("RKS", "1"), ("RKV", "0"), ("RADDR", "0"),
-        ("REPTR", "0"), ("RBASE", "0"), ("RSIZE", "0"), ("RCHN", "0"), ("RCHN0", "0"), ("RCHN1", "0"), ("RCS", "0"),
-        ("RCS1", "0"), ("RCKS", "000000 000000 P"),
-        ("RBo", "1"), ("RBt", "0"), ("RBr", "0"), ("RBl", "0"), ("RBi", "0"), ("RBw", "0"), ("RBe", "0"), ("RBh", "0"),
-        ("RBx", "0"), ("RBp", "0"), ("RBm", "0"), ("RBd", "0"), ("RBu", "0"), ("RBs", "0"), ("RBa", "0"), ("RBk", "0"),
-        ("RBb", "0"), ("RBc", "0"), ("RBf", "0"),
-    ],
-)  # fmt: skip
-def test_reports_after_power_up(bench, motor, command, answer):
-    """9: a report is its text and CR, without leading blanks or padding."""
-    assert send(bench, motor, command) == answer.encode() + b"\r"
-    assert ask(bench, motor, "RBs") == "0"
 
 
 @pytest.mark.parametrize("command", ["RFOO", "R", "Rp2", "RAIN", "RAINA5", "RAINI1", "RDINA64", "RAA", "RUH", "RUAB"])

@@ -146,6 +146,20 @@ CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
         "Base 2: in data mode LEN counts the unread characters of channel 0, and LEN1 those of channel 1":
         "OCHN(RS4,1,N,9600,1,8,D); 485 writes xyz; 0.1 s; "
         "PRINT(LEN,#32,LEN1,#32,GETCHR1,#32,LEN1,#13) => 0 3 120 2<CR>",
+        # Direct binary commands: FE, FD, FC and four bytes, the most significant first
+        "The Class 4 language: a code byte and a 32-bit number, as in 10.1; a CR after it is an empty command":
+        [f"sends {record}{after}z={name} Rz RBs<SP> -> {number} 0"
+         for after in ("", "<CR>", "<SP>")
+         for record, name, number in (
+             # the manufacturer's examples, and data bytes that are neither addresses nor terminators
+             ("<FE><00><00><00><64>", "P", 100), ("<FE><FF><FF><FF><FE>", "P", -2),
+             ("<FD><00><00><27><10>", "V", 10000), ("<FD><FF><FF><D8><F0>", "V", -10000),
+             ("<FC><00><00><00><08>", "A", 8), ("<FC><7F><FF><FF><FF>", "A", 2**31 - 1),
+             ("<FE><80><81><0D><20>", "P", 0x80810D20 - 2**32),
+         )],
+        # OCHN's time-out
+        "a time out that ends without power does nothing":
+        "OCHN(RS2,0,N,9600,1,8,C,100); sends a=; 0.05 s; power off; 0.02 s; power on; sends RBs<SP> -> 0 in 0.2 s",
     }
 )  # fmt: skip
 def test_serial_data(script):
@@ -386,27 +400,6 @@ def test_any_bytes_are_handled_and_pieces_make_no_difference(data):
     assert heard[0] == heard[1]
 
 
-# Direct binary commands: FE, FD, FC and four bytes, the most significant first
-
-
-@pytest.mark.parametrize("after", [b"", b"\r", b" "])
-@pytest.mark.parametrize(
-    ("record", "report", "value"),
-    [
-        (b"\xfe\x00\x00\x00\x64", b"z=P", 100),  # the manufacturer's examples
-        (b"\xfe\xff\xff\xff\xfe", b"z=P", -2),
-        (b"\xfd\x00\x00\x27\x10", b"z=V", 10000),
-        (b"\xfd\xff\xff\xd8\xf0", b"z=V", -10000),
-        (b"\xfc\x00\x00\x00\x08", b"z=A", 8),
-        (b"\xfc\x7f\xff\xff\xff", b"z=A", 2**31 - 1),
-        (b"\xfe\x80\x81\x0d\x20", b"z=P", 0x80810D20 - 2**32),  # data bytes are neither addresses nor terminators
-    ],
-)
-def test_a_direct_binary_command_sets_a_parameter(bench, motor, record, report, value, after):
-    """The Class 4 language: a code byte and a 32-bit number, as in 10.1; a CR after it is an empty command."""
-    assert send(bench, motor, record + after + report + b" Rz RBs ") == b"%d\r0\r" % value
-
-
 # OCHN's time-out
 
 
@@ -438,15 +431,6 @@ def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor)
     for part in (b"d", b"=", b"4"):
         send(bench, motor, part, 0.06)
     assert send(bench, motor, b" Rd RBs ") == b"0\r1\r"
-
-
-def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
-    open_with(bench, motor, ",100")
-    send(bench, motor, b"a=", 0.05)
-    motor.power(False)
-    bench.run(0.02)
-    motor.power(True)
-    assert send(bench, motor, b"RBs ", 0.2) == b"0\r"
 
 
 def test_the_first_motors_program_addresses_the_chain(bench):

@@ -5,7 +5,8 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 
-from .talking import ask, clear, load, ready, send
+from .playing import play, scripts
+from .talking import clear, ready, send
 
 FRAME23 = {"motor": "frame23"}  # 48 V
 
@@ -14,15 +15,20 @@ def dip(bench, left, duration=None):
     bench.faults.add("supply_dip", "smartmotor", left=left, duration=duration)
 
 
-@pytest.mark.parametrize(("left", "volts"), [(0.9, "432"), (0.5, "240"), (0.376, "180")])
-def test_a_dip_that_leaves_18_v_resets_nothing(bench, left, volts):
-    """A dip to 0.376 × 48 V = 18.05 V resets nothing; UJA reads it in 0.1 V."""
-    motor = ready(bench, shaft=FRAME23)
-    send(bench, motor, "a=7 A=100 V=65536 MV G")
-    dip(bench, left, 0.01)
-    assert ask(bench, motor, "PRINT(UJA,#13)") == volts
-    bench.run(0.05)
-    assert send(bench, motor, "Ra RBt PRINT(UJA,#13)") == b"7\r1\r480\r"
+@scripts(
+    {
+        "A dip to 0.376 × 48 V = 18.05 V resets nothing; UJA reads it in 0.1 V":
+        [f"with frame23; a=7 A=100 V=65536 MV G; dip {left} 0.01; PRINT(UJA,#13) -> {volts}; 0.05 s; "
+         "Ra RBt PRINT(UJA,#13) -> 7 1 480"
+         for left, volts in ((0.9, "432"), (0.5, "240"), (0.376, "180"))],
+        "As at power-up, the program starts 200 ms after the supply has come back":
+        'with frame23; load PRINT("up",#13) END; dip 0.2 0.05; 0.249 s; receives nothing; 0.01 s; receives up<CR>',
+        "switch and supply are both needed":
+        "with frame23; dip 0.2; power off; mend; RMODE; dip 0.2; power on; RMODE; 0.3 s; mend; RMODE -> B",
+    }
+)  # fmt: skip
+def test_supply(script):
+    play(script)
 
 
 def test_a_deeper_dip_resets_the_processor(bench):
@@ -49,30 +55,6 @@ def test_the_shaft_coasts_while_the_processor_is_in_reset(bench):
     bench.faults.mend("supply_dip")
     assert send(bench, motor, "O=0 RBo", 1.0) == b"1\r"
     assert motor.axes["shaft"].position > before
-
-
-def test_the_stored_program_starts_again_after_a_dip(bench):
-    """As at power-up, the program starts 200 ms after the supply has come back."""
-    motor = ready(bench, shaft=FRAME23)
-    load(bench, motor, 'PRINT("up",#13) END')
-    dip(bench, 0.2, 0.05)
-    bench.run(0.049 + 0.2)
-    assert motor.serial.read() == b""
-    bench.run(0.01)
-    assert motor.serial.read() == b"up\r"
-
-
-def test_switch_and_supply_are_both_needed(bench):
-    motor = ready(bench, shaft=FRAME23)
-    dip(bench, 0.2)
-    motor.power(False)
-    bench.faults.mend("supply_dip")
-    assert send(bench, motor, "RMODE") == b""
-    dip(bench, 0.2)
-    motor.power(True)
-    assert send(bench, motor, "RMODE", 0.3) == b""
-    bench.faults.mend("supply_dip")
-    assert send(bench, motor, "RMODE") == b"B\r"
 
 
 def test_the_voltage_of_the_reset_is_an_option(bench):

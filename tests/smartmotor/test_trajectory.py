@@ -23,18 +23,6 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
     assert path.index(1000) == 108
 
 
-def test_a_target_in_the_other_direction(bench, motor):
-    """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then it returns.
-
-    It returns by 1, 2, 3 counts; 4 are left.  The largest steps that end there are 7/3, 4/3, 1/3: 21 2/3, 20 1/3, 20.
-    """
-    send(bench, motor, b"A=65536 V=5*65536 P=1000 G ", 0)
-    path = positions(bench, motor, 6)
-    assert path == [1, 3, 6, 10, 15, 20]
-    send(bench, motor, b"P=20 G ", 0)
-    assert positions(bench, motor, 12) == [24, 27, 29, 30, 30, 29, 27, 24, 21, 20, 20, 20]
-
-
 def test_s_stops_at_once(bench, motor):
     """After S the trajectory's velocity is 0 from the next sample on."""
     send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
@@ -42,22 +30,6 @@ def test_s_stops_at_once(bench, motor):
     send(bench, motor, b"S ", 0)
     assert positions(bench, motor, 3) == [path[-1]] * 3
     assert send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
-
-
-@pytest.mark.parametrize(
-    ("words", "busy"),
-    [
-        (b"V=1000 P=100 G ", b"1"),
-        (b"A=1000 P=100 G ", b"1"),
-        (b"MV A=1000 V=0 G ", b"1"),
-        (b"P=0 A=100 V=100 G ", b"0"),
-    ],
-)
-def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, words, busy):
-    """With A=0 or V=0, G does not move: Bo becomes 0; the trajectory is in progress unless its target is reached."""
-    send(bench, motor, words, 0)
-    positions(bench, motor, 20)
-    assert send(bench, motor, b"RBo RBt RP ", 0) == b"0\r" + busy + b"\r0\r"
 
 
 def test_o_changes_the_numbers_and_nothing_else(bench, motor):
@@ -188,6 +160,14 @@ FASTER = 4 * 65536
         [f"MV A={FASTER} V={FASTER} G; 0.01 s; {words}; 1 sample; mark; 100 samples; moved 400; "
          "RV RBt -> 262144 1; S; RV -> 0"
          for words in ("MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X")],
+        "At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then it returns. It returns "
+        "by 1, 2, 3 counts; 4 are left. The largest steps that end there are 7/3, 4/3, 1/3: 21 2/3, 20 1/3, 20":
+        "A=65536 V=5*65536 P=1000 G; positions 1 3 6 10 15 20; P=20 G; "
+        "positions 24 27 29 30 30 29 27 24 21 20 20 20",
+        "With A=0 or V=0, G does not move: Bo becomes 0; the trajectory is in progress unless its target is "
+        "reached":
+        [f"{words} G; 20 samples; RBo RBt RP -> 0 {busy} 0"
+         for words, busy in (("V=1000 P=100", 1), ("A=1000 P=100", 1), ("MV A=1000 V=0", 1), ("P=0 A=100 V=100", 0))],
     }
 )  # fmt: skip
 def test_trajectory(script):
