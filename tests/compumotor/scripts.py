@@ -1,8 +1,7 @@
 """Tables of scripts, as those of the IF1: what the manual says, and what is sent, done and compared for it."""
 
 import ast
-import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -31,31 +30,12 @@ from .programs import (
 )  # fmt: skip
 from .talking import CONTROL, DATA, ask, i32, message, messages, ready, send, status_word, until_idle
 
-CHOICE = re.compile(r"<(.*?)>")
 FORMS: dict[str, Callable[..., tuple[int, ...]]] = {
     "default": lambda velocity, acceleration, ranges=0: (0x31, 0, ranges, *i32(velocity), *i32(acceleration)),
     "relative": relative,
     "absolute": lambda number, *rest: (0xCB, *relative(number, *rest)[1:]),
     "continuous": continuous,
 }
-
-
-def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
-    """Parametrise a test by scripts for `play`; each key is a section of the manual with its rule.
-
-    `cruise <10000|-10000> 100000; 78; 84 -> <00|FF>` are two scripts, one with the first word of each pair.
-    """
-    cases = {}
-    for said, script in table.items():
-        choices = [choice.split("|") for choice in CHOICE.findall(script)]
-        for chosen in zip(*choices, strict=True) if choices else [()]:
-            cases[" ".join([said, *dict.fromkeys(chosen)])] = _choose(script, chosen)
-    return pytest.mark.parametrize("script", cases.values(), ids=cases.keys())
-
-
-def _choose(script: str, words: Iterable[str]) -> str:
-    rest = iter(words)
-    return CHOICE.sub(lambda _: next(rest), script)
 
 
 def command(text: str) -> tuple[int, ...]:

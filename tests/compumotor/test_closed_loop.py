@@ -4,8 +4,9 @@ import pytest
 
 from axistwin.units import US
 
+from ..scripts import scripts
 from .programs import ALL, AT_ONCE, number, start, tracked
-from .scripts import play, scripts
+from .scripts import play
 from .talking import RESET, ask, complete, default, i32, ready, send, until_idle
 
 
@@ -30,8 +31,8 @@ def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
 @scripts(
     {
         "a law out of range is ignored":
-        "tracked; B3 <00|04|01|01|01> 01 <00|00|60|00|00> <00|00|00|FF|00> <00|00|00|FF|08> <00|00|00|FF|55> <01|01|"
-        "01|FF|56>; 9F -> 01 14 00 00 00 C3 50",
+        "tracked; B3 {00|04|01|01|01} 01 {00|00|60|00|00} {00|00|00|FF|00} {00|00|00|FF|08} {00|00|00|FF|55} {01|01|"
+        "01|FF|56}; 9F -> 01 14 00 00 00 C3 50",
         'B3h, range byte: "0X -> 5X": any lower nibble is accepted':
         "tracked; B3 03 FF 5F =7; 9F -> 03 FF 5F 00 00 00 07",
         "a ratio with denominator zero is ignored": "tracked; B0 00 01 00 00; 9C -> 61 A8 0F A0",
@@ -51,15 +52,15 @@ def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
         "tracked; displace 100; 99: -100; 36 =100; 0.1 s; 99: 0; pulses 0",
         "35h and 36h need the default move": "tracked; default 0 0; 35 =1000; 1 s; 36 =1000; 1 s; pulses 0",
         "defined closed loop moves need the ratio only":
-        "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000}}; <D4|D5> 07 00 =5000 =at_once =100; "
-        "91 07 -> <D4|D5> 07 00 =5000 =at_once =100; 40 07; 1 s; at 0; B0 61 A8 0F A0; 40 07; idle; 40 07; idle; "
-        "at <1250|625>",
+        "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000}}; {D4|D5} 07 00 =5000 =at_once =100; "
+        "91 07 -> {D4|D5} 07 00 =5000 =at_once =100; 40 07; 1 s; at 0; B0 61 A8 0F A0; 40 07; idle; 40 07; idle; "
+        "at {1250|625}",
         "no closed loop move is longer than 7fffffff motor pulses: at 65,535 to 1, 32,768 are 2,147,450,880 motor "
         "pulses; one encoder pulse more exceeds 2,147,483,647 (1)":
-        "tracked; B0 FF FF 00 01; A1 01; <35|36|35|36> =<32768|32768|-32768|-32768>; says A1 00",
+        "tracked; B0 FF FF 00 01; A1 01; {35|36|35|36} ={32768|32768|-32768|-32768}; says A1 00",
         "no closed loop move is longer than 7fffffff motor pulses: at 65,535 to 1, 32,768 are 2,147,450,880 motor "
         "pulses; one encoder pulse more exceeds 2,147,483,647 (2)":
-        "tracked; B0 FF FF 00 01; A1 01; <35|36|35|36> =<32769|32769|-32769|-32769>; says nothing",
+        "tracked; B0 FF FF 00 01; A1 01; {35|36|35|36} ={32769|32769|-32769|-32769}; says nothing",
         "resume with nothing commanded is ignored": "tracked; 33 =100; idle; 37; 1 s; at 100",
         "resume goes to the same place after absolute zero has been redefined":
         "tracked; start 36 =800; 0.3 s; 78; 30; 9A: 0; 83: 0; 37; idle; encoder at 800",

@@ -11,8 +11,9 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import number, start, tracked
-from .scripts import play, scripts
+from .scripts import play
 from .talking import default, i32, position, ready, send, send_all
 
 USER_BIT = 0x01
@@ -58,7 +59,7 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
         "tracked; 18 01; B3 01 14 10 =50000; displace -100; 0.0021 s; velocity about 200; B3 01 14 1F =1500; 0.002 s; "
         "velocity about 150",
         "no correction with k zero or without any velocity":
-        "tracked; 18 01; B3 01 <00|14> 00 00 00 <C3|00> <50|00>; displace -10; nothing planned; 1 s; 99: 10",
+        "tracked; 18 01; B3 01 {00|14} 00 00 00 {C3|00} {50|00}; displace -10; nothing planned; 1 s; 99: 10",
         "off it does nothing and turned on it makes up what is missing":
         "tracked; displace -10; 1 s; 99: 10; at 0; 18 01; 5 s; 99: 0; 18 00; displace -10; 1 s; 99: 10",
         "turned off in a correction the motor stands":
@@ -72,15 +73,15 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
         "of both":
         "tracked; 18 01; 35 =16; idle; A1 01; A3 01; A5 01; displace -16; 0.01 s; velocity over 0; 20 s; "
         "says nothing; 98: 16; 80: 200",
-        "stop and kill do not end maintenance": "tracked; 18 01; displace -100; 0.1 s; <70|78>; 40 s; 99: 0",
+        "stop and kill do not end maintenance": "tracked; 18 01; displace -100; 0.1 s; {70|78}; 40 s; 99: 0",
         "a stopped closed loop move stays where it stopped until it is resumed":
-        "tracked; 18 01; start 35 =4000; 1 s; <70|78>; 1 s; 99: 0; 9A: under 900; 37; 10 s; 99: 0; 9A: 4000",
+        "tracked; 18 01; start 35 =4000; 1 s; {70|78}; 1 s; 99: 0; 9A: under 900; 37; 10 s; 99: 0; 9A: 4000",
         "a closed loop move may begin in a correction: the shaft is pushed by -1,000; during the correction a move of "
         "+100 is sent":
         "tracked; 18 01; displace -1000; 0.1 s; velocity over 0; A1 01; 35 =100; 0.02 s; says A1 00; 40 s; 99: 0; "
         "9A: 100",
         "open loop preset moves are refused":
-        "tracked; 18 01; C8 01 00 =5000 =at_once =100; CB 02 00 =5000 =at_once =100; <33|34|40|40> <=100|=100|01|02>; "
+        "tracked; 18 01; C8 01 00 =5000 =at_once =100; CB 02 00 =5000 =at_once =100; {33|34|40|40} {=100|=100|01|02}; "
         "1 s; pulses 0",
         "a continuous move may begin in a correction":
         "tracked; 18 01; displace -1000; 0.1 s; 32 01; 1 s; velocity -5000",

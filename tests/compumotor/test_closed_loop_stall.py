@@ -7,8 +7,9 @@ import pytest
 
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import ALL, joystick_pulses, number, start, tracked
-from .scripts import play, scripts
+from .scripts import play
 from .talking import complete, i32, in_all_ways, messages, position, send, send_all, until_idle
 
 
@@ -36,7 +37,7 @@ def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
         "tracked; A7 01; jam; 33 =-25000; idle; says A7 00; 83: -25000; 9B: 50",
         "continuous moves are watched too": "tracked; 19 01; start 32 00; 3 s; jam; until at rest; 83: 15500 to 15520",
         "with maintenance the place of the stall is the desired position":
-        "tracked; 18 <01|00>; 19 01; jam; 35 =4000; idle; 1 s; 83: 500; 99: <0|4000>",
+        "tracked; 18 {01|00}; 19 01; jam; 35 =4000; idle; 1 s; 83: 500; 99: {0|4000}",
         "a stalled closed loop move is resumed: a stall loses 500 pulses; after RESUME the encoder is at the end of "
         "the move": "tracked; 18 01; 19 01; jam; 35 =4000; idle; free; 37; 20 s; 9A: 4000; 99: 0; 83: 25500; 9B: 1",
         "A load holds the shaft from 1 s to 1.2 s: 1,000 pulses, two teeth, are lost; 160 encoder pulses are missing":
@@ -50,7 +51,7 @@ def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
         'limit: "will not disable the Joystick"':
         "tracked; 19 01; A6 01; 11; jam; joystick 1000; says A6 00; 83: 1000; remote_acknowledge is high",
         "slip is truncated: 9Bh truncates the slip of 499 pulses to whole teeth; a tooth is 500, 490.2, 250, 247.5 or "
-        "50 pulses": "tracked; B4 00 00 <00|00|00|00|01> <32|33|64|65|F4>; jam; 33 =499; idle; 9B: <0|1|1|2|9>",
+        "50 pulses": "tracked; B4 00 00 {00|00|00|00|01} {32|33|64|65|F4}; jam; 33 =499; idle; 9B: {0|1|1|2|9}",
         "a push is slip too and what reports it wants ratio resolution and teeth: a push of -800 encoder pulses, "
         "5,000 motor pulses, is a slip of ten teeth":
         "tracked; displace -800; 9B: 10; B1 00 00 00 00; 9B: 0; B1 00 00 61 A8; 9B: 10",

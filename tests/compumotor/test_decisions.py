@@ -2,6 +2,7 @@
 
 import pytest
 
+from ..scripts import scripts
 from .programs import (
     ALL,
     AT_ONCE,
@@ -13,7 +14,7 @@ from .programs import (
     velocities,
     words,
 )
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, write
 
 STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.67 pulses/s
@@ -31,14 +32,14 @@ STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.
         'C8h: acceleration 0 is stored; specifications: 0.00001 steps/s² "to infinity", so it is not performed (2)':
         "CE 01 00 00 00 13 88 00 00 00 00 00; 91 01 -> CE 01 00 00 00 13 88; 40 01; 1 s; pulses 0; 8C -> 00",
         '91h: a response "match[es] the ... original define move command"; without one, 91h reports no parameters':
-        "91 <01|32|33|FF>; 40 <01|32|33|FF>; D7 <01|32|33|FF>; 0.1 s; says nothing; pulses 0",
+        "91 {01|32|33|FF}; 40 {01|32|33|FF}; D7 {01|32|33|FF}; 0.1 s; says nothing; pulses 0",
         "the highest velocity of the specifications: the highest velocity of 1,092,267 steps/s is 1,092,266.67 "
         "(resolution 33.333): half of 4,369,066.67 / 2":
         "default 1092267 at_once 80; 32 00; 0.1 s; velocity 1092266.66 to 1092266.67; 85 -> 50 00 10 AA AB",
         'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (1)':
-        "01 07 <00|01> -> <07|nothing>",
+        "01 07 {00|01} -> {07|nothing}",
         'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (2)':
-        "01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 <00|01> -> <07|nothing>",
+        "01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 {00|01} -> {07|nothing}",
     }
 )  # fmt: skip
 def test_definitions(bench, script):
@@ -116,13 +117,13 @@ def test_requests_with_lost_lists_are_as_their_siblings(bench, board, request_):
 @scripts(
     {
         'G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer" (1)':
-        "sequence 1: <88|89|8C|90|E2|80|97>, 83; 92 01; says 92 83, 92 00",
+        "sequence 1: {88|89|8C|90|E2|80|97}, 83; 92 01; says 92 83, 92 00",
         'G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer" (2)':
         "sequence 1: 91 00, 83; 92 01; says 92 83, 92 00",
         "trigger commands with lost lists stand in sequences and beside them: 74h to 76h and 7Dh are valid in "
         "sequences and beside them, like 77h, 7Ch and 7Eh, whose lists are printed":
-        "sequence 1: <74|75|76|7D> 06 01 01, 28 00; 41 01; 0.05 s; trigger 6; says <74|75|76|7D> 06; 79; <74|75|76|"
-        "7D> 06 00 00; 41 01; <74|75|76|7D> 06 00 00",
+        "sequence 1: {74|75|76|7D} 06 01 01, 28 00; 41 01; 0.05 s; trigger 6; says {74|75|76|7D} 06; 79; {74|75|76|"
+        "7D} 06 00 00; 41 01; {74|75|76|7D} 06 00 00",
         '01h: "to indicate a location within a sequence buffer"; its list is cut off at the end of the printed page':
         "sequence 1: 28 00, 01 09; 41 01; 01 01 -> 01; 48; says 01 09",
         'Option interrupt_command="printed": 01h is valid in both modes, and neither in nor beside sequences':
@@ -247,7 +248,7 @@ def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, rati
         "tracked; B0 #1 #2; 35 =3; idle; at 2; 35 =-3; idle; at 0; 35 =-3; idle; at -2; 35 =3; idle; at 0",
         '19h: it ends moves only; 18h: a correction "always attempts to maintain a zero deadband". 100 counts times K '
         "= 20 are 2,000 pulses/s, as long as the shaft is held":
-        "tracked; 18 01; 19 <00|01>; A7 01; jam; displace 100; 2 s; velocity -2000; 99: -100; 8C -> FF; says nothing; "
+        "tracked; 18 01; 19 {00|01}; A7 01; jam; displace 100; 2 s; velocity -2000; 99: -100; 8C -> FF; says nothing; "
         "free; 5 s; 99: 0; at rest",
         "18h ends the correction of a jammed motor": "tracked; 18 01; jam; displace 100; 1 s; 18 00; at rest",
     }
@@ -298,20 +299,20 @@ def test_a_ratio_is_of_two_positive_numbers(bench, ratio):
 @scripts(
     {
         'Addendum: "The software used in the 1810 is identical": definitions are kept; only B5h "will be ignored"':
-        "tracked 1810; <D4|D5> 07 00 =5000 =at_once =100; 91 07 -> <D4|D5> 07 00 =5000 =at_once =100; 40 07; 1 s; "
+        "tracked 1810; {D4|D5} 07 00 =5000 =at_once =100; 91 07 -> {D4|D5} 07 00 =5000 =at_once =100; 40 07; 1 s; "
         "pulses 0; 2F =1000; 9A: 1000",
         "an 1810 may perform them with an encoder that stays at 0":
         "tracked 1810 options={'encoder_commands':'performed'}; D4 07 00 =5000 =at_once =100; 40 07; idle; 35 =100; "
         "idle; 36 =100; idle; at 1875; 9A: 0; 0F 03 80 01; B5 =1000; output1 is low",
         "B0h: 1 to 1; the encoder stays at 0, and one of 50 teeth is 500 of 25,000 pulses; 19h ends the move there":
-        "tracked 1810 options={'encoder_commands':'performed'}; B0 00 01 00 01; 19 01; 33 =<25000|-25000>; 6 s; "
-        "at <500|-500>",
+        "tracked 1810 options={'encoder_commands':'performed'}; B0 00 01 00 01; 19 01; 33 ={25000|-25000}; 6 s; "
+        "at {500|-500}",
         "an 1810 may ignore them all":
         "tracked 1810 options={'encoder_commands':'ignored'}; D4 07 00 =5000 =at_once =100; 2F =1000; "
         "91 07 -> nothing; 9A: 0",
         "an 1811 obeys them whatever an 1810 would":
-        "tracked <options={'encoder_commands':'ignored'}|options={'encoder_commands':'kept'}|"
-        "options={'encoder_commands':'performed'}>; 35 =100; idle; at 625; 9A: 100",
+        "tracked {options={'encoder_commands':'ignored'}|options={'encoder_commands':'kept'}|"
+        "options={'encoder_commands':'performed'}}; 35 =100; idle; at 625; 9A: 100",
         "a continuous move of the host is not refused by its own end":
         "cruise 10000 100000; 32 01; 1 s; velocity -10000",
     }

@@ -6,8 +6,9 @@ import pytest
 
 from axistwin.units import US
 
+from ..scripts import scripts
 from .programs import cruise, number, sequence, start, tracked
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, default, i32, messages, position, send, send_all
 from .test_home import CCW, CW, define, machine, search
 
@@ -76,7 +77,7 @@ def test_a_hunting_motor_is_a_moving_one(bench, command):
 @scripts(
     {
         '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (1)':
-        "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; <32|35|36> <00|=500|=500>; "
+        "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; {32|35|36} {00|=500|=500}; "
         "0.02 s; velocity 5000",
         '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (2)':
         "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; 37; 0.02 s; velocity 5000",

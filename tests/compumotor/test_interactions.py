@@ -2,8 +2,9 @@
 
 import pytest
 
+from ..scripts import scripts
 from .programs import continuous, cruise, distances, enter, listing, sequence, velocities
-from .scripts import play, scripts
+from .scripts import play
 from .talking import (
     ask,
     complete,
@@ -35,17 +36,17 @@ def levels(bench, board, seconds):
 @scripts(
     {
         'Functional check: if "the limit switches are not connected and not bypassed", the motor turns less':
-        "14 <00|01|00|01>; <cw_limit|cw_limit|ccw_limit|ccw_limit> high; FF; 5.1 s; at <-25000|-25000|25000|25000>; "
+        "14 {00|01|00|01}; {cw_limit|cw_limit|ccw_limit|ccw_limit} high; FF; 5.1 s; at {-25000|-25000|25000|25000}; "
         "SB & 20 is 20",
         "the test function at both limits fails at once":
         "cw_limit high; ccw_limit high; FF; 0.01 s; at 0; SB & 20 is 20",
         '78h: "equivalent to hitting a limit switch": the move is killed, and the reversal does not continue':
-        "cruise <10000|-10000> 100000; A1 01; 32 <01|00>; 0.05 s; <cw_limit|ccw_limit> high; 0.0002 s; mark; 1 s; "
+        "cruise {10000|-10000} 100000; A1 01; 32 {01|00}; 0.05 s; {cw_limit|ccw_limit} high; 0.0002 s; mark; 1 s; "
         "moved 0; says A1 00",
         "a limit at the end of an earlier move does not end a later reversal":
         "cruise 10000 100000; cw_limit high; 0.01 s; cw_limit low; cruise 10000 100000; 32 01; 1 s; velocity -10000",
         '70h: "the deceleration to zero is at the most recent acceleration", also during a ramp between two velocities':
-        "cruise 10000 100000; default <20000|5000> 100000; 32 00; 0.02 s; 70; 8F -> FF; 0.2 s; at rest",
+        "cruise 10000 100000; default {20000|5000} 100000; 32 00; 0.02 s; 70; 8F -> FF; 0.2 s; at rest",
         '85h: "indicating the current velocity": a stream with 1000h of 4.369 MHz/16 leaves 17,066.67 pulses/s':
         "52 01 10 =never #2; velocities 4096 4096 4096 4096 4096 4096 4096; 42; 0.1 s; 50; 85 -> 00 00 00 42 AB; 78; "
         "85 -> 00",
@@ -288,7 +289,7 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
 @scripts(
     {
         "a listing leaves the user bits alone: 08h to 0Ah alone set the user bits; 92h discards waiting messages and "
-        "leaves the user bits alone": "08 <00|05>; 01 01; 0.01 s; 92 01; says 92 00; SB & 7 is <0|5>",
+        "leaves the user bits alone": "08 {00|05}; 01 01; 0.01 s; 92 01; says 92 00; SB & 7 is {0|5}",
         '20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated':
         "sequence 1: 01 01, 20 05 00 03, 01 02; 41 01; says 01 01, 01 02, 01 02, 01 02",
     }

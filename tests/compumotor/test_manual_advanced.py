@@ -6,8 +6,9 @@ import pytest
 
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import about, listing, relative, sequence, steps
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
@@ -57,7 +58,7 @@ def test_a_move_that_is_not_calculated_is_under_way_within_half_of_thirty_millis
         'G.3: 33 and 34 "are the only preset moves which may be executed while in velocity streaming mode"':
         "52 01 04 00 00 00 00 00 02; default 10000 100000; 33 =-400; idle; 34 =50; idle; 32 00; 0.5 s; at 50",
         "a continuous move goes on until killed stopped or at a limit (1)":
-        "cruise 10000 100000; 20 s; velocity 10000; <70|78>; 0.2 s; at rest",
+        "cruise 10000 100000; 20 s; velocity 10000; {70|78}; 0.2 s; at rest",
         "a continuous move goes on until killed stopped or at a limit (2)":
         "cruise 10000 100000; 20 s; velocity 10000; cw_limit high; 0.2 s; at rest",
         'E.1.a: ramps "may be respecified for each change in velocity of a constant velocity move"':

@@ -9,8 +9,9 @@ from axistwin.bench import action
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import about, cruise, joystick_pulses, rising, steps
-from .scripts import play, scripts
+from .scripts import play
 from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, send, send_all, status_word
 
 
@@ -23,7 +24,7 @@ def levels(board):
         '00h: "If this command is sent to the indexer nothing will happen!"':
         "00; says nothing; SB 50; pulses 0; output1 is high; output2 is high",
         '01h: "01, the parameter byte supplied, bytes three through sixteen are always zero"':
-        "01 <00|01|80|FF> -> <00|01|80|FF>",
+        "01 {00|01|80|FF} -> {00|01|80|FF}",
         '01h: "may be used to indicate a location within a sequence buffer"':
         "sequence 1: 01 A1, 2A 00 01, 01 A2; 41 01; 0.5 s; says 01 A1; 1 s; says 01 A2",
         '08h: "if one sends the command string 08h, 05h user bit zero will be set, user bit one will be cleared, and '

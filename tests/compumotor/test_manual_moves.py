@@ -4,8 +4,9 @@ import pytest
 
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import continuous, cruise, relative, steps
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, messages, position, send, send_all
 
 AT_ONCE = 0x7FFF_FFFF
@@ -68,9 +69,9 @@ def test_a_default_out_of_range_is_ignored(bench, board, wrong):
 @scripts(
     {
         '32h: "If the default move has not been defined no move will be performed"; the same holds for 40h':
-        "<32|33|34|40|40|40> <00|=50|=50|01|33|00>; 0.5 s; pulses 0; 8C -> 00",
+        "{32|33|34|40|40|40} {00|=50|=50|01|33|00}; 0.5 s; pulses 0; 8C -> 00",
         '33h: "A distance of 80000000h is invalid"; 34h: valid are only C0000001h through 3FFFFFFFh':
-        "default 10000 at_once; <33|34|34> <80|40|C0> 00 00 00; 0.5 s; pulses 0",
+        "default 10000 at_once; {33|34|34} {80|40|C0} 00 00 00; 0.5 s; pulses 0",
         'C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored" then':
         "relative 1 10000 100000 2000; default 10000 100000; 40 01; 0.05 s; 40 01; 33 =9; 34 =9; 32 00; idle; "
         "at 2000; 1 s; at 2000; cruise 10000 100000; 40 01; 33 =9; 1 s; velocity 10000",
@@ -81,8 +82,8 @@ def test_a_default_out_of_range_is_ignored(bench, board, wrong):
         "cruise 10000 100000; continuous 2 5000 50000; 40 02; 0.05 s; 8F -> FF; 0.2 s; velocity 5000; "
         "81: 0 -- the end position of a continuous move is undefined",
         "C8h: velocity units per second, per ten seconds or per hundred seconds, here always 10,000 pps²":
-        "continuous 1 5000 <10000|100000|1000000> 0 <0|1|2>; 0.05 s; 40 01; until moving; clock; until velocity 5000; "
-        "496 to 504 ms later; 86 -> <00|01|02> 00 <00|01|0F> <27|86|42> <10|A0|40>",
+        "continuous 1 5000 {10000|100000|1000000} 0 {0|1|2}; 0.05 s; 40 01; until moving; clock; until velocity 5000; "
+        "496 to 504 ms later; 86 -> {00|01|02} 00 {00|01|0F} {27|86|42} {10|A0|40}",
         "delete a move: D7h deletes a move, which then is not performed":
         "relative 4 10000 100000 25; D7 05; D7 04; 40 04; 0.2 s; pulses 0",
         'Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues':

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import relative, sequence
-from .scripts import play, scripts
+from .scripts import play
 from .talking import (
     CONTROL,
     DATA,
@@ -36,7 +37,7 @@ from .talking import (
         'B.3: "requesting the state of the Trigger bits nets a response only two bytes long"':
         "trigger2 high; trigger3 low; trigger4 low; trigger5 high; 94 -> 24",
         'C.2: "Bit 6 of the SB reflects the inverse of bit 6 of the CB"; bits 0 to 3 of the CB are unused':
-        "CB <00|40|80|C0|0F|4F>; SB & 40 is <40|0|40|0|40|0>; 0.1 s; SB <50|10|50|10|50|10>",
+        "CB {00|40|80|C0|0F|4F}; SB & 40 is {40|0|40|0|40|0}; 0.1 s; SB {50|10|50|10|50|10}",
         "D: the printed assembly lines keep the interrupt enable bit: 50h leaves it set, 10h clears it":
         "IDB 90; CB 50; 0.05 s; interrupt; SB 98; CB C0; 0.05 s; no interrupt; SB 10; IDB 90; CB 10; 0.05 s; "
         "no interrupt",

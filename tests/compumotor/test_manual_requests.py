@@ -2,8 +2,9 @@
 
 import pytest
 
+from ..scripts import scripts
 from .programs import continuous, cruise, relative
-from .scripts import play, scripts
+from .scripts import play
 from .talking import (
     CONTROL,
     ENABLE,
@@ -66,18 +67,18 @@ def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
         "83h: ten pulses beyond 7FFFFFFFh are 80000009h, in six bytes":
         "default 10000 1000000; 2E =at_once; 33 =10; idle; 83: 2147483657",
         "84h, 8Bh: 00 is +, FF is -; at rest they report the most recent direction":
-        "cruise <10000|-10000> 100000; 84 -> <00|FF>; 8B -> <00|FF>; 78; 84 -> <00|FF>; 8B -> <00|FF>; 78",
+        "cruise {10000|-10000} 100000; 84 -> {00|FF}; 8B -> {00|FF}; 78; 84 -> {00|FF}; 8B -> {00|FF}; 78",
         "90h: 50h is indexer mode; another mode is reported with its parameters":
         "90 -> 50; 51 09 10 00 00 00 64; 90 -> 51 09 10 00 00 00 64; 52 01 04 01 02 03 04 00 02; "
         "90 -> 52 01 04 01 02 03 04 00 02; 53 03 01 00 00 00 00 FF FF; 90 -> 53 03 01 00 00 00 00 FF FF; 50; 90 -> 50",
         'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (1)':
-        "default 10000 20000; 33 =8000; 0.2 s; <A0|A1|A2|A3> 01; idle; says nothing; 33 =8000; idle; says <A0|A1|A2|"
-        "A3> 00",
+        "default 10000 20000; 33 =8000; 0.2 s; {A0|A1|A2|A3} 01; idle; says nothing; 33 =8000; idle; says {A0|A1|A2|"
+        "A3} 00",
         'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (2)':
-        "default 10000 20000; 33 =8000; 0.2 s; <A4|A5> 01; idle; says <A4|A5> 00",
+        "default 10000 20000; 33 =8000; 0.2 s; {A4|A5} 01; idle; says {A4|A5} 00",
         'ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays enabled until it is turned off':
-        "AC <01|06> 01; trigger <1|6>; trigger <6|1>; says AC <01|06>; trigger <1|6>; trigger <6|1>; says AC <01|06>; "
-        "AC <01|06> 00; trigger <1|6>; says nothing; AC <01|06> 01; AF; trigger <1|6>; says nothing",
+        "AC {01|06} 01; trigger {1|6}; trigger {6|1}; says AC {01|06}; trigger {1|6}; trigger {6|1}; says AC {01|06}; "
+        "AC {01|06} 00; trigger {1|6}; says nothing; AC {01|06} 01; AF; trigger {1|6}; says nothing",
         "requests that streaming modes do not know: 92h and 93h are not valid in streaming modes; 91h is valid for "
         "move 00 only":
         "relative 3 10 10 10; default 10 10; 51 01 04 00 00 00 00; 92 01 -> nothing; 93 -> nothing; 91 03 -> nothing; "

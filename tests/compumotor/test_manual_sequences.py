@@ -2,8 +2,9 @@
 
 import pytest
 
+from ..scripts import scripts
 from .programs import about, relative, sequence
-from .scripts import play, scripts
+from .scripts import play
 from .talking import messages, send, send_all
 
 
@@ -15,23 +16,23 @@ def perform(bench, board, *commands):
 @scripts(
     {
         "20h: the following X commands are repeated Y times; Y has two bytes, the most significant first":
-        "relative 1 500000 at_once 3; sequence 1: 20 01 <00|00|00|01|03> <01|02|FF|00|E8>, 40 01, 01 09; 41 01; 10 s; "
-        "says 01 09; at <3|6|765|768|3000>",
+        "relative 1 500000 at_once 3; sequence 1: 20 01 {00|00|00|01|03} {01|02|FF|00|E8}, 40 01, 01 09; 41 01; 10 s; "
+        "says 01 09; at {3|6|765|768|3000}",
         '20h: "If zero is specified for either X or Y the command is ignored" (1)':
-        "sequence 1: 20 <00|02> 00 <05|00>, 01 01, 01 02; 41 01; 0.1 s; says 01 01, 01 02",
+        "sequence 1: 20 {00|02} 00 {05|00}, 01 01, 01 02; 41 01; 0.1 s; says 01 01, 01 02",
         '20h: "If zero is specified for either X or Y the command is ignored" (2)':
         "sequence 1: 21 00, 01 01, 01 02; 41 01; 0.1 s; says 01 01, 01 02",
         '28h: "this command (28h) followed by fifteen zeroes"; "Other commands may be issued and performed" (1)':
         "sequence 1: 28 00, 01 01; 41 01; 1 s; says nothing; 97 -> 06; 48; 0.1 s; says 01 01",
         '28h: "this command (28h) followed by fifteen zeroes"; "Other commands may be issued and performed" (2)':
-        "sequence 1: 28 <01|FF>, 01 01; 41 01; 1 s; says 28 00; 97 -> 06; 48; 0.1 s; says 01 01",
+        "sequence 1: 28 {01|FF}, 01 01; 41 01; 1 s; says 28 00; 97 -> 06; 48; 0.1 s; says 01 01",
         '29h: "A time delay of zero is invalid and will be ignored"; 2Ch: a trigger "outside of the given range" (1)':
         "sequence 1: 29 00 00 00 00, 01 01; 41 01; 0.1 s; says 01 01",
         '29h: "A time delay of zero is invalid and will be ignored"; 2Ch: a trigger "outside of the given range" (2)':
-        "sequence 1: <2A|2B|2C|2C> <00|00|00|07> <00|00|01|01>, 01 01; 41 01; 0.1 s; says 01 01",
+        "sequence 1: {2A|2B|2C|2C} {00|00|00|07} {00|00|01|01}, 01 01; 41 01; 0.1 s; says 01 01",
         "2Ch: for 1 and 6 the level is \"don't care\": only a low to high transition during the wait ends it":
-        "<trigger1|trigger1|trigger6|trigger6> high; sequence 1: 2C <01|01|06|06> <00|01|00|01>, 01 01; 41 01; 1 s; "
-        "<trigger1|trigger1|trigger6|trigger6> low; says nothing; trigger <1|1|6|6>; says 01 01",
+        "{trigger1|trigger1|trigger6|trigger6} high; sequence 1: 2C {01|01|06|06} {00|01|00|01}, 01 01; 41 01; 1 s; "
+        "{trigger1|trigger1|trigger6|trigger6} low; says nothing; trigger {1|1|6|6}; says 01 01",
         '20h to 2Ch: outside a sequence "it has no meaning anywhere else"; such a command does not delay later ones':
         "20 01 00 05; 21 01; 28 01; 29 00 00 01 00; 2A 00 09; 2B 00 09; 2C 02 01; 01 01; says 01 01",
         "48h: without anything to continue it is ignored, and not kept for later":
@@ -39,7 +40,7 @@ def perform(bench, board, *commands):
         '41h: "If a sequence buffer has not been defined this command is ignored" (1)':
         "sequence 1: 01 01; 41; 0.1 s; says nothing",
         '41h: "If a sequence buffer has not been defined this command is ignored" (2)':
-        "sequence 1: 01 01; 41 <00|10|02>; 0.1 s; says nothing",
+        "sequence 1: 01 01; 41 {00|10|02}; 0.1 s; says nothing",
         '41h: "If a sequence buffer has not been defined this command is ignored" (3)':
         "sequence 1: 01 01; 41 01 01; 0.1 s; says nothing",
         'D9h: "no commands are performed after this command ... they are considered for insertion"':

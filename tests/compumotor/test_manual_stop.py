@@ -4,8 +4,9 @@ import pytest
 
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import about, cruise, relative, rising, sequence, steps
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 
@@ -40,9 +41,9 @@ def test_stop(bench, board, trigger):
         "70h: it is that of the last continuous move, 50,000 pps², not 100,000 of the first: 0.2 s, 1,000 pulses":
         "cruise 10000 100000; default 10000 50000; 32 00; 0.1 s; 70; mark; idle; moved 985 to 1015",
         '71h: "If the sequence buffer is not being performed this command has no effect"; A5h: no motion has ended':
-        "A5 01; <71|72|79|7A|73|70|78>; sequence 1: 01 01, 01 02; 41 01; says 01 01, 01 02",
+        "A5 01; {71|72|79|7A|73|70|78}; sequence 1: 01 01, 01 02; 41 01; says 01 01, 01 02",
         '7Dh: "if TRIGGER 1 or 6 goes active when there is no sequence buffer being performed it has no effect"':
-        "<75|75|76|76|7D|7D|7E|7E> <01|06|01|06|01|06|01|06> 01 00; trigger <1|6|1|6|1|6|1|6>; sequence 1: 01 01, "
+        "{75|75|76|76|7D|7D|7E|7E} {01|06|01|06|01|06|01|06} 01 00; trigger {1|6|1|6|1|6|1|6}; sequence 1: 01 01, "
         "01 02; 41 01; says 01 01, 01 02",
         "each trigger has its own function":
         "74 01 01 01; 7C 06 01 01; cruise 10000 100000; trigger 6; at rest; cruise 10000 100000; trigger 1; "

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, US
 
+from ..scripts import scripts
 from .programs import steps
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all
 
 NO_TIME = 0x7FFF_FFFF  # an acceleration that reaches any velocity in one update

@@ -7,7 +7,8 @@ from axistwin.bench import product
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .scripts import play, scripts
+from ..scripts import scripts
+from .scripts import play
 from .talking import (
     CONTROL,
     ENABLE,

@@ -1,6 +1,7 @@
 """Undefined states of 0Fh, the shutdown input, the STEP output, and the jumper of the test switch."""
 
-from .scripts import play, scripts
+from ..scripts import scripts
+from .scripts import play
 
 
 @scripts(

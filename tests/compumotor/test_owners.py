@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import continuous, rising, sequence
-from .scripts import play, scripts
+from .scripts import play
 from .talking import default, i32, messages, ready, send, send_all, until_idle
 
 
@@ -38,11 +39,11 @@ def in_a_sequence(bench, board, *commands):
 @scripts(
     {
         '40h: "If a move is currently being performed this command is ignored"; the sequence continues (1)':
-        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: <32|32|40|39> <00|01|05|00>, 01 09; "
+        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: {32|32|40|39} {00|01|05|00}, 01 09; "
         "default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; "
         "at 30000; at rest; 81: 0",
         '40h: "If a move is currently being performed this command is ignored"; the sequence continues (2)':
-        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: <33|34> 00 00 00 07, 01 09; default 10000 100000; "
+        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: {33|34} 00 00 00 07, 01 09; default 10000 100000; "
         "33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
         '40h: "If a move is currently being performed this command is ignored"; the sequence continues (3)':
         "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: 11, 01 09; default 10000 100000; 33 =30000; 0.5 s; "
@@ -54,7 +55,7 @@ def in_a_sequence(bench, board, *commands):
         "continuous 5 20000 1000000; sequence 1: 40 05; default 10000 100000; 32 00; 0.2 s; 41 01; 0.05 s; "
         "velocity 20000",
         "79h, 7Ah: a loop of commands that take no time is killed; the host's move is completed":
-        "sequence 1: 21 01, 08 01; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; <79|7A>; "
+        "sequence 1: 21 01, 08 01; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; {79|7A}; "
         "4 s; at 30000; at rest",
         "73h: \"Any singular command being performed at the time\": both the host's move and the sequence's wait":
         "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 73; 5 s; "
@@ -69,7 +70,7 @@ def in_a_sequence(bench, board, *commands):
         "71h in a 28h leaves the sequence: 71h ends a sequence that waits in a 28h; CONTINUE does not bring it back":
         "sequence 1: 28 00, 01 01; 41 01; 0.05 s; 71; 48; says nothing; 41 01; 48; 0.05 s; 48; says 01 01",
         'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (1)':
-        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; <41|D9|DA|92> 02; 0.05 s; says nothing; 48; "
+        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; {41|D9|DA|92} 02; 0.05 s; says nothing; 48; "
         "says 01 01; 41 02; says 01 02; 90 -> 50",
         'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (2)':
         "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 50; 0.05 s; says nothing; 48; says 01 01; "
@@ -79,7 +80,7 @@ def in_a_sequence(bench, board, *commands):
         "48; says 01 01; 41 02; says 01 02; 90 -> 50",
         "singular commands about sequences are ignored during a move but 41h is not: 92h, D9h and DAh are SINGULAR "
         "and so ignored during a move; 41h is not SINGULAR":
-        "sequence 2: 01 02; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; <D9|DA|92> 02; 0.05 s; "
+        "sequence 2: 01 02; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; {D9|DA|92} 02; 0.05 s; "
         "says nothing; 41 02; says 01 02",
         'D9h: until D8h, "if they are not valid sequence buffer commands they are ignored", e.g. 41h, 92h, D9h':
         "sequence 2: 01 02; D9 01; 41 02; 92 02; D9 03; DA 02; 48; 72; 01 01; D8; 92 01; says 92 01 01, 92 00; 92 02; "

@@ -2,8 +2,9 @@
 
 import pytest
 
+from ..scripts import scripts
 from .programs import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
-from .scripts import play, scripts
+from .scripts import play
 from .talking import complete, default, i32, messages, position, ready, send, send_all
 
 

@@ -5,7 +5,8 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 
-from .scripts import play, scripts
+from ..scripts import scripts
+from .scripts import play
 from .talking import (
     COMMAND_READY,
     ENABLE,
@@ -40,7 +41,7 @@ def test_power_up_takes_about_one_second_and_leaves_50h(bench):
         "01 00; 01 01; 01 02; 01 03; 01 04; 01 05; 01 06; 01 07; 01 08; 01 09; says 01 00, 01 01, 01 02, 01 03, "
         "01 04, 01 05, 01 06, 01 07, 01 08, 01 09",
         "user bits are seen in the status byte":
-        "08 <00|01|02|03|04|05|06|07>; SB <50|51|52|53|54|55|56|57>; ju19 is low",
+        "08 {00|01|02|03|04|05|06|07}; SB {50|51|52|53|54|55|56|57}; ju19 is low",
         '"The interrupt mask bit is always the negative of the current value of the interrupt enable bit"':
         "IDB 01 07; CB 50; 0.01 s; interrupt; SB 98; CB 00; no interrupt; SB 58; CB 40; interrupt; CB C0; "
         "no interrupt; SB 10",

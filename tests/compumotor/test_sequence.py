@@ -2,8 +2,9 @@
 
 import pytest
 
+from ..scripts import scripts
 from .programs import sequence
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, send
 
 

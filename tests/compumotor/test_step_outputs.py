@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.errors import UsageError
 
-from .scripts import play, scripts
+from ..scripts import scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, messages, ready, send, send_all
 
 AT_ONCE = 0x7FFF_FFFF
@@ -207,7 +208,7 @@ def test_an_edge_may_have_to_hold(bench, trigger, hold_us):
         'Remote power shutdown: not "if the motor is moving"; it acts if the input is still active at rest':
         "13 01; default 1000 at_once; 33 =500; 0.1 s; shutdown_in low; shutdown is low; idle; at 500; shutdown is high",
         "0Fh: the bit shows whether the motor moves; a value written by 08h or 09h stays until this state changes":
-        "0F 00 01 01; SB & 1 is 0; <08|09> <01|00>; SB & 1 is 1; default 1000 at_once; 33 =5; idle; SB & 1 is 0",
+        "0F 00 01 01; SB & 1 is 0; {08|09} {01|00}; SB & 1 is 1; default 1000 at_once; 33 =5; idle; SB & 1 is 0",
         '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (1)':
         "2F =at_once; 9A -> 7F FF FF FF",
         '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (2)':

@@ -1,6 +1,7 @@
 """Chapter Stop, discontinue, suspend, kill: 70h to 7Fh by command and by trigger, and the messages of A0h to ACh."""
 
-from .scripts import play, scripts
+from ..scripts import scripts
+from .scripts import play
 
 
 @scripts(
@@ -13,9 +14,9 @@ from .scripts import play, scripts
         "a move that is ended before its velocity sends no A3h":
         "A3 01; default 10000 100000; 32 00; 0.05 s; 73; 1 s; says nothing",
         "hits of the limits":
-        "<cw_limit|ccw_limit> high; 0.001 s; <A8|AA> 01; <A9|AB> 01; <cw_limit|ccw_limit> low; 0.001 s; <cw_limit|"
-        "ccw_limit> high; 0.001 s; <cw_limit|ccw_limit> low; 0.001 s; <cw_limit|ccw_limit> high; 0.001 s; says <A8|"
-        "AA> 00, <A9|AB> 00, <A9|AB> 00",
+        "{cw_limit|ccw_limit} high; 0.001 s; {A8|AA} 01; {A9|AB} 01; {cw_limit|ccw_limit} low; 0.001 s; {cw_limit|"
+        "ccw_limit} high; 0.001 s; {cw_limit|ccw_limit} low; 0.001 s; {cw_limit|ccw_limit} high; 0.001 s; says {A8|"
+        "AA} 00, {A9|AB} 00, {A9|AB} 00",
     }
 )  # fmt: skip
 def test_stop(bench, script):

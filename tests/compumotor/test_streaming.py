@@ -6,8 +6,9 @@ import pytest
 
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, complete, messages, position, ready, send, send_all, until_idle
 
 PARABOLA = [(2 * 23_447 * (625 - (k - 25) ** 2) + 625) // 1250 for k in range(1, 50)]

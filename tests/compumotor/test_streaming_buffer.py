@@ -6,8 +6,9 @@ import pytest
 
 from axistwin.units import MS
 
+from ..scripts import scripts
 from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
-from .scripts import play, scripts
+from .scripts import play
 from .talking import ask, in_all_ways, message, messages, position, ready, send, status_word, until_idle
 
 USER_BIT_0 = 0x01
@@ -42,8 +43,8 @@ def test_data_need_fifteen_free_bytes(bench, board, mode, put, bytes_each):
 @scripts(
     {
         "fourteen free bytes are too few and fifteen enough":
-        "1811 <buffer_bytes=28|buffer_bytes=29>; 52 01 01 =never #2; velocities 1 1 1 1 1 1 1 1 1 1 1 1 1 1; E2: <14|"
-        "1>",
+        "1811 {buffer_bytes=28|buffer_bytes=29}; 52 01 01 =never #2; velocities 1 1 1 1 1 1 1 1 1 1 1 1 1 1; E2: {14|"
+        "1}",
         "an empty buffer is not performed": "0F 00 04 01; 52 01 01 =never #2; 42; SB & 1 is 0",
         "a marker among pairs and among distances":
         "51 03 01 =never; EE #77 01 05 00; pairs 1500 10 77 1000 0 0; 42; idle; at 10; 53 03 01 =never #10; "
@@ -127,7 +128,7 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
 @scripts(
     {
         "stop and kill end the pulses and the performance at once":
-        "52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 1500; 42; 0.25 s; <70|78>; at rest; 1 s; "
+        "52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 1500; 42; 0.25 s; {70|78}; at rest; 1 s; "
         "at rest; E2: 592; 42; 1 s; velocity 1000",
         "kill of the buffer keeps the velocity and empties it":
         "52 03 01 =never #100; velocities 1500 3000 4500; 42; 0.15 s; 7B; 1 s; velocity 2000; E2: 600; "

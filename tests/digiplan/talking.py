@@ -7,8 +7,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, cast
 
-import pytest
-
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.plant import StepperAxis
@@ -227,12 +225,7 @@ def ramped(distance: int, start: int, top: int | Fraction, increment: int, accel
     return [*ramp, (plateau, (distance - 2 * up) / plateau), *reversed(ramp)]
 
 
-# Tables of scripts
-
-
-def scripts(table: dict[str, str]) -> pytest.MarkDecorator:
-    """Parametrise a test by scripts for `play`; each key is a section of the manual with its rule."""
-    return pytest.mark.parametrize("script", table.values(), ids=table.keys())
+# Scripts
 
 
 @dataclass

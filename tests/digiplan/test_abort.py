@@ -6,7 +6,8 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import command, gaps, moves, play, pulse_times_of, scripts, since_start, start_ns, times
+from ..scripts import scripts
+from .talking import command, gaps, moves, play, pulse_times_of, since_start, start_ns, times
 
 # A run at 1000 steps/s from the default start/stop 400, acceleration 10,000, range 1: levels 400 ... 900 of 10 ms each,
 # 4 + 5 + 6 + 7 + 8 + 9 = 39 pulses, and the same on the way down.

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .talking import ask, command, moves, moving, play, ready, scripts, since_start, write
+from ..scripts import scripts
+from .talking import ask, command, moves, moving, play, ready, since_start, write
 
 
 def pause_ns(axis) -> int:

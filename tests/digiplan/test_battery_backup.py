@@ -7,6 +7,7 @@ from axistwin.bench import Controller
 from axistwin.sim import UartFormat
 from axistwin.units import MS, S
 
+from ..scripts import scripts
 from .talking import (
     arrivals,
     ask,
@@ -19,7 +20,6 @@ from .talking import (
     pulse_times_of,
     ramped,
     ready,
-    scripts,
     send,
     since_start,
     status,

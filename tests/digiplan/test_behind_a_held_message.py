@@ -2,7 +2,8 @@
 
 import pytest
 
-from .talking import characters, play, ready, scripts
+from ..scripts import scripts
+from .talking import characters, play, ready
 
 
 @pytest.mark.parametrize("typed", ["", "@9", "E", "EX5", "@99<CR>"])

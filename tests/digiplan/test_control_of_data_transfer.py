@@ -10,7 +10,8 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, edges, play, positions, ready, scripts, write
+from ..scripts import scripts
+from .talking import arrivals, ask, command, edges, play, positions, ready, write
 
 XOFF, XON = 0x13, 0x11
 

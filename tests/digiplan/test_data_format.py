@@ -7,7 +7,8 @@ import pytest
 from axistwin.sim import LineError
 from axistwin.units import MS, S
 
-from .talking import BITS_7_OR_8, PARITY, arrivals, ask, faults, gaps, play, ready, scripts, send, write
+from ..scripts import scripts
+from .talking import BITS_7_OR_8, PARITY, arrivals, ask, faults, gaps, play, ready, send, write
 
 FORMATS = [(frame, parity) for frame in range(1, 9) for parity in range(1, 10)]
 

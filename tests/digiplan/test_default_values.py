@@ -5,7 +5,8 @@ import pytest
 from axistwin.sim import LineError
 from axistwin.units import MS
 
-from .talking import arrivals, initialise, play, ready, scripts
+from ..scripts import scripts
+from .talking import arrivals, initialise, play, ready
 
 
 @scripts(

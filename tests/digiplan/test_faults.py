@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import edges, gaps, play, ready, scripts, times, until_idle, write
+from ..scripts import scripts
+from .talking import edges, gaps, play, ready, times, until_idle, write
 
 
 @scripts(

@@ -7,7 +7,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import ask, command, play, pulse_times_of, ready, scripts, since_start, start_ns, write
+from ..scripts import scripts
+from .talking import ask, command, play, pulse_times_of, ready, since_start, start_ns, write
 
 
 @scripts(

@@ -5,7 +5,8 @@ import pytest
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, edges, gaps, initialise, play, scripts
+from ..scripts import scripts
+from .talking import arrivals, ask, command, edges, gaps, initialise, play
 
 
 @scripts(

@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import edges, moves, play, scripts, start_ns, times
+from ..scripts import scripts
+from .talking import edges, moves, play, start_ns, times
 
 
 def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(bench, if1):

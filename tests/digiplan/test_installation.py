@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import at_speed, command, edges, moving, play, positions, ready, scripts, times, write
+from ..scripts import scripts
+from .talking import at_speed, command, edges, moving, play, positions, ready, times, write
 
 # Emergency stop
 

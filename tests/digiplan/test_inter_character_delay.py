@@ -6,7 +6,8 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import arrivals, command, constant, play, ready, scripts, send, since_start, write
+from ..scripts import scripts
+from .talking import arrivals, command, constant, play, ready, send, since_start, write
 
 CHARACTER = 11 * S / 9600
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .talking import command, gaps, moves, play, positions, ready, scripts, since_start, times, write
+from ..scripts import scripts
+from .talking import command, gaps, moves, play, positions, ready, since_start, times, write
 
 
 @scripts(

@@ -2,7 +2,8 @@
 
 import pytest
 
-from .talking import arrivals, ask, command, gaps, play, positions, ready, scripts, send, times, until_idle, write
+from ..scripts import scripts
+from .talking import arrivals, ask, command, gaps, play, positions, ready, send, times, until_idle, write
 
 
 @scripts(

@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import command, edges, play, positions, ready, scripts, send, times
+from ..scripts import scripts
+from .talking import command, edges, play, positions, ready, send, times
 
 TRAVEL = {"limits": (-100, 2000)}
 """The minus switch opens below -100, the plus switch above 2000."""

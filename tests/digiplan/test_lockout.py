@@ -2,7 +2,8 @@
 
 import pytest
 
-from .talking import ask, play, ready, scripts
+from ..scripts import scripts
+from .talking import ask, play, ready
 
 
 @scripts(

@@ -4,7 +4,8 @@ import pytest
 
 from axistwin import Bench
 
-from .talking import ask, number, play, ready, scripts, times, write
+from ..scripts import scripts
+from .talking import ask, number, play, ready, times, write
 
 # A slow ramp, to have time to look at it: 1000 steps/s2 from 400 to 5000 in steps of 100 are 46 levels of 100 ms,
 # 4.6 s and 46 x (400 + 4900) / 2 x 0.1 = 12190 steps each way.

@@ -4,7 +4,8 @@ from fractions import Fraction
 
 import pytest
 
-from .talking import ask, command, play, pulse_times_of, scripts, since_start, write
+from ..scripts import scripts
+from .talking import ask, command, play, pulse_times_of, since_start, write
 
 
 def count(bench, if1):

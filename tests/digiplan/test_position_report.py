@@ -2,7 +2,8 @@
 
 import pytest
 
-from .talking import command, number, play, positions, scripts, write
+from ..scripts import scripts
+from .talking import command, number, play, positions, write
 
 
 @scripts(

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .talking import arrivals, ask, command, play, pulse_times_of, ramped, ready, scripts, since_start, start_ns, write
+from ..scripts import scripts
+from .talking import arrivals, ask, command, play, pulse_times_of, ramped, ready, since_start, start_ns, write
 
 INCREMENT = {1: 100, 2: 200, 3: 400, 4: 16}
 MAXIMUM = {1: 25_000, 2: 50_000, 3: 99_999, 4: 4_000}

@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.units import S
 
-from .talking import OWN_TIME_NS, edges, gaps, moves, play, scripts, times
+from ..scripts import scripts
+from .talking import OWN_TIME_NS, edges, gaps, moves, play, times
 
 
 @scripts(

@@ -7,7 +7,8 @@ import pytest
 
 from axistwin.units import S
 
-from .talking import at_speed, command, play, pulse_times_of, ramped, scripts, start_ns, write
+from ..scripts import scripts
+from .talking import at_speed, command, play, pulse_times_of, ramped, start_ns, write
 
 
 def test_the_x_axis_runs_continuously_at_5000(bench, if1):

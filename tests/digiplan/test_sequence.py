@@ -4,7 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import OWN_TIME_NS, command, edges, gaps, play, positions, ready, scripts, times, until_idle
+from ..scripts import scripts
+from .talking import OWN_TIME_NS, command, edges, gaps, play, positions, ready, times, until_idle
 
 
 @scripts(

@@ -4,7 +4,8 @@ from fractions import Fraction
 
 import pytest
 
-from .talking import play, ready, scripts
+from ..scripts import scripts
+from .talking import play, ready
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 
 import pytest
 
-from .talking import number, play, positions, ready, scripts
+from ..scripts import scripts
+from .talking import number, play, positions, ready
 
 WAITING = "X40$; Y20$; @200; Z8$; "
 """A move, a move that is held, and two messages that wait in the buffer.  40 steps at 400 steps/s take 100 ms."""
