@@ -85,6 +85,8 @@ def in_a_sequence(bench, board, *commands):
         'D9h: until D8h, "if they are not valid sequence buffer commands they are ignored", e.g. 41h, 92h, D9h':
         "sequence 2: 01 02; D9 01; 41 02; 92 02; D9 03; DA 02; 48; 72; 01 01; D8; 92 01; says 92 01 01, 92 00; 92 02; "
         "says 92 01 02, 92 00",
+        "CEh: a continuous move of the host is not refused by its own end":
+        "cruise 10000 100000; 32 01; 1 s; velocity -10000",
     }
 )  # fmt: skip
 def test_whose_command(bench, script):

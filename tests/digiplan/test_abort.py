@@ -2,8 +2,6 @@
 
 from fractions import Fraction
 
-import pytest
-
 from axistwin.units import MS, S
 
 from ..scripts import scripts
@@ -40,13 +38,6 @@ def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
     assert since_start(if1.axes["X"]) == pulse_times_of([*up, along, *reversed(up)])
 
 
-@pytest.mark.parametrize("step", ["L1A", "H2L1A", "H2L1A=0,3"])
-def test_the_abort_may_have_inputs_before_and_a_repeat_after_it(bench, if1, step):
-    """Aborting, format: "Read inputs for high levels ... low levels ... Send abort command ... Send repeat data"."""
-    play(bench, if1, f"input1 high; input2 low; :X@200G:P0,20:{step}:$; 1 s; K: 3; input2 high; 0.1 s; input1 low; "
-         "0.1 s; K: 0")  # fmt: skip
-
-
 @scripts(
     {
         # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
@@ -68,6 +59,9 @@ def test_the_abort_may_have_inputs_before_and_a_repeat_after_it(bench, if1, step
         ":X@200G:Y100:$; 20 s; Y at 0; K: 3; O: 2; E: E; #; 1 s; Y at 0; K: 0; E: C",
         'Aborting: "stop the run-mode move", of all its axes at the same time':
         ":X-Y@1000G:P0,99:A:$; idle; Y between 901 1100; X like Y; N: X; N: Y; X between -1100 -901",
+        'Aborting, format: "Read inputs for high levels ... low levels ... Send abort command ... Send repeat data"':
+        "input1 high; input2 low; :X@200G:P0,20:{L1A|H2L1A|H2L1A=0,3}:$; 1 s; K: 3; input2 high; 0.1 s; input1 low; "
+        "0.1 s; K: 0",
     }
 )  # fmt: skip
 def test_runs_in_a_sequence(bench, if1, script):

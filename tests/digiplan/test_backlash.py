@@ -53,6 +53,16 @@ def pause_ns(axis) -> int:
         "B-200; X20B$; 0.7 s; X runs at -400; #; 0.1 s; still; X between 21 219",
         'Backlash: "any index" is corrected; a run, which has no end, is made without a correction':
         "B-20; XGB$; 1 s; #; 1 s; still; X moves; E: F",
+        'Backlash: "the backlash direction must ALWAYS be specified, even if it is positive" (1)':
+        "B-20; B{20||-|+|+-5|*5}; K: 128; F: 8; X100B$; 2 s; X moves 120 -20",
+        'Backlash: "the backlash direction must ALWAYS be specified, even if it is positive" (2)':
+        "B-20; B 50; K: 128; F: 8; X100B$; 2 s; X moves 120 -20",
+        "R25: a backlash above 255 is out of range, and the previous value is kept":
+        "B-20; B{-256|+999|-1000000000000}; K: 128; F: 16; X100B$; 2 s; X moves 120 -20",
+        'Backlash correction: "any index" is corrected, but neither an interpolated move nor a run':
+        "X{100/Y50B|BG|GB}$; K: 128; F: 8; X at 0",
+        'Clearing faults: "any axis in motion will stop", "further movement is inhibited", also the correction':
+        "B-20; X400B$; 0.5 s; {estop|limit_plus|x_fault} low; 2 s; X between 1 419; N: X",
     }
 )  # fmt: skip
 def test_backlash_corrections(bench, if1, script):
@@ -69,18 +79,6 @@ def test_the_pause_may_be_extended_by_interrogation_but_never_shortened(bench, i
     bench.run(1)
     if1.serial.read()
     play(bench, if1, "X moves 120 -20; X begins 3 to 100 ms after X; K: 0")
-
-
-@pytest.mark.parametrize("message", ["B20", "B", "B-", "B+", "B+-5", "B 50", "B*5"])
-def test_the_direction_must_always_be_specified(bench, if1, message):
-    """Backlash: "the backlash direction must ALWAYS be specified, even if it is positive"."""
-    play(bench, if1, f"B-20; {message}; K: 128; F: 8; X100B$; 2 s; X moves 120 -20")
-
-
-@pytest.mark.parametrize("message", ["B-256", "B+999", "B-1000000000000"])
-def test_more_than_255_steps_are_out_of_range(bench, if1, message):
-    """R25: a backlash above 255 is out of range, and the previous value is kept."""
-    play(bench, if1, f"B-20; {message}; K: 128; F: 16; X100B$; 2 s; X moves 120 -20")
 
 
 def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
@@ -117,12 +115,6 @@ def test_the_net_distance_is_always_the_one_asked_for(distance, direction, corre
         assert pause_ns(if1.axes["Z"]) >= 3 * MS
 
 
-@pytest.mark.parametrize("message", ["X100/Y50B$", "XBG$", "XGB$"])
-def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
-    """Backlash correction: "any index" is corrected, but neither an interpolated move nor a run."""
-    play(bench, if1, f"{message}; K: 128; F: 8; X at 0")
-
-
 def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
     """Index mode: the cancel code ends the index, also during the pause before the correction."""
     write(if1, "B-20", "X100B$")
@@ -132,9 +124,3 @@ def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
     bench.run((300 * MS + begin - bench.now) / S - 10 / 9600)  # CR arrives with the last pulse, before the reversal
     command(bench, if1, "", seconds=1)
     assert moves(if1.axes["X"]) in ([120], [119])
-
-
-@pytest.mark.parametrize("pin", ["estop", "limit_plus", "x_fault"])
-def test_a_fault_during_the_index_leaves_the_correction_out(bench, if1, pin):
-    """Clearing faults: "any axis in motion will stop", "further movement is inhibited", also the correction."""
-    play(bench, if1, f"B-20; X400B$; 0.5 s; {pin} low; 2 s; X between 1 419; N: X")

@@ -78,6 +78,9 @@ def test_a_reply_waits_until_dsr_and_cts_are_set(bench, wiring, line):
         "host RTS off; XG$; E; 1 s; estop low; 0.01 s; X at rest",
         "Introduction: the interface generates the pulses by itself; outputs change at the end of the move":
         "host RTS off; X40S1$; E; 0.2 s; X at 40; output1 is high",
+        'Motion status: "data fault or buffer overflow" is bit 8 of F; 61 of 64 places are 95 %':
+        "X@100G$; 0.1 s; Y1$; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; 0.1 s; "
+        "sends @; 0.1 s; K: 131; F: 8; #",
     }
 )  # fmt: skip
 def test_work_while_a_reply_is_held(bench, if1, script):
@@ -397,11 +400,6 @@ def test_what_follows_a_held_message_accumulates_in_the_buffer(bench, if1):
     assert not if1.serial.dtr
     play(bench, if1, "#; 0.1 s; F: 0; E: C; Y at 0")  # `#` empties the buffer before it
     assert if1.serial.dtr
-
-
-def test_95_per_cent_behind_a_held_message_is_an_overflow(bench, if1):
-    """Motion status: "data fault or buffer overflow" is bit 8 of F; 61 of 64 places are 95 %."""
-    play(bench, if1, "X@100G$; 0.1 s; Y1$; " + "@99; " * 15 + "0.1 s; sends @; 0.1 s; K: 131; F: 8; #")
 
 
 def test_the_cancel_code_acts_at_once_behind_a_slow_answer(bench, if1):

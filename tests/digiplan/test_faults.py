@@ -46,6 +46,24 @@ from .talking import edges, gaps, play, ready, times, until_idle, write
         "power off; estop low; x_fault low; led is low; estop released; x_fault released; power on; 1.05 s; led is low",
         "Clearing: a move that is requested after the status request is held until X is at rest":
         "X@20000G$; 5 s; Y20$; Z7$; 0.05 s; estop low; 0.01 s; estop released; K: 41; Z9@400$; 5 s; Y at 0; Z at 9",
+        'Emergency stop: "a Motion Status request must be made before the system can be restarted", by a new command. '
+        "X runs at 20,000 steps/s, where a stop takes 1.96 s; a Y move is held, and a Z move waits after it":
+        "X@20000G$; 5 s; Y20$; Z7$; 0.05 s; {estop|limit_plus|y_fault} low; 0.01 s; {estop|limit_plus|"
+        "y_fault} released; K: {41|73|25}; K: 9; 5 s; Y at 0; Z at 0; still; E: C; Y-3@400$; 0.5 s; Y at -3",
+        'Limits: "Emergency stop or limit inputs will light the LED (red) on the interface". Inputs: "It will turn '
+        'off after Motion Status has been read and the input removed" (1)':
+        "led is low; {estop|x_fault|y_fault} low; 0.1 s; led is high; led is steady; K?; led is high; {estop|x_fault|"
+        "y_fault} released; 0.1 s; led is high; K?; led is low",
+        'Limits: "Emergency stop or limit inputs will light the LED (red) on the interface". Inputs: "It will turn '
+        'off after Motion Status has been read and the input removed" (2)':
+        "led is low; limit_{plus|minus} low; 0.1 s; led is high; led is steady; K?; led is high; limit_{plus|"
+        "minus} released; 0.1 s; led is low",
+        'Limits: "Emergency stop or limit inputs will light the LED (red) on the interface". Inputs: "It will turn '
+        'off after Motion Status has been read and the input removed" (3)':
+        "X{|-}G$; 0.5 s; led is low; limit_{plus|minus} low; 0.1 s; led is high; led is steady; K?; led is high; "
+        "limit_{plus|minus} released; 0.1 s; led is low",
+        'Clearing: "The LED will go out when the fault bit has been reset"':
+        "{estop|limit_plus|x_fault} low; 0.1 s; {estop|limit_plus|x_fault} released; 5 s; led is high; K?; led is low",
     }
 )  # fmt: skip
 def test_faults_and_requests(bench, if1, script):
@@ -62,16 +80,6 @@ def test_faults_and_requests(bench, if1, script):
 )  # fmt: skip
 def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench, script):
     play(bench, ready(bench, limits="motion ahead"), script)
-
-
-@pytest.mark.parametrize(("pin", "status"), [("estop", 41), ("limit_plus", 73), ("y_fault", 25)])
-def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status):
-    """Emergency stop: "a Motion Status request must be made before the system can be restarted", by a new command.
-
-    X runs at 20,000 steps/s, where a stop takes 1.96 s; a Y move is held, and a Z move waits after it.
-    """
-    held = f"X@20000G$; 5 s; Y20$; Z7$; 0.05 s; {pin} low; 0.01 s; {pin} released; K: {status}; K: 9; 5 s; "
-    play(bench, if1, held + "Y at 0; Z at 0; still; E: C; Y-3@400$; 0.5 s; Y at -3")
 
 
 def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
@@ -109,27 +117,6 @@ def test_an_emergency_stop_ends_a_pulse_or_lets_it_end_but_nothing_follows(bench
 
 
 # The LED, and output 5 as fault output
-
-
-@pytest.mark.parametrize(
-    ("start", "name"),
-    [("", "estop"), ("", "x_fault"), ("", "y_fault"), ("", "limit_plus"), ("", "limit_minus"),
-     ("XG$; 0.5 s; ", "limit_plus"), ("X-G$; 0.5 s; ", "limit_minus")],
-)  # fmt: skip
-def test_the_led_is_on_until_the_request_and_the_removal(bench, if1, start, name):
-    """Limits: "Emergency stop or limit inputs will light the LED (red) on the interface".
-
-    Inputs: "It will turn off after Motion Status has been read and the input removed".
-    """
-    end = "led is low" if name.startswith("limit") else "led is high; K?; led is low"  # only the next K clears the bit
-    lit = f"{name} low; 0.1 s; led is high; led is steady; K?; led is high; {name} released; 0.1 s"
-    play(bench, if1, f"{start}led is low; {lit}; {end}")
-
-
-@pytest.mark.parametrize("name", ["estop", "limit_plus", "x_fault"])
-def test_the_led_stays_on_after_the_removal_until_the_request(bench, if1, name):
-    """Clearing: "The LED will go out when the fault bit has been reset"."""
-    play(bench, if1, f"{name} low; 0.1 s; {name} released; 5 s; led is high; K?; led is low")
 
 
 @pytest.mark.parametrize("pin", ["estop", "x_fault", "limit_plus"])

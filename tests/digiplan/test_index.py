@@ -47,16 +47,19 @@ from .talking import ask, command, play, pulse_times_of, ready, since_start, sta
         "XG$; Y100$; 1 s; X moving; Y at 0; #; 1 s; still; Y at 0; E: C; Z5$; 1 s; Z at 5",
         "R9: a message is held until the current work is done (appendix 3, sample 10)":
         "X40$; Y20$; 1 s; at 40 20 0; Y begins 0 to 5 ms after X",
+        'Introduction: "up to three stepper motors", which all use the one distance':
+        "{XYZ70|X70YZ|XY70Z|X70Y70Z70|ZYX70}$; 1 s; at 70 70 70; F: 0",
+        "R9: messages that change something are executed in their order":
+        "X40$; Y20$; {@100|[|Z5$|D2}; E; 0.09 s; receives E<CR>; X moving; until Y at 20; Y 20 pulses at 400; 0.2 s; "
+        "E: {C|[|C|C}",
+        "Cancel: at these speeds there is no ramp; # and CR take 2.2 ms, and a strobe 1 ms":
+        "X4000@{400|200|7}$; 1 s; #; 0.005 s; still; mark; 5 s; moved 0 0 0",
+        'Control of data transfer: "# <CR>" is sent before a spoilt message is sent again':
+        "{X100$|X10|@@@|?*~|:X100:|S1R2}#; 0.1 s; Y5$; 0.5 s; at 0 5 0; K: 0; F: 0",
     }
 )  # fmt: skip
 def test_index_and_cancel(bench, if1, script):
     play(bench, if1, script)
-
-
-@pytest.mark.parametrize("message", ["XYZ70$", "X70YZ$", "XY70Z$", "X70Y70Z70$", "ZYX70$"])
-def test_three_axes_at_once(bench, if1, message):
-    """Introduction: "up to three stepper motors", which all use the one distance."""
-    play(bench, if1, f"{message}; 1 s; at 70 70 70; F: 0")
 
 
 @pytest.mark.parametrize("message", ["X1000000000$", "X12345678901234567890$", "XYZ@400 70$"])
@@ -112,13 +115,6 @@ def test_it_is_busy_from_the_first_move_to_the_end_of_the_held_one(bench, if1):
     play(bench, if1, "at 40 20 0")
 
 
-@pytest.mark.parametrize(("message", "after"), [("@100", "C"), ("[", "["), ("Z5$", "C"), ("D2", "C")])
-def test_what_changes_something_waits_behind_a_held_move(bench, if1, message, after):
-    """R9: messages that change something are executed in their order."""
-    play(bench, if1, f"X40$; Y20$; {message}; E; 0.09 s; receives E<CR>; X moving; until Y at 20; Y 20 pulses at 400")
-    play(bench, if1, f"0.2 s; E: {after}")
-
-
 def test_a_second_move_is_ignored_where_that_is_asked_for(bench):
     """R9, option `busy`: a move sent during a motion is ignored."""
     play(bench, ready(bench, busy="ignore"), "X40$; Y20$; E: E; 1 s; at 40 0 0; F: 0")
@@ -160,12 +156,6 @@ def test_cancel_at_speed_decelerates_along_the_ramp(bench, if1, move, top, below
     play(bench, if1, "E: C; K: 0; N: X")
 
 
-@pytest.mark.parametrize("speed", [400, 200, 7])
-def test_cancel_at_or_below_the_start_stop_speed_stops_at_once(bench, if1, speed):
-    """Cancel: at these speeds there is no ramp; # and CR take 2.2 ms, and a strobe 1 ms."""
-    play(bench, if1, f"X4000@{speed}$; 1 s; #; 0.005 s; still; mark; 5 s; moved 0 0 0")
-
-
 def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
     """Cancel: during the level of 700, the levels 600, 500 and 400 remain: 15 pulses."""
     write(if1, "X4000@1000$")
@@ -179,12 +169,6 @@ def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
     bench.run(1)
     assert axis.position == before + 15
     assert begin + 29 * MS <= int(axis.pulse_times()[-1]) <= begin + 30 * MS
-
-
-@pytest.mark.parametrize("typed", ["X100$", "X10", "@@@", "?*~", ":X100:", "S1R2"])
-def test_what_was_typed_before_the_cancel_character_is_thrown_away(bench, if1, typed):
-    """Control of data transfer: "# <CR>" is sent before a spoilt message is sent again."""
-    play(bench, if1, f"{typed}#; 0.1 s; Y5$; 0.5 s; at 0 5 0; K: 0; F: 0")
 
 
 def test_cancel_in_v_format_needs_line_feed(bench):

@@ -49,6 +49,13 @@ def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(ben
         'Combining: "H1 L23 X 1000 @ 200 P4, 20 $": "following the move, output 4 is pulsed for 200ms"':
         "input2 high; input3 high; H1 L23 X 1000 @ 200 P4, 20 $; 0.1 s; input1 high; 0.1 s; input2 low; 0.1 s; still; "
         "input3 low; 4.9 s; outputs unchanged; until X at 1000; 0.002 s; output4 is high; 1 s; output4 high for 200 ms",
+        'Combining: "Input commands can only be used in combination with move commands"':
+        "input1 high; input2 high; {H1|L2|H1L2|H1S2|H1P0,5|H1R1|H12L3S1R2}$; 0.2 s; outputs unchanged; K: 128; F: 8",
+        'Combining: "Not all the stages ... need be included, but the remainder MUST be sent in the order shown"':
+        "input1 high; {L1H2X10$|X10H1$|X10L1$|X10S1H1$|S1X10$|R1X10$|X10R1S2$|P1X10$|X10S1P2,5$|X10P2,5R1$|H1H2X10$|"
+        "X10$S1|$X10|X10$$|H1X10S1L2$}; 0.3 s; X at 0; outputs unchanged; K: 128; F: 8; E: C",
+        'Combining: "Not all the stages shown above need be included"':
+        "input1 high; {X10S1|X10R1|X10S1R2|X10P1,1|H1X10|L2X10R12|H1L2X10S3R4|X10@300BS1}$; 0.5 s; X at 10; K: 0; F: 0",
     }
 )  # fmt: skip
 def test_waiting_for_inputs(bench, if1, script):
@@ -72,34 +79,10 @@ def test_it_tells_for_which_input_it_waits(bench, if1, script):
     assert if1.hint.partition(":")[0] == waits
 
 
-@pytest.mark.parametrize("message", ["H1$", "L2$", "H1L2$", "H1S2$", "H1P0,5$", "H1R1$", "H12L3S1R2$"])
-def test_input_commands_need_a_move(bench, if1, message):
-    """Combining: "Input commands can only be used in combination with move commands"."""
-    play(bench, if1, f"input1 high; input2 high; {message}; 0.2 s; outputs unchanged; K: 128; F: 8")
-
-
-@pytest.mark.parametrize(
-    "message",  # wrong order: "not allowed within the specified format"
-    ["L1H2X10$", "X10H1$", "X10L1$", "X10S1H1$", "S1X10$", "R1X10$", "X10R1S2$", "P1X10$", "X10S1P2,5$", "X10P2,5R1$",
-     "H1H2X10$", "X10$S1", "$X10", "X10$$", "H1X10S1L2$"],
-)  # fmt: skip
-def test_the_remainder_must_be_sent_in_the_order_shown(bench, if1, message):
-    """Combining: "Not all the stages ... need be included, but the remainder MUST be sent in the order shown"."""
-    play(bench, if1, f"input1 high; {message}; 0.3 s; X at 0; outputs unchanged; K: 128; F: 8; E: C")
-
-
 @pytest.mark.parametrize("message", ["H4X10$", "L0X10$", "H14X10$", "HX10$", "LX10$", "H,1X10$", "H9X10$"])
 def test_there_are_three_inputs(bench, if1, message):
     """Optically-isolated inputs: "There are three inputs"."""
     play(bench, if1, f"input1 high; input2 high; input3 high; {message}; 0.3 s; X at 0; K: 128; F: 8|16")
-
-
-@pytest.mark.parametrize(
-    "message", ["X10S1$", "X10R1$", "X10S1R2$", "X10P1,1$", "H1X10$", "L2X10R12$", "H1L2X10S3R4$", "X10@300BS1$"]
-)
-def test_any_stages_may_be_left_out(bench, if1, message):
-    """Combining: "Not all the stages shown above need be included"."""
-    play(bench, if1, f"input1 high; {message}; 0.5 s; X at 10; K: 0; F: 0")
 
 
 def test_outputs_change_when_the_slowest_part_of_the_move_is_over(bench, if1):

@@ -41,6 +41,8 @@ from .talking import at_speed, command, edges, moving, play, positions, ready, t
         "I: 200; K: 0",  # only inputs 1 to 3 are set
         'Clearing faults: "further movement is inhibited": outputs are no movement':
         "estop low; 0.1 s; S3$; 0.1 s; output3 is high",
+        'Input status: "all inputs return their corresponding value when there is NO current in the diode"':
+        "{estop|x_fault|y_fault|limit_plus|limit_minus} low; I: {201|202|204|216|232}",
     }
 )  # fmt: skip
 def test_stop_inputs_limits_and_led(bench, if1, script):
@@ -130,14 +132,6 @@ def test_the_other_axes_stop_on_their_ramp(bench, if1):
     assert not moving(if1)
     assert 39 <= if1.axes["Y"].position - before <= 42
     assert if1.axes["Y"].position == if1.axes["Z"].position > if1.axes["X"].position
-
-
-@pytest.mark.parametrize(
-    ("pin", "value"), [("estop", 1), ("x_fault", 2), ("y_fault", 4), ("limit_plus", 16), ("limit_minus", 32)]
-)
-def test_each_input_returns_its_value_when_there_is_no_current(bench, if1, pin, value):
-    """Input status: "all inputs return their corresponding value when there is NO current in the diode"."""
-    play(bench, if1, f"{pin} low; I: {200 + value}")
 
 
 def test_the_other_outputs_are_not_touched_by_faults(bench, if1):

@@ -43,6 +43,21 @@ from .talking import command, gaps, moves, play, positions, ready, since_start, 
         # the ramp up, 96 levels 400 ... 9900 of 20 ms, takes 1.92 s and 9888 steps; 224 steps at 10000/s are 22.4 ms
         "Motion status of an interpolated move: 5 while accelerating, 3 at programmed speed, 9 while decelerating":
         "^5; 1.2 s; X20000/Y500@10000$; 0.5 s; K: 5; 1.5 s; K: 9; idle; at 20000 500 0",
+        'Programming: "any two axes"; index mode: "-" changes the direction':
+        "{X-2000/Y500|X+2000/Y-500|Z-800/X-Y800|X-Y300/Z-7|Y65535/Z1@10000|X10/Y0|X1/Y1}$; idle; at {-2000|2000|-800|"
+        "-300|0|10|1} {500|-500|800|300|65535|0|1} {0|0|-800|-7|1|0|0}",
+        'Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: k means K (1)':
+        "{X20000/Y500@10001|X20000/Y500@10100|X65536/Y500@1000|X999999999/Y1|H1X65536/Y2S1|X65536/Y2P1,50}$; 2 s; "
+        "at 0 0 0; K: 128; E: F; F: 16; K: 0; F: 0; E: C; outputs unchanged",
+        'Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: k means K (2)':
+        "{^4|^1|>2|>3|>4}; 1.2 s; X2000/Y500@{1000|400|1000|1000|1000}$; 2 s; at 0 0 0; K: 128; E: F; F: 16; K: 0; "
+        "F: 0; E: C; outputs unchanged",
+        'Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: k means K (3)':
+        "@12000; X2000/Y500$; 2 s; at 0 0 0; K: 128; E: F; F: 16; K: 0; F: 0; E: C; outputs unchanged",
+        "Constraints: the ends of the ranges are valid: velocity 10000, acceleration 5000, index 65535, range 1 (1)":
+        "X{20000/Y500@10000|65535/Y500@9999}$; idle; at {20000|65535} 500 0; K: 0; F: 0",
+        "Constraints: the ends of the ranges are valid: velocity 10000, acceleration 5000, index 65535, range 1 (2)":
+        "{^5|^500|>1}; 1.2 s; X2000/Y{500@1000|2000|1999}$; idle; at 2000 {500|2000|1999} 0; K: 0; F: 0",
     }
 )  # fmt: skip
 def test_interpolated_moves_in_turn(bench, if1, script):
@@ -57,38 +72,6 @@ def test_speeds_on_the_plateau(bench, if1):
     assert set(gaps(x[39:1961])) == {1 * MS} and set(gaps(y[10:490])) == {4 * MS}
     play(bench, if1, " XY 1000 / Z 50 @ 800 $ ; idle")
     assert set(gaps(since_start(if1.axes["Z"])[3:47])) == {25 * MS}
-
-
-@pytest.mark.parametrize(
-    ("text", "where"),
-    [("X-2000/Y500$", "-2000 500 0"), ("X+2000/Y-500$", "2000 -500 0"), ("Z-800/X-Y800$", "-800 800 -800"),
-     ("X-Y300/Z-7$", "-300 300 -7"), ("Y65535/Z1@10000$", "0 65535 1"), ("X10/Y0$", "10 0 0"), ("X1/Y1$", "1 1 0")],
-)  # fmt: skip
-def test_each_axis_has_its_own_direction_and_ends_on_its_exact_count(bench, if1, text, where):
-    """Programming: "any two axes"; index mode: "-" changes the direction."""
-    play(bench, if1, f"{text}; idle; at {where}")
-
-
-@pytest.mark.parametrize(
-    "messages",
-    ["X20000/Y500@10001$", "X20000/Y500@10100$", "X65536/Y500@1000$", "X999999999/Y1$", "^4; 1.2 s; X2000/Y500@1000$",
-     "^1; 1.2 s; X2000/Y500@400$", ">2; 1.2 s; X2000/Y500@1000$", ">3; 1.2 s; X2000/Y500@1000$",
-     ">4; 1.2 s; X2000/Y500@1000$", "@12000; X2000/Y500$", "H1X65536/Y2S1$", "X65536/Y2P1,50$"],
-)  # fmt: skip
-def test_what_does_not_comply_is_flagged_and_ignored(bench, if1, messages):
-    """Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: k means K."""
-    play(bench, if1, f"{messages}; 2 s; at 0 0 0; K: 128; E: F; F: 16; K: 0; F: 0; E: C; outputs unchanged")
-
-
-@pytest.mark.parametrize(
-    ("messages", "where"),
-    [("X20000/Y500@10000$", "20000 500 0"), ("X65535/Y500@9999$", "65535 500 0"),
-     ("^5; 1.2 s; X2000/Y500@1000$", "2000 500 0"), ("^500; 1.2 s; X2000/Y2000$", "2000 2000 0"),
-     (">1; 1.2 s; X2000/Y1999$", "2000 1999 0")],
-)  # fmt: skip
-def test_the_very_limits_of_the_constraints_comply(bench, if1, messages, where):
-    """Constraints: the ends of the ranges are valid: velocity 10000, acceleration 5000, index 65535, range 1."""
-    play(bench, if1, f"{messages}; idle; at {where}; K: 0; F: 0")
 
 
 @pytest.mark.parametrize(

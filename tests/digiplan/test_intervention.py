@@ -59,6 +59,8 @@ from .talking import arrivals, ask, command, gaps, play, positions, ready, send,
         "Y at 5; E: C",
         "Acceleration rate: data sent during a run in a hand-over; the ramp is calculated after the run":
         ":%:Y10:$; 0.1 s; receives %<CR>; X@500G$; 0.5 s; ^20; K: 3; #; 1.2 s; K: 0; E: C",
+        "R7: `%` anywhere else is a data fault, and the message moves nothing":
+        "{X10%$|%X10$|%$|%%|S1%}; 0.5 s; at 0 0 0; outputs 00000; F: 8",
     }
 )  # fmt: skip
 def test_control_given_to_the_host(bench, if1, script):
@@ -93,12 +95,6 @@ def test_the_instruction_may_have_inputs_outputs_and_ramp_data(bench, if1):
     assert len(y) == 600
     assert y[-1] - y[0] == 610_000_000 - 1_666_666
     assert set(gaps(y[20:580])) == {1_000_000}
-
-
-@pytest.mark.parametrize("text", ["X10%$", "%X10$", "%$", "%%", "S1%"])
-def test_percent_in_odd_places_is_a_data_fault(bench, if1, text):
-    """R7: `%` anywhere else is a data fault, and the message moves nothing."""
-    play(bench, if1, f"{text}; 0.5 s; at 0 0 0; outputs 00000; F: 8")
 
 
 def test_with_echo_the_prompt_is_not_mixed_up_with_the_echo(bench):

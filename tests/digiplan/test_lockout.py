@@ -1,7 +1,5 @@
 """Communication lockout commands."""
 
-import pytest
-
 from ..scripts import scripts
 from .talking import ask, play, ready
 
@@ -43,6 +41,15 @@ from .talking import ask, play, ready
         "[; sends <DD><CR>; E: [; ]; E: C",
         "Lockout: `X100[` is a data fault, so the interface is not locked (R7)":
         "sends X100; 0.1 s; [; X60$; 0.5 s; at 60 0 0; F: 8",
+        'Lockout: "must be sent at exactly the same baud rate, number of bits etc. as the lock command". `]` and <CR> '
+        "from a host at 7E have bit 8 set, which was clear in the lock command. At 7N, 8O and 8S they have a 0 where "
+        "the first stop bit is expected. 7O, 8E and 8M look on the wire like 8N: `]` and <CR> have an odd number of "
+        "ones":
+        "[; 0.1 s; host baudrate {1200|4800|9600|9600|9600|9600|9600}; host bytesize {8|8|7|7|7|8|8}; host parity {N|"
+        "N|N|E|M|O|S}; ]; 0.3 s; host baudrate 9600; host bytesize 8; host parity N; sends <CR>; 0.1 s; E: [; ]; E: C",
+        'Lockout: "]" <CR>" must be a message of its own': "[; {]$|]]|X]|]X10$|[]}; 0.1 s; E: [; at 0 0 0",
+        'Lockout: "[ <CR>" must be a message of its own; otherwise it is a data fault (R7)':
+        "{[$|X10[|[X10$|[[|]]}; 0.2 s; F: 8; at 0 0 0",
     }
 )  # fmt: skip
 def test_locked_and_unlocked(bench, if1, script):
@@ -54,37 +61,10 @@ def test_a_flood_raises_no_fault_while_locked(bench, if1):
     play(bench, if1, "[; 0.1 s; sends " + "X" * 500 + "; 2 s; sends <CR>; K: 0; F: 32")
 
 
-@pytest.mark.parametrize(
-    ("baudrate", "bytesize", "parity"),
-    [(1200, 8, "N"), (4800, 8, "N"), (9600, 7, "N"), (9600, 7, "E"), (9600, 7, "M"), (9600, 8, "O"), (9600, 8, "S")],
-)
-def test_the_unlock_command_must_come_in_the_same_format(bench, if1, baudrate, bytesize, parity):
-    """Lockout: "must be sent at exactly the same baud rate, number of bits etc. as the lock command".
-
-    `]` and <CR> from a host at 7E have bit 8 set, which was clear in the lock command.  At 7N, 8O and 8S they have a 0
-    where the first stop bit is expected.  7O, 8E and 8M look on the wire like 8N: `]` and <CR> have an odd number of
-    ones.
-    """
-    play(bench, if1, f"[; 0.1 s; host baudrate {baudrate}; host bytesize {bytesize}; host parity {parity}; ]; 0.3 s; "
-         "host baudrate 9600; host bytesize 8; host parity N; sends <CR>; 0.1 s; E: [; ]; E: C")  # fmt: skip
-
-
 def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, if1):
     """Lockout: "exactly the same ... as the lock command" counts, even if the data format is different."""
     as_locked, as_initialised = "host bytesize 7; host parity E", "host bytesize 8; host parity N"
     play(bench, if1, f"{as_locked}; [; 0.1 s; {as_initialised}; ]; E: [; {as_locked}; ]; 0.1 s; {as_initialised}; E: C")
-
-
-@pytest.mark.parametrize("text", ["]$", "]]", "X]", "]X10$", "[]"])
-def test_only_the_unlock_command_alone_unlocks(bench, if1, text):
-    """Lockout: "]" <CR>" must be a message of its own."""
-    play(bench, if1, f"[; {text}; 0.1 s; E: [; at 0 0 0")
-
-
-@pytest.mark.parametrize("text", ["[$", "X10[", "[X10$", "[[", "]]"])
-def test_the_lock_command_stands_alone(bench, if1, text):
-    """Lockout: "[ <CR>" must be a message of its own; otherwise it is a data fault (R7)."""
-    play(bench, if1, f"{text}; 0.2 s; F: 8; at 0 0 0")
 
 
 def test_a_locked_interface_echoes_as_before(bench):

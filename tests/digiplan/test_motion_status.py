@@ -70,6 +70,8 @@ def test_motion_status_on_a_slow_ramp(bench, if1, script):
         "@30000; !; #; 0.1 s; K: 128; K: 128; Q: 0; K: 128; F: 24; F: 0; K: 0",  # bit 8 of Q is 0 in this format
         "R27: the LED is lit only for the conditions of the chapter, not for a communication fault":
         "!; 0.1 s; K: 128; led is low",
+        "Report-back: a request with anything else in the message is a data fault (R7)":
+        "sends {KF|K$|X10K|K10|Q1|E$|N0|k|K,}<CR>; 0.3 s; at 0 0 0; F: 8",
     }
 )  # fmt: skip
 def test_requests_and_answers(bench, if1, script):
@@ -109,12 +111,6 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
         return times(if1.axes["X"])
 
     assert pulses("KFIOQEN" * 4) == pulses("K")
-
-
-@pytest.mark.parametrize("text", ["KF", "K$", "X10K", "K10", "Q1", "E$", "N0", "k", "K,"])
-def test_a_status_request_stands_alone(bench, if1, text):
-    """Report-back: a request with anything else in the message is a data fault (R7)."""
-    play(bench, if1, f"sends {text}<CR>; 0.3 s; at 0 0 0; F: 8")
 
 
 # Input status

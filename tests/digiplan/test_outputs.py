@@ -41,30 +41,20 @@ from .talking import play, ready
         "P0,50$; S1$; 0.5 s; outputs 00000; 0.03 s; outputs 10000; P0,50$; E: E; K: 0",
         "R9: switching is held until the motion has ended, like all `$` messages":
         "X40$; S1$; until X moving; 0.099 s; outputs 00000; until X at 40; 0.005 s; outputs 10000",
+        'Outputs: "always send the set command first"; "an output cannot be pulsed at the same time as other outputs"':
+        "S2$; {R2S1|S|R|P|S1S2|S1P2|R1P2,5|P2,5S1|S1,2|P1,}$; 0.05 s; outputs 01000; K: 128; F: 8",
+        "R25: out of range; the previous length is kept":
+        "P{4,100$|4,999$|4,0$|0,100$|4,100}; 0.05 s; K: 128; F: 16; P4$; 1 s; output4 high for 100 ms",
     }
 )  # fmt: skip
 def test_output_levels(bench, if1, script):
     play(bench, if1, script)
 
 
-@pytest.mark.parametrize(
-    "message", ["R2S1$", "S$", "R$", "P$", "S1S2$", "S1P2$", "R1P2,5$", "P2,5S1$", "S1,2$", "P1,$"]
-)
-def test_the_wrong_order_is_a_data_fault_and_changes_nothing(bench, if1, message):
-    """Outputs: "always send the set command first"; "an output cannot be pulsed at the same time as other outputs"."""
-    play(bench, if1, f"S2$; {message}; 0.05 s; outputs 01000; K: 128; F: 8")
-
-
 @pytest.mark.parametrize("message", ["S6$", "S0$", "S16$", "R9$", "P6,5$", "P9$", "S123456$"])
 def test_there_are_five_outputs(bench, if1, message):
     """Outputs: "The 5 optically-isolated outputs"."""
     play(bench, if1, f"{message}; 0.05 s; outputs unchanged; K: 128; F: 8|16")
-
-
-@pytest.mark.parametrize("message", ["P4,100$", "P4,999$", "P4,0$", "P0,100$", "P4,100"])
-def test_a_longer_pulse_is_out_of_range(bench, if1, message):
-    """R25: out of range; the previous length is kept."""
-    play(bench, if1, f"{message}; 0.05 s; K: 128; F: 16; P4$; 1 s; output4 high for 100 ms")
 
 
 def test_with_link_3_in_position_b_output_5_is_not_programmable(bench):

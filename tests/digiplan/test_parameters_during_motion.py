@@ -45,13 +45,6 @@ def test_another_start_stop_speed_for_the_next_move_does_not_make_the_position_e
 # New ramp data: "the interface has to calculate a new ramp", and has no time for that before the work has ended
 
 
-@pytest.mark.parametrize("setting", ["<10", "^20", ">2"])
-def test_a_step_that_begins_before_the_new_ramp_is_calculated_has_the_old_one(bench, if1, setting):
-    """Acceleration: "after new acceleration, start/stop or speed range data ... has to calculate a new ramp"."""
-    play(bench, if1, f":X100@1000:P0,50:Y:$; 0.2 s; {setting}; 3 s; X 100 pulses from 400 to 1000 by 100 at 10000; "
-         "X like Y")  # fmt: skip
-
-
 @scripts(
     {
         # afterwards the start/stop speed is 1000
@@ -74,6 +67,8 @@ def test_a_step_that_begins_before_the_new_ramp_is_calculated_has_the_old_one(be
         "X40@400$; ^20; :Y5:$; until X at 40; 0.98 s; Y at 0; 0.05 s; Y at 5",
         'Intervention: "start/stop speed data" sent during the host\'s move are in force for the host\'s next move':
         ":%:X1:$; 0.1 s; receives %<CR>; Y100@800$; <8; Y$; 3 s; Y 100 pulses at 800; Y at 200",
+        'Acceleration: "after new acceleration, start/stop or speed range data ... has to calculate a new ramp"':
+        ":X100@1000:P0,50:Y:$; 0.2 s; {<10|^20|>2}; 3 s; X 100 pulses from 400 to 1000 by 100 at 10000; X like Y",
     }
 )  # fmt: skip
 def test_data_sent_while_something_waits(bench, if1, script):

@@ -29,16 +29,12 @@ from .talking import command, number, play, positions, write
         # levels of 100 ms: 40 steps at 400/s, 50 at 500/s ...; the request is read 2.3 to 5 ms after 50 ms, 20 steps
         'Position report-back: on the ramp "above the start/stop speed" begins with its second level':
         "^1 @5000; 1.2 s; X40000$; until moving; 0.05 s; N: 20|21|22; 0.15 s; N: 0",
+        'Position report-back: "the number of steps produced from the start of the index or run"':
+        "{X-300|Y300|XYZ300|X-Y+Z-300@1000|X300/Y20@1000}$; idle; N: 300",
     }
 )  # fmt: skip
 def test_steps_of_the_last_move(bench, if1, script):
     play(bench, if1, script)
-
-
-@pytest.mark.parametrize("text", ["X-300$", "Y300$", "XYZ300$", "X-Y+Z-300@1000$", "X300/Y20@1000$"])
-def test_steps_are_counted_whatever_axis_and_direction(bench, if1, text):
-    """Position report-back: "the number of steps produced from the start of the index or run"."""
-    play(bench, if1, f"{text}; idle; N: 300")
 
 
 def test_a_run_tells_the_steps_made_and_the_next_one_counts_anew(bench, if1):

@@ -1,7 +1,5 @@
 """Sequence mode: repeating parts of a sequence."""
 
-import pytest
-
 from axistwin.units import S
 
 from ..scripts import scripts
@@ -39,6 +37,11 @@ from .talking import OWN_TIME_NS, edges, gaps, moves, play, times
         "input1 high; :H1X100@400:=4,1:$; 0.4 s; input1 low; 0.5 s; at 200 0 0; #; input1 high; :$; idle; at 700 0 0",
         "Repeating a delay: 4 x 256 times 990 ms, about 17 minutes, are exact but for the interface's own time":
         ":S1:P0,99:=255,2:=3,2:R1:$; 1020 s; output1 high for 1013760 to 1014789 ms",
+        "R35: a step m that is not 1 to 63, or not yet defined, sets F 16, and the sequence is dropped":
+        ":X3@400:={1,0|1,64|1,3|0,9}:Y4:$; 1 s; at 0 0 0; K: 128; F: 16",
+        "Repeating an empty step for ever takes time, and the cancel code ends it":
+        "input1 high; input2 low; :{=0,1|S1:=0,1|X0:=0,1|X:Y:=0,1|=255,1:=255,1:=255,1:=0,1|B+5:R1:=0,2|H1:L2:=0,1|"
+        "A:=0,1}:$; 2 s; E: E; #; 0.1 s; E: C; X5@400$; idle; at 5 0 0",
     }
 )  # fmt: skip
 def test_repeated_steps(bench, if1, script):
@@ -73,12 +76,6 @@ def test_zero_repeats_for_ever_until_it_is_cancelled(bench, if1):
     play(bench, if1, "#; 0.1 s; E: C; mark; 100 s; moved 0 0 0")
 
 
-@pytest.mark.parametrize("step", ["=1,0", "=1,64", "=1,3", "=0,9"])
-def test_a_repeat_from_a_step_that_does_not_exist_is_out_of_range(bench, if1, step):
-    """R35: a step m that is not 1 to 63, or not yet defined, sets F 16, and the sequence is dropped."""
-    play(bench, if1, f":X3@400:{step}:Y4:$; 1 s; at 0 0 0; K: 128; F: 16")
-
-
 def test_a_repeat_can_wait_for_an_input_at_each_repetition(bench, if1):
     """Repeating: ": H2 = 10, 4 :" "would repeat ... ten times from step 4, with each repetition waiting"; R15."""
     play(bench, if1, "input2 low; :Y1@400:Y1:Y1:X10:Z1:H2=10,4:Y1:$; 1 s")
@@ -87,12 +84,3 @@ def test_a_repeat_can_wait_for_an_input_at_each_repetition(bench, if1):
         play(bench, if1, f"{here}; E: E; 1 s; {here}; input2 high; 0.01 s; input2 low; 1 s")
     # R15: the eleventh repetition, after which the sequence continues, has waited too
     play(bench, if1, "at 110 4 11; E: C")
-
-
-@pytest.mark.parametrize(
-    "text", [":=0,1:$", ":S1:=0,1:$", ":X0:=0,1:$", ":X:Y:=0,1:$", ":=255,1:=255,1:=255,1:=0,1:$", ":B+5:R1:=0,2:$",
-             ":H1:L2:=0,1:$", ":A:=0,1:$"],
-)  # fmt: skip
-def test_repeating_nothing_for_ever_lets_time_pass_and_can_be_cancelled(bench, if1, text):
-    """Repeating an empty step for ever takes time, and the cancel code ends it."""
-    play(bench, if1, f"input1 high; input2 low; {text}; 2 s; E: E; #; 0.1 s; E: C; X5@400$; idle; at 5 0 0")

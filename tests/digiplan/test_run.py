@@ -3,8 +3,6 @@
 `test_index.py` tests the cancel code in a run, too.
 """
 
-import pytest
-
 from axistwin.units import S
 
 from ..scripts import scripts
@@ -22,12 +20,6 @@ def test_the_x_axis_runs_continuously_at_5000(bench, if1):
     times = [int(time) - begin for time in if1.axes["X"].pulse_times(begin, begin + 2 * S)][:5000]
     assert times[1218] == 460_000_000 and times[1219] == 460_200_000
     assert times == pulse_times_of(ramped(10_000, 400, 5000, 100, 10_000))[:5000]
-
-
-@pytest.mark.parametrize("message", ["XG@300$", "X@300G$", "@300XG$", "X+G@300$"])
-def test_go_stands_behind_the_axis(bench, if1, message):
-    """Run mode: "no distance is programmed and the Go command "G" is included"."""
-    play(bench, if1, f"{message}; 1 s; X runs at 300")
 
 
 @scripts(
@@ -48,6 +40,13 @@ def test_go_stands_behind_the_axis(bench, if1, message):
         "XG$; 1 s; #; X-G$; 1 s; X runs at -400; #; 1 s; still",
         'Speed: "Speeds between 1 and 8 steps/sec will run at 6.25": one pulse each 160 ms':
         "X@1G$; 16 s; X constant at 6.25; X between 99 100",
+        'Run mode: "no distance is programmed and the Go command "G" is included"':
+        "{XG@300|X@300G|@300XG|X+G@300}$; 1 s; X runs at 300",
+        'Run mode: "the distance MUST be stated in a subsequent index instruction", both distances of an interpolation':
+        "X200/Y100@400$; 1 s; {X@400G|X/Y@400G|:X@400G:P0,5:A:}$; 0.3 s; #; 0.3 s; X between 201 1000; mark; Z-$; "
+        "0.5 s; X/Y$; 0.5 s; moved 0 0 0; X50/Y$; 0.5 s; moved 50 0 0; X/Y25$; 0.5 s; Z$; 0.5 s; moved 100 25 50; F: 0",
+        'Run mode: the data are lost "if the run mode is used"; a run that is refused does not count':
+        "X50$; 0.3 s; limit_plus low; 0.1 s; K?; XG$; 0.1 s; K?; X-$; 0.3 s; X at 0",
     }
 )  # fmt: skip
 def test_run_mode(bench, if1, script):
@@ -61,16 +60,3 @@ def test_after_an_interpolated_run_the_index_lengths_are_zero(bench, if1):
     x, y = if1.axes["X"].position, if1.axes["Y"].position
     assert (x > 0, 0 <= x - 4 * y < 4) == (True, True)  # the ratio of the lengths is the ratio of the speeds
     play(bench, if1, "X$; 1 s; X/Y$; 1 s; moved 0 0 0; F: 0; X/YG$; 0.2 s; F: 16")  # there is no ratio left
-
-
-@pytest.mark.parametrize("run", ["X@400G$", "X/Y@400G$", ":X@400G:P0,5:A:$"])
-def test_each_index_length_is_zero_until_it_is_said_again(bench, if1, run):
-    """Run mode: "the distance MUST be stated in a subsequent index instruction", both distances of an interpolation."""
-    play(bench, if1, f"X200/Y100@400$; 1 s; {run}; 0.3 s; #; 0.3 s; X between 201 1000; mark; Z-$; 0.5 s; "
-         "X/Y$; 0.5 s; moved 0 0 0; X50/Y$; 0.5 s; moved 50 0 0; X/Y25$; 0.5 s; Z$; 0.5 s; "
-         "moved 100 25 50; F: 0")  # fmt: skip
-
-
-def test_a_run_that_is_refused_leaves_the_index_length(bench, if1):
-    """Run mode: the data are lost "if the run mode is used"; a run that is refused does not count."""
-    play(bench, if1, "X50$; 0.3 s; limit_plus low; 0.1 s; K?; XG$; 0.1 s; K?; X-$; 0.3 s; X at 0")

@@ -66,6 +66,12 @@ from .talking import OWN_TIME_NS, command, edges, gaps, play, positions, ready, 
         ":X-Y-ZR1:XYS2:$; idle; X100$; idle; :$; idle; at 100 0 100; X like Y",
         "Adding time delays and index mode: a sequence takes 250 + 250 + 200 ms":
         ":S1:X100@400:P0,25:Y-40@200:R1:$; idle; output1 high for 700 to 701 ms",
+        'Programming a sequence: "start/stop rate, speed range and acceleration rate cannot be placed within"':
+        ":X10@200:{<5|>2|^20|D1}:Y:$; 3 s; at 0 0 0; K: 128; F: 8",
+        'Programming a sequence: ramp data "cannot be placed within a sequence"; sent to a running one, they wait':
+        ":X200@400:Y:$; 0.1 s; {<2|^20|>2}; E: E; until Y at 200; E; 0.98 s; at 200 200 0; 0.1 s; receives C<CR>",
+        'Interpolation in sequence mode: "a status request must be made"; Clearing: "movement will not be inhibited"':
+        ">2; 1.2 s; :X100/Y50:$; 0.2 s; at 0 0 0; >1; 1.2 s; :$; 0.5 s; at 100 50 0; F: 16",
     }
 )  # fmt: skip
 def test_sequences_from_start_to_end(bench, if1, script):
@@ -109,12 +115,6 @@ def test_63_operations_that_set_everything_are_possible(bench, if1):
 def test_a_64th_operation_is_out_of_range_and_drops_the_sequence(bench, if1):
     """R35: a sequence of more than 63 steps sets F 16, and none of it runs."""
     play(bench, if1, "slowly " + ":X1" * 64 + ":$; 1 s; at 0 0 0; K: 128; F: 16")
-
-
-@pytest.mark.parametrize("parameter", ["<5", ">2", "^20", "D1"])
-def test_ramp_parameters_cannot_be_placed_within_a_sequence(bench, if1, parameter):
-    """Programming a sequence: "start/stop rate, speed range and acceleration rate cannot be placed within"."""
-    play(bench, if1, f":X10@200:{parameter}:Y:$; 3 s; at 0 0 0; K: 128; F: 8")
 
 
 @pytest.mark.parametrize(
@@ -164,15 +164,3 @@ def test_the_long_sequence_of_samples_3_6_and_9(bench, form, end):
 def test_a_sequence_that_is_refused_or_cancelled_leaves_the_old_one(bench, if1, wrong):
     """Programming a sequence: "If a mistake is made ...  The sequence may then be re-entered"; the old one is kept."""
     play(bench, if1, f":X10:$; idle; slowly {wrong}; 0.5 s; :$; 0.2 s; at 20 0 0")
-
-
-@pytest.mark.parametrize("setting", ["<2", "^20", ">2"])
-def test_ramp_data_during_a_sequence_wait_for_its_end(bench, if1, setting):
-    """Programming a sequence: ramp data "cannot be placed within a sequence"; sent to a running one, they wait."""
-    script = f":X200@400:Y:$; 0.1 s; {setting}; E: E; until Y at 200; E; 0.98 s; at 200 200 0; 0.1 s; receives C<CR>"
-    play(bench, if1, script)
-
-
-def test_a_sequence_that_faulted_out_may_run_again_before_f_is_read(bench, if1):
-    """Interpolation in sequence mode: "a status request must be made"; Clearing: "movement will not be inhibited"."""
-    play(bench, if1, ">2; 1.2 s; :X100/Y50:$; 0.2 s; at 0 0 0; >1; 1.2 s; :$; 0.5 s; at 100 50 0; F: 16")

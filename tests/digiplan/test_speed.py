@@ -1,7 +1,5 @@
 """Sending basic move instructions: Speed.  `test_ramp.py` tests random speeds in all ranges."""
 
-from fractions import Fraction
-
 import pytest
 
 from ..scripts import scripts
@@ -30,22 +28,6 @@ def test_the_speed_is_set_within_the_resolution_of_the_range(bench, if1, range_,
     play(bench, if1, f">{range_}; X@{asked}G$; until X moving; 30 s; X runs at {runs}; K: 3; F: 0")
 
 
-@pytest.mark.parametrize(
-    ("asked", "runs"),
-    [
-        (21, Fraction(75, 4)),  # "21 steps/sec programmed would run at 18.75 steps/sec"
-        (22, Fraction(25)),  # "22 programmed would run at 25"
-        *((speed, Fraction(25, 4)) for speed in range(1, 10)),  # "between 1 and 8 steps/sec will run at 6.25"
-        (10, Fraction(25, 2)),  # 1.6 x 6.25
-        (399, Fraction(400)),
-        (394, Fraction(1575, 4)),  # 63.04 x 6.25 = 393.75
-    ],
-)
-def test_below_the_start_stop_speed_too(bench, if1, asked, runs):
-    """Speed: "Below the start/stop speed, the speed will also be the nearest ... multiple of the speed resolution"."""
-    play(bench, if1, f"X20@{asked}$; 5 s; X 20 pulses at {runs}")
-
-
 @scripts(
     {
         # 500 in ranges 1 to 3, but 503 in range 4; 506.25 is possible in range 1 only
@@ -64,34 +46,27 @@ def test_below_the_start_stop_speed_too(bench, if1, asked, runs):
         "X 10 pulses at 100; Y10$; 1 s; Y 10 pulses at 100",
         'Acceleration: only "new acceleration, start/stop or speed range data" need a calculation, not a new speed':
         "@5400; E; 0.02 s; receives C<CR>",
+        'Speed: "Below the start/stop speed, the speed will also be the nearest ... multiple of the speed resolution"':
+        "X20@{21|22|1|2|3|4|5|6|7|8|9|10|399|394}$; 5 s; X 20 pulses at {75/4|25|25/4|25/4|25/4|25/4|25/4|25/4|25/4|"
+        "25/4|25/4|25/2|400|1575/4}",
+        'Speed: "above the maximum for that range, the interface will indicate a "range error" fault"':
+        ">{1|2|4|1|4}; 1.1 s; @300; @{25001|50001|4001|99999|99999}; K: 128; F: 16; X30$; 1 s; X 30 pulses at 300",
+        'Speed: "the range number 1 to 4"; 506.25 steps/s are possible in range 1 only':
+        ">{0|5|9|11|40}; 1.1 s; K: 128; F: 16; X@504G$; 30 s; X runs at 506.25",
+        "R7: a missing number is a data fault, and the message is ignored (1)":
+        "{>|@|<|^|>-1|@+300|@3.5|@@300|>1,2}; 0.05 s; K: 128; F: 8; X40$; 1 s; X 40 pulses at 400",
+        "R7: a missing number is a data fault, and the message is ignored (2)":
+        "> <4; 0.05 s; K: 128; F: 8; X40$; 1 s; X 40 pulses at 400",
     }
 )  # fmt: skip
 def test_speed_data(bench, if1, script):
     play(bench, if1, script)
 
 
-@pytest.mark.parametrize(("range_", "speed"), [(1, 25_000), (2, 50_000), (4, 4_000), (1, 99_998), (4, 99_998)])
-def test_a_speed_above_the_maximum_is_a_range_error_and_not_taken(bench, if1, range_, speed):
-    """Speed: "above the maximum for that range, the interface will indicate a "range error" fault"."""
-    play(bench, if1, f">{range_}; 1.1 s; @300; @{speed + 1}; K: 128; F: 16; X30$; 1 s; X 30 pulses at 300")
-
-
 @pytest.mark.parametrize("speed", ["100000", "123456", "9999999999999999999999"])
 def test_more_than_five_digits_are_refused(bench, if1, speed):
     """Speed: "There is a limitation of 5 decades on the programmed speed"."""
     play(bench, if1, f">3; 1.1 s; @{speed}; K: 128; F: 8|16; X40$; 1 s; X 40 pulses at 400")
-
-
-@pytest.mark.parametrize("range_", ["0", "5", "9", "11", "40"])
-def test_there_are_four_ranges(bench, if1, range_):
-    """Speed: "the range number 1 to 4"; 506.25 steps/s are possible in range 1 only."""
-    play(bench, if1, f">{range_}; 1.1 s; K: 128; F: 16; X@504G$; 30 s; X runs at 506.25")
-
-
-@pytest.mark.parametrize("message", [">", "@", "<", "^", ">-1", "@+300", "@3.5", "> <4", "@@300", ">1,2"])
-def test_a_missing_number_is_a_data_fault(bench, if1, message):
-    """R7: a missing number is a data fault, and the message is ignored."""
-    play(bench, if1, f"{message}; 0.05 s; K: 128; F: 8; X40$; 1 s; X 40 pulses at 400")
 
 
 @pytest.mark.parametrize(
@@ -116,19 +91,13 @@ def test_in_one_message_the_last_value_counts(bench, message, expected):
         "Backlash correction: the last value of two is used": "B-20B-10X20B$; 1 s; X moves 30 -10",
         "Output switching: an output that is listed twice is switched once":
         "S11$; 0.1 s; outputs 10000; S1221$; 0.1 s; outputs 11000; S12R22$; 0.1 s; outputs 10000; F: 0",
+        "Combining inputs and outputs: each stage of the format may be given once only":
+        "{X5Y6X7|X5GG|X5/Y2/Z1|P1P2|H1H2X5|L1L2X5|R1R2|X5B/B}$; 0.3 s; F: 8; at 0 0 0",
+        'Basic move instructions: spaces "will simply be ignored"; Index mode: "9 decades" (1)':
+        "X{0005@0400|+5@400|000000005}$; 0.3 s; X 5 pulses at 400",
+        'Basic move instructions: spaces "will simply be ignored"; Index mode: "9 decades" (2)':
+        "X 5 @ 4 0 0 $; 0.3 s; X 5 pulses at 400",
     }
 )  # fmt: skip
 def test_data_that_are_repeated(bench, if1, script):
     play(bench, if1, script)
-
-
-@pytest.mark.parametrize("message", ["X5Y6X7$", "X5GG$", "X5/Y2/Z1$", "P1P2$", "H1H2X5$", "L1L2X5$", "R1R2$", "X5B/B$"])
-def test_what_is_no_data_stands_once(bench, if1, message):
-    """Combining inputs and outputs: each stage of the format may be given once only."""
-    play(bench, if1, f"{message}; 0.3 s; F: 8; at 0 0 0")
-
-
-@pytest.mark.parametrize("message", ["X0005@0400$", "X+5@400$", "X 5 @ 4 0 0 $", "X000000005$"])
-def test_leading_zeros_and_spaces_do_not_count(bench, if1, message):
-    """Basic move instructions: spaces "will simply be ignored"; Index mode: "9 decades"."""
-    play(bench, if1, f"{message}; 0.3 s; X 5 pulses at 400")

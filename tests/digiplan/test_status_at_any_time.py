@@ -1,18 +1,10 @@
 """Chapter Report-back functions: "The interface can be interrogated to establish its status at any time"."""
 
-import pytest
-
 from ..scripts import scripts
 from .talking import number, play, positions, ready
 
 WAITING = "X40$; Y20$; @200; Z8$; "
 """A move, a move that is held, and two messages that wait in the buffer.  40 steps at 400 steps/s take 100 ms."""
-
-
-@pytest.mark.parametrize("check", ["K: 3", "I: 200", "O: 0", "E: E", "F: 0"])
-def test_a_request_is_answered_whatever_waits_before_it(bench, if1, check):
-    """Report-back: a request is answered "at any time", whatever messages wait before it."""
-    play(bench, if1, f"{WAITING}{check}; X moving; 1 s; at 40 20 8; F: 0")
 
 
 @scripts(
@@ -30,6 +22,8 @@ def test_a_request_is_answered_whatever_waits_before_it(bench, if1, check):
         "X40$; Y20$; [; ]; Z8$; 1 s; E: C; at 40 20 8",
         'Run mode: "send the cancel code": it discards all waiting messages, but not the answer being sent':
         "X40$; Y20$; @200; Z8$; E; #; Z3$; 1 s; receives E<CR>; X between 1 39; Y at 0; Z at 3",
+        'Report-back: a request is answered "at any time", whatever messages wait before it':
+        "X40$; Y20$; @200; Z8$; {K|I|O|E|F}: {3|200|0|E|0}; X moving; 1 s; at 40 20 8; F: 0",
     }
 )  # fmt: skip
 def test_requests_between_waiting_messages(bench, if1, script):
