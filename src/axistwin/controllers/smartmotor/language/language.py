@@ -20,8 +20,8 @@ from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST
 from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.language.expressions import Computed, Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
+from axistwin.controllers.smartmotor.language.vocabulary import GLOBAL, LAST_ADDRESS
 from axistwin.controllers.smartmotor.processor import Processor
-from axistwin.controllers.smartmotor.serial.channel import GLOBAL, LAST_ADDRESS
 
 LEXICAL = "Lexical rules"
 EQUAL_SIGN, FEATURES_ADDED = "8.1 Forced equal sign", "1.1 Features added"

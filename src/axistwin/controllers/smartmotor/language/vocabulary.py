@@ -10,6 +10,8 @@ LONGEST = 64
 LONGEST_LIST = 204
 """Largest number of values in a list such as `ab[0] 1 2 3.`, which is the size of the array."""
 
+GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
+"""Address bytes: that of all motors, and the last one."""
 SPACE, CR, QUOTE = ord(" "), ord("\r"), ord('"')
 TERMINATORS = (SPACE, CR, ord("\n"), 0)
 LIST_VALUE = re.compile(r"-?\d+\.?|\.", re.ASCII)

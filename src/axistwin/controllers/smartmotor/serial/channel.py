@@ -15,7 +15,7 @@ from enum import IntFlag
 from typing import Protocol
 
 from axistwin.controllers.smartmotor.kernel import state as s
-from axistwin.controllers.smartmotor.language.vocabulary import LONGEST, TERMINATORS, Words
+from axistwin.controllers.smartmotor.language.vocabulary import GLOBAL, LAST_ADDRESS, LONGEST, TERMINATORS, Words
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import UserPin
@@ -25,7 +25,6 @@ FIFO = 16
 TRANSMITTER = 16
 """Number of unsent characters above which a program waits at a PRINT."""
 
-GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
 STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
 RECORDS = {STATUS_QUERY: 5, POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
 """Number of bytes of a binary record, by its first byte.

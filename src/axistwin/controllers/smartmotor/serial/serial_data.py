@@ -8,8 +8,9 @@ from dataclasses import replace
 
 from axistwin.controllers.smartmotor.chapters import host_mode, io
 from axistwin.controllers.smartmotor.kernel import state as s
+from axistwin.controllers.smartmotor.language.vocabulary import GLOBAL, LAST_ADDRESS
 from axistwin.controllers.smartmotor.processor import Processor
-from axistwin.controllers.smartmotor.serial.channel import GLOBAL, LAST_ADDRESS, Channel
+from axistwin.controllers.smartmotor.serial.channel import Channel
 from axistwin.sim.frames import Parity, UartFormat
 from axistwin.units import MS
 
