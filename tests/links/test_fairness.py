@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.links import CHUNK, FEW, FULL, INSTANT_CHUNK, Pacer, Plug
-from axistwin.links.pacing import SLICE_S, slices
+from axistwin.links import CHUNK, FEW, FULL, INSTANT_CHUNK, Pacer, Plug, pacing
 
 from .fake_loop import Loop
 
@@ -76,7 +75,7 @@ class Turns(Loop):
 @pytest.fixture
 def slow_machine(monkeypatch):
     ticks = count()
-    monkeypatch.setattr(slices, "perf_counter", lambda: next(ticks) * SLICE_S / STEPS)
+    monkeypatch.setattr(pacing, "perf_counter", lambda: next(ticks) * pacing.SLICE_S / STEPS)
 
 
 @pytest.mark.parametrize("baudrate", [110, 9600, 115_200, 1_000_000, 4_000_000])
@@ -110,7 +109,7 @@ def test_a_host_that_sends_more_than_can_be_computed_is_not_read_from_until_it_h
     target.port.host.baudrate = 4_000_000
     longest_s = 0.0
     for _ in range(200):
-        loop.now_s += SLICE_S
+        loop.now_s += pacing.SLICE_S
         if client.taken:
             plug.send(bytes(CHUNK))
         loop.run_to(loop.now_s)

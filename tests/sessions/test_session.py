@@ -262,7 +262,7 @@ def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(monkeypat
         session = await ready()
         session.pause()
         end_s = session.recorded_seconds
-        monkeypatch.setattr("axistwin.links.pacing.slices.SLICE_S", 0.0)
+        monkeypatch.setattr("axistwin.links.pacing.SLICE_S", 0.0)
         going = asyncio.ensure_future(session.go_to(2.0))
         while not session.seconds < end_s:
             await asyncio.sleep(0)
