@@ -1,8 +1,8 @@
-"""The class Board connected to a simulated board, in virtual time."""
+"""The class KlipperBoard connected to a simulated board, in virtual time."""
 
 import numpy as np
 
-from axistwin.standin import AxisPins, Board, BoardPin, InputPin, OutputPin, State, Wiring
+from axistwin.standin import AxisPins, BoardPin, InputPin, KlipperBoard, OutputPin, State, Wiring
 
 from .small_board import SmallBoard
 
@@ -16,7 +16,7 @@ BLOCK = 5
 
 
 class Metal:
-    """A Board and a simulated board that advance together; `lines` is the journal, `wire` may change bytes."""
+    """A board and a simulated board that advance together; `lines` is the journal, `wire` may change bytes."""
 
     def __init__(self, small=None, wire=lambda data: data, horizon_s=0.1, axes=(X, Y), tick_s=TICK_S, journal=None,
                  **wiring):  # fmt: skip
@@ -25,7 +25,7 @@ class Metal:
         self.small.levels |= {8: 1, 9: 1}
         self.small.run_to(self.now)
         made = Wiring("small", axes, wiring.pop("inputs", (LIMIT, INPUT)), wiring.pop("outputs", (OUTPUT,)), **wiring)
-        self.board = Board(made, horizon_s, journal or self.lines.append)
+        self.board = KlipperBoard(made, horizon_s, journal or self.lines.append)
         self.events = []
 
     def run(self, seconds, each=lambda now: None):

@@ -1,4 +1,4 @@
-"""The class Board connected to a simulated board, in virtual time."""
+"""The class KlipperBoard connected to a simulated board, in virtual time."""
 
 import random
 import re

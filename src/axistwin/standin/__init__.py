@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from axistwin.standin.driver import Driver
     from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
     from axistwin.standin.journal import Journal, last_positions
+    from axistwin.standin.klipper import KlipperBoard
     from axistwin.standin.motors import Motor, motor
     from axistwin.standin.real_time import PRIORITY, real_time_priority
     from axistwin.standin.sender import Sender
@@ -30,6 +31,7 @@ else:
         dictionary="Dictionary",
         driver="Driver",
         events="Failed InputChanged Ready Stopped",
+        klipper="KlipperBoard",
         journal="Journal last_positions",
         motors="Motor motor",
         real_time="PRIORITY real_time_priority",
@@ -41,6 +43,7 @@ else:
 
 __all__ = [
     "PRIORITY", "AxisPins", "Board", "BoardPin", "Channel", "ClockFit", "Dictionary", "DrivenAxis", "Driver",
-    "Failed", "InputChanged", "InputPin", "Journal", "Motor", "OutputPin", "Ready", "Sender", "Sensed", "State",
-    "StopPage", "Stopped", "Switched", "Timetable", "Wiring", "last_positions", "motor", "real_time_priority",
+    "Failed", "InputChanged", "InputPin", "Journal", "KlipperBoard", "Motor", "OutputPin", "Ready", "Sender", "Sensed",
+    "State", "StopPage", "Stopped", "Switched", "Timetable", "Wiring", "last_positions", "motor",
+    "real_time_priority",
 ]  # fmt: skip

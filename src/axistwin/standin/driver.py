@@ -2,63 +2,17 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Protocol
-
-import numpy as np
 
 from axistwin.bench import Bench
 from axistwin.sim import Pin
 from axistwin.sim.signal import Signal
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
 from axistwin.standin.motors import Motor, motor
-from axistwin.standin.wiring import DrivenAxis, Switched
+from axistwin.standin.output import Output
 from axistwin.units import S
 
 INPUT_S = 0.02
 """Constant delay, in seconds, from a change of an input at the board to the same change on the bench."""
-
-
-class Wired(Protocol):
-    """The axes and outputs that a motion board controls."""
-
-    @property
-    def name(self) -> str:
-        """Name of the board."""
-
-    @property
-    def axes(self) -> Sequence[DrivenAxis]:
-        """Axes that the board drives."""
-
-    @property
-    def outputs(self) -> Sequence[Switched]:
-        """Outputs on the board."""
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """Names of the controllers whose axes the board drives."""
-
-
-class Output(Protocol):
-    """Interface through which `Driver` uses a motion board."""
-
-    @property
-    def wiring(self) -> Wired:
-        """Axes and outputs that the board controls."""
-
-    def queue(self, axis: str, direction: int, times_s: "np.typing.NDArray[np.float64]", tolerance_s: float, /) -> None:
-        """Queue an axis's pulses; the board outputs each at its time in `times_s` plus the horizon."""
-
-    def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at `at_s` plus the horizon, a constant delay."""
-
-    def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
-
-    def resume(self, group: str) -> None:
-        """Resume a stopped controller: accept step pulses for the controller's axes again."""
-
-    def restart(self, now_s: float) -> None:
-        """Connect to the board again after a failure."""
 
 
 class Driver:

@@ -1,22 +1,16 @@
 """A motion board on a serial port.  A separate thread serves the port, so that the emulation cannot delay it."""
 
-from collections.abc import Callable
 from threading import Event as Flag
-from threading import Lock, Thread
+from threading import Thread
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import serial
 
 from axistwin.errors import LinkError, reason
-from axistwin.standin.board import Board
 from axistwin.standin.channel import Channel
 from axistwin.standin.dictionary import Dictionary
-from axistwin.standin.events import Event
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from axistwin.standin.klipper import KlipperBoard
+from axistwin.standin.output import Deliver, Output
 
 WAIT_S = 0.002
 """Longest time to wait for a byte from the board; commands are sent at least at this interval."""
@@ -54,14 +48,15 @@ def identify(port: str, baud: int) -> Dictionary:
     raise LinkError(f"no answer on {port} at {baud} baud: expected a board with Klipper's firmware")
 
 
-class Sender(Thread):
+class Sender(Thread, Output):
     """A thread that serves one board, and calls `deliver` with each of its events."""
 
-    def __init__(self, board: Board, port: serial.Serial, deliver: Callable[["Sender", Event], None]) -> None:
-        super().__init__(name=f"board {board.wiring.name}", daemon=True)
-        self.wiring = board.wiring
-        self._board, self._port, self._deliver = board, port, deliver
-        self._lock, self._end = Lock(), Flag()
+    _board: KlipperBoard
+
+    def __init__(self, board: KlipperBoard, port: serial.Serial, deliver: Deliver) -> None:
+        Thread.__init__(self, name=f"board {board.wiring.name}", daemon=True)
+        Output.__init__(self, board, deliver)
+        self._port, self._end = port, Flag()
 
     def run(self) -> None:
         """Exchange bytes with the board until `close` is called or the port fails."""
@@ -89,45 +84,6 @@ class Sender(Thread):
         if out:
             self._port.write(out)
         self._report()
-
-    def _report(self) -> None:
-        while self._board.events:
-            self._deliver(self, self._board.events.popleft())
-
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> None:
-        """Queue an axis's pulses; the board outputs each at its time in `times_s` plus the horizon."""
-        with self._lock:
-            self._board.queue(axis, direction, times_s, tolerance_s)
-
-    def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at `at_s` plus the horizon, a constant delay."""
-        with self._lock:
-            self._board.set_output(source, level, at_s)
-
-    def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
-        with self._lock:
-            self._board.stop(reason, groups)
-
-    @property
-    def stopped(self) -> frozenset[str]:
-        """Names of the controllers whose axes are stopped.  Any thread may read this property."""
-        return frozenset(tuple(self._board.stopped))
-
-    def resume(self, group: str) -> None:
-        """Accept pulses of a stopped controller again."""
-        with self._lock:
-            self._board.resume(group)
-
-    def restart(self, now_s: float) -> None:
-        """Connect to the board again after a failure."""
-        with self._lock:
-            self._board.restart(now_s)
-
-    def shut_down(self) -> None:
-        """Stop all axes and switch all drives off."""
-        with self._lock:
-            self._board.shut_down()
 
     def close(self) -> None:
         """End the thread and close the serial port."""

@@ -116,29 +116,34 @@ def open_input(inputs: Sequence[Sensed], levels: Mapping[str, bool], axis: Drive
     return ""
 
 
-def groups(axes: Sequence[DrivenAxis]) -> tuple[str, ...]:
-    """Return the names of the controllers to which the given axes belong."""
-    return tuple(dict.fromkeys(axis.controller for axis in axes))
-
-
-def check_groups(inputs: Sequence[Sensed], names: Sequence[str]) -> None:
-    """Raise UsageError if an input that stops motion is wired to the wrong board.
-
-    The right board drives the axes of the input's controller.  `names`: the controllers whose axes this board drives.
-    """
-    for given in inputs:
-        if given.stops is not None and given.controller not in names:
-            raise UsageError(
-                f"the stop input {given.to} is wired to the wrong board: "
-                f"expected the same board as for the axes of the controller {given.controller}"
-            )
-
-
 @dataclass(frozen=True)
-class Wiring:
+class Wired:
     """The axes, inputs and outputs that are wired to one board."""
 
     name: str
+    axes: tuple[DrivenAxis, ...]
+    inputs: tuple[Sensed, ...] = ()
+    outputs: tuple[Switched, ...] = ()
+
+    @cached_property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the controllers whose axes the board drives."""
+        return tuple(dict.fromkeys(axis.controller for axis in self.axes))
+
+    def check(self) -> None:
+        """Raise UsageError if an input that stops motion is wired to another board than the axes of its controller."""
+        for given in self.inputs:
+            if given.stops is not None and given.controller not in self.groups:
+                raise UsageError(
+                    f"the stop input {given.to} is wired to the wrong board: "
+                    f"expected the same board as for the axes of the controller {given.controller}"
+                )
+
+
+@dataclass(frozen=True)
+class Wiring(Wired):
+    """The wiring of a board with Klipper's firmware."""
+
     axes: tuple[AxisPins, ...]
     inputs: tuple[InputPin, ...] = ()
     outputs: tuple[OutputPin, ...] = ()
@@ -147,11 +152,6 @@ class Wiring:
     """Shortest time between two readings of an input that stops motion."""
     sample_s: float = 1e-3
     """Approximate time between two readings of any other input."""
-
-    @cached_property
-    def groups(self) -> tuple[str, ...]:
-        """Names of the controllers whose axes the board drives."""
-        return groups(self.axes)
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:
@@ -188,7 +188,7 @@ class Wiring:
                     f"axis {axis.axis} has no enable pin: "
                     "expected a pin of the board for the enable input of the drive, e.g. PB0"
                 )
-        check_groups(self.inputs, self.groups)
+        super().check()
 
     def check_pins(self, dictionary: Dictionary) -> None:
         """Check that all pins of the wiring exist on the board and are not reserved.  Raises UsageError."""

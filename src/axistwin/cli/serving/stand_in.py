@@ -23,19 +23,18 @@ from axistwin.errors import UsageError
 from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
 from axistwin.standin import reading
-from axistwin.standin.board import Board
 from axistwin.standin.driver import Driver
 from axistwin.standin.events import Event, Failed
 from axistwin.standin.hal.board import HalBoard
 from axistwin.standin.hal.sender import HalSender
 from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.journal import Journal, last_positions
+from axistwin.standin.klipper import KlipperBoard
+from axistwin.standin.output import Output
 from axistwin.standin.real_time import real_time_priority
 from axistwin.standin.sender import Sender, open_port
 from axistwin.standin.stop_page import StopPage
 from axistwin.standin.writer import Writer
-
-AnySender = Sender | HalSender
 
 POLL_S = 0.02
 """Interval in seconds at which the end of a preparation is checked."""
@@ -98,7 +97,7 @@ class _Run:
         `panel`: address of the page that shows the state and has a stop button.  `quiet`: refused lines are not told.
         """
         self.bench, self.plan, self._at_start, self._panel = bench, plan, positions, panel
-        self._senders: list[AnySender] = []
+        self._senders: list[Output] = []
         self._positions: dict[str, int] = {}
         self._changed = asyncio.Event()
         self._ending = self._proper_end = False
@@ -120,7 +119,7 @@ class _Run:
         """Connect the bench to the boards.  `lines`: the port of each board; None for LinuxCNC HAL."""
         loop = asyncio.get_running_loop()
 
-        def deliver(sender: AnySender, event: Event) -> None:
+        def deliver(sender: Output, event: Event) -> None:
             loop.call_soon_threadsafe(self._handle, sender, event)
 
         options = self.plan.horizon_s, note, self._at_start
@@ -129,7 +128,7 @@ class _Run:
             if isinstance(wiring, HalWiring):
                 senders.append(HalSender(HalBoard(wiring, *options), deliver))
             elif line is not None:
-                senders.append(Sender(Board(wiring, *options), line, deliver))
+                senders.append(Sender(KlipperBoard(wiring, *options), line, deliver))
         self._driver, self._server = Driver(self.bench, senders, self._tell), Server(self.bench)
         for sender in senders:
             if isinstance(sender, HalSender):
@@ -242,7 +241,7 @@ class _Run:
             if each is not other:
                 each.cancel()
 
-    def _handle(self, sender: AnySender, event: Event) -> None:
+    def _handle(self, sender: Output, event: Event) -> None:
         if self._ending:
             return
         self._server.pacer.sync()

@@ -6,17 +6,13 @@ import subprocess
 from collections.abc import Callable, Sequence
 from importlib import resources
 from tempfile import TemporaryFile
-from threading import Lock, Thread
-from typing import TYPE_CHECKING, Any
+from threading import Thread
+from typing import Any
 
 from axistwin.errors import LinkError
-from axistwin.standin.events import Event
 from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.wiring import COMPONENT
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from axistwin.standin.hal.wiring import COMPONENT, HalWiring
+from axistwin.standin.output import Deliver, Output
 
 PYTHON = "/usr/bin/python3"
 """The Python for which LinuxCNC's module `hal` is installed."""
@@ -26,18 +22,18 @@ END_S = 2.0
 """Longest time until the component has ended."""
 
 
-class HalSender:
+class HalSender(Output):
     """Serves the axes at HAL.  `deliver` is called in another thread with each event.
 
     `prefix`: words before each command that uses HAL, such as ("runuser", "-u", "cnc", "--").
     """
 
-    def __init__(
-        self, board: HalBoard, deliver: Callable[["HalSender", Event], None], prefix: Sequence[str] = ()
-    ) -> None:
-        self.wiring = board.wiring
-        self._board, self._deliver, self._prefix = board, deliver, list(prefix)
-        self._lock = Lock()
+    _board: HalBoard
+    wiring: HalWiring
+
+    def __init__(self, board: HalBoard, deliver: Deliver, prefix: Sequence[str] = ()) -> None:
+        super().__init__(board, deliver)
+        self._prefix = list(prefix)
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = False
 
@@ -127,8 +123,7 @@ class HalSender:
         with self._lock:
             act(*values)
             self._flush()
-        while self._board.events:
-            self._deliver(self, self._board.events.popleft())
+        self._report()
 
     def _flush(self) -> None:
         commands, process = self._board.commands, self._process
@@ -141,40 +136,15 @@ class HalSender:
         except OSError:
             self._board.fail(ENDED)
 
-    def queue(self, axis: str, direction: int, times_s: "NDArray[np.float64]", _tolerance_s: float = 0.0) -> None:
-        """Queue an axis's pulses; the board outputs each at its time in `times_s` plus the horizon."""
-        self._act(self._board.queue, axis, direction, times_s)
-
     def complete(self, until_s: float) -> None:
         """Send the positions up to this time: all pulses before it have been queued."""
         self._act(self._board.complete, until_s)
-
-    def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at `at_s` plus the horizon, a constant delay."""
-        self._act(self._board.set_output, source, level, at_s)
-
-    def stop(self, reason: str, groups: tuple[str, ...] = ()) -> None:
-        """Stop the axes of the controllers `groups`, or of all if it is empty, immediately."""
-        self._act(self._board.stop, reason, groups)
-
-    @property
-    def stopped(self) -> frozenset[str]:
-        """Names of the controllers whose axes are stopped.  Any thread may read this property."""
-        return frozenset(tuple(self._board.stopped))
-
-    def resume(self, group: str) -> None:
-        """Accept step pulses again for all axes of a stopped controller."""
-        self._act(self._board.resume, group)
 
     def restart(self, now_s: float) -> None:
         """Start the HAL component again after a failure."""
         self._end()
         self._board.restart(now_s)
         self.start()
-
-    def shut_down(self) -> None:
-        """Stop all axes and switch all drives off."""
-        self._act(self._board.shut_down)
 
     def close(self) -> None:
         """End the HAL component, and also end HAL if HAL was started by axistwin."""

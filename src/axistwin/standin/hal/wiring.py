@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from axistwin.errors import UsageError
-from axistwin.standin.wiring import DrivenAxis, Sensed, Switched, check_groups, groups
+from axistwin.standin.wiring import Wired
 
 COMPONENT = "axistwin"
 MOST_NAME = 47
@@ -23,19 +22,10 @@ AXIS_PINS = (
 
 
 @dataclass(frozen=True)
-class HalWiring:
+class HalWiring(Wired):
     """The axes, inputs and outputs at HAL; `file`: HAL commands that link the component's pins."""
 
-    name: str
-    axes: tuple[DrivenAxis, ...]
-    inputs: tuple[Sensed, ...] = ()
-    outputs: tuple[Switched, ...] = ()
     file: Path | None = None
-
-    @cached_property
-    def groups(self) -> tuple[str, ...]:
-        """Names of the controllers whose axes LinuxCNC HAL drives."""
-        return groups(self.axes)
 
     def used(self) -> Iterator[tuple[str, str]]:
         """Yield the name and a description of each pin of the HAL component."""
@@ -53,7 +43,7 @@ class HalWiring:
         for pin, _ in self.used():
             if len(pin) > MOST_NAME:
                 raise UsageError(f"the name of the HAL pin {pin} is too long: expected at most {MOST_NAME} characters")
-        check_groups(self.inputs, self.groups)
+        super().check()
 
     def setup(self) -> dict[str, Any]:
         """Return the command that sets up the HAL component."""
