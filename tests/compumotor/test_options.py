@@ -78,7 +78,7 @@ def test_a_message_says_between_what_a_number_must_lie():
             Bench().add("1811", **{name: -1})
     with pytest.raises(UsageError, match=r"from 0\.001 to"):
         Bench().add("1811", step_ms=0)
-    for name, known in (("encoder_commands", "kept, performed, ignored"), ("interrupt_command", "everywhere, printed")):
+    for name, known in (("encoder_commands", "'kept', 'performed'"), ("interrupt_command", "'everywhere', 'printed'")):
         with pytest.raises(UsageError, match=known):
             Bench().add("1811", **{name: "x"})
     with pytest.raises(UsageError, match="message_ready, input_ready, failed"):

@@ -1,9 +1,9 @@
 """Options for differences between installed boards, and for values that the manual gives only as "about"."""
 
-from dataclasses import dataclass, fields
-from functools import cache
-from typing import Literal, get_args, get_type_hints
+from dataclasses import dataclass
+from typing import Literal, get_args
 
+from axistwin.controllers.options import check
 from axistwin.errors import UsageError
 
 LEAST_MS = 0.001
@@ -82,32 +82,16 @@ class Options:
         for interrupt in self.interrupts:
             if interrupt not in get_args(Interrupt):
                 raise UsageError(f"interrupts={interrupt!r}: expected one of {valid_interrupts}")
-        for option in ("interrupt_command", "encoder_commands", "stop_after_stream"):
-            choices = _choices(option)
-            if (given := getattr(self, option)) not in choices:
-                valid_values = ", ".join(choices)
-                raise UsageError(f"{option}={given!r}: expected one of {valid_values}")
-        for option in ("test_switch", "invert_z", "invert_encoder", "high_impedance"):
-            if not isinstance(given := getattr(self, option), bool):
-                raise UsageError(f"{option}={given!r}: expected true or false")
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.type in (float, "float"):
-                _check_number(field.name, value, LEAST_MS if field.name == "step_ms" else 0, 60_000, (int, float))
-        _check_number("buffer_bytes", self.buffer_bytes, 16, 0xFFFF, (int,))
-        _check_number("command_queue", self.command_queue, 1, 1000, (int,))
-        _check_number("message_queue", self.message_queue, 1, 1000, (int,))
+        check(self, RANGES)
         number = self.part_number
         if not (str(number) == number and number.isascii() and len(number) in (13, 14)):
             raise UsageError(f"part_number={self.part_number!r}: expected 13 or 14 characters, e.g. 94-003657-01A")
 
 
-@cache
-def _choices(option: str) -> tuple[str, ...]:
-    """Return an option's values from its type hint; cached, because Python reads type hints slowly."""
-    return get_args(get_type_hints(Options)[option])
-
-
-def _check_number(option: str, value: object, low: float, high: int, types: tuple[type, ...]) -> None:
-    if isinstance(value, bool) or not isinstance(value, types) or not low <= value <= high:  # type: ignore[operator]
-        raise UsageError(f"{option}={value!r}: expected a number from {low} to {high}")
+RANGES: dict[str, tuple[float, float]] = {
+    **{name: (0, 60_000) for name, default in vars(Options).items() if isinstance(default, float)},
+    "step_ms": (LEAST_MS, 60_000),
+    "buffer_bytes": (16, 0xFFFF),
+    "command_queue": (1, 1000),
+    "message_queue": (1, 1000),
+}

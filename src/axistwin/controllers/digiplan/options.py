@@ -1,9 +1,9 @@
 """Options of an installed IF1 or IF2, and values for which the manual gives only a limit."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
-from axistwin.errors import UsageError
+from axistwin.controllers.options import check
 
 Wiring = Literal[
     "5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked",
@@ -14,9 +14,7 @@ Limits = Literal["any motion", "motion ahead"]
 Unlock = Literal["last format", "lock format", "any format"]
 LEAST_MS = 0.001
 """Shortest interval of transfers from the UART."""
-CHOICES = {
-    "wiring": get_args(Wiring), "busy": get_args(Busy), "limits": get_args(Limits), "unlock": get_args(Unlock),
-}  # fmt: skip
+RANGES = {"self_test_s": (0, 60), "recalculation_s": (0, 60), "strobe_ms": (LEAST_MS, 60)}
 
 
 @dataclass(frozen=True)
@@ -45,14 +43,4 @@ class Options:
     """True if characters within 5 ms after the data format message are lost."""
 
     def __post_init__(self) -> None:
-        for option, choices in CHOICES.items():
-            if (given := getattr(self, option)) not in choices:
-                valid_values = ", ".join(map(repr, choices))
-                raise UsageError(f"{option}={given!r}: expected one of {valid_values}")
-        for option, low in (("self_test_s", 0), ("recalculation_s", 0), ("strobe_ms", LEAST_MS)):
-            value = getattr(self, option)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= 60:
-                raise UsageError(f"{option}={value!r}: expected a number from {low} to 60")
-        for option in ("fault_output", "strict_format"):
-            if not isinstance(given := getattr(self, option), bool):
-                raise UsageError(f"{option}={given!r}: expected true or false")
+        check(self, RANGES)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from axistwin.errors import UsageError
+from axistwin.controllers.options import check
 
 RANGES: dict[str, tuple[int | float, int | float]] = {
     "statements_per_sample": (1, 100),
@@ -14,11 +14,6 @@ RANGES: dict[str, tuple[int | float, int | float]] = {
     "program_bytes": (256, 1 << 20),
     "data_bytes": (256, 1 << 20),
     "index_at": (0, 1 << 20),
-}
-CHOICES: dict[str, tuple[str | int, ...]] = {
-    "cam_multiplier": ("master", "table"),
-    "stop_buffers": ("position", "same"),
-    "load_block": (8, 32),
 }
 
 
@@ -55,16 +50,4 @@ class Options:
     """Encoder counts from the shaft's first position to the index mark."""
 
     def __post_init__(self) -> None:
-        for name, (low, high) in RANGES.items():
-            value = getattr(self, name)
-            kinds = (int, float) if isinstance(low, float) else (int,)
-            if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
-                raise UsageError(f"{name}={value!r}: expected a number from {low} to {high}")
-        for name in ("array_overlay", "brake"):
-            given = getattr(self, name)
-            if not isinstance(given, bool):
-                raise UsageError(f"{name}={given!r}: expected true or false")
-        for name, choices in CHOICES.items():
-            given = getattr(self, name)
-            if given not in choices:
-                raise UsageError(f"{name}={given!r}: expected one of {', '.join(map(repr, choices))}")
+        check(self, RANGES)
