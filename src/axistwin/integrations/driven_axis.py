@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 from axistwin.drivers.axis import Status
@@ -13,6 +14,18 @@ from axistwin.plant.machine_units import MachineUnits
 if TYPE_CHECKING:
     from axistwin.integrations.station import Station
     from axistwin.plant.axes import Axis
+
+
+class Phase(Enum):
+    """What the axis does, as far as requests and polls tell."""
+
+    REST = auto()
+    BEGINNING = auto()
+    """The request that begins a motion is in progress."""
+    BEGUN = auto()
+    """A motion has begun; it may have failed without an answer."""
+    STOPPING = auto()
+    """The controller has received a stop."""
 
 
 @dataclass
@@ -48,24 +61,23 @@ class DrivenAxis:
         self.ended: Goal | None = None
         """The motion that ended last; None if another host began it."""
         self.busy = False
-        self.paused = False
         self.changed: Callable[[], Awaitable[None]] = _nothing
         """Called after each poll and each request."""
         self._starting: Goal | None = None
         self._stopped: Goal | None = None
         """The motion that a request has stopped, until the axis is at rest."""
-        self._begun = False
-        """True from the beginning of a motion, which may have failed without an answer, until the axis is at rest."""
-        self._beginning = False
-        """True while the request that begins a motion is in progress."""
-        self._stopping = False
-        """True from a stop that the controller has received, until the axis is at rest."""
+        self._phase = Phase.REST
         self._stop: Callable[[], Procedure[None]] | None = None
         """The request that still has to be sent to end the present motion; a poll repeats it after an error."""
         self._rest, self._go = asyncio.Event(), asyncio.Event()
         self._rest.set()
         self._go.set()
         self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def paused(self) -> bool:
+        """True from `pause` to `resume`."""
+        return not self._go.is_set()
 
     def travel(self) -> tuple[float, float] | None:
         """Return the positions of the limit switches in the driver's counts, or None if they are not known."""
@@ -123,7 +135,6 @@ class DrivenAxis:
     async def pause(self) -> None:
         """Stop the axis; `resume` continues a move, but no run and no search for home."""
         self._go.clear()
-        self.paused = True
         goal = self.goal
         if goal is None or goal.target is None:
             await self.stop()
@@ -134,7 +145,6 @@ class DrivenAxis:
 
     def resume(self) -> None:
         """Permit moves of the axis again after a pause."""
-        self.paused = False
         self._go.set()
 
     async def set_position(self, position: int) -> None:
@@ -182,28 +192,33 @@ class DrivenAxis:
         await self._go.wait()
         if self.goal is not goal:
             return True
-        if self._begun or self.status.moving:
-            if not self._stopping:
+        if self._in_motion:
+            if self._phase is not Phase.STOPPING:
                 await self._end_motion(self.core.stop)
             return False
-        self._begun = self._beginning = True
+        self._phase = Phase.BEGINNING
         try:
             await self.station.driver.run(goal.begin())
         except BusyError:
-            self._begun = False
+            self._phase = Phase.REST
             return False
         finally:
-            self._beginning = False
+            if self._phase is Phase.BEGINNING:
+                self._phase = Phase.BEGUN
         if self.paused:
             await self._end_motion(self.core.stop)
             return False
         return True
 
     async def _end_motion(self, request: Callable[[], Procedure[None]]) -> None:
-        if self._begun or self.status.moving:
+        if self._in_motion:
             self._stop = request
             await self.station.driver.run(request())
-            self._stop, self._stopping = None, True
+            self._stop, self._phase = None, Phase.STOPPING
+
+    @property
+    def _in_motion(self) -> bool:
+        return self._phase is not Phase.REST or self.status.moving
 
     def _now_busy(self) -> None:
         self.busy = True
@@ -217,22 +232,22 @@ class DrivenAxis:
         if status.moving:
             await self._moving(slower=abs(status.velocity) < abs(before.velocity))
         else:
-            self._begun = self._beginning
-            if not self._begun:
-                self._stop, self._stopping = None, False
-            if self.busy and self._starting is None and not self._beginning:
-                self._end(status)
+            if self._phase is not Phase.BEGINNING:
+                self._stop, self._phase = None, Phase.REST
+                if self.busy and self._starting is None:
+                    self._end(status)
         await self.changed()
         if not self.busy:
             self._rest.set()
 
     async def _moving(self, *, slower: bool) -> None:
         """Process a poll of a moving axis.  A board ignores a stop before the motion has begun: then stop again."""
-        self._begun = True
+        if self._phase is Phase.REST:
+            self._phase = Phase.BEGUN
         if not self.busy:  # Another host has begun the present motion of the axis.
             self.goal = None
             self._now_busy()
-        if self._stopping and not slower:
+        if self._phase is Phase.STOPPING and not slower:
             self._stop = self.core.stop
         if self._stop is not None:
             await self._end_motion(self._stop)
