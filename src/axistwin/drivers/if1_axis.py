@@ -67,11 +67,17 @@ class IF1Axis(AxisCore):
 
     def move_to(self, target: int) -> Procedure[None]:
         """Begin a move to a position."""
-        core = self._if1
-        if (yield from core._poll()):
+        yield from self._at_rest()
+        yield from self._move_to(target)
+
+    def _at_rest(self) -> Procedure[None]:
+        if (yield from self._if1._poll()):
             raise BusyError(
                 "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
             )
+
+    def _move_to(self, target: int) -> Procedure[None]:
+        core = self._if1
         distance, speed = target - core.position_of(self.name), core.speed(self.velocity)
         if abs(distance) > MAX_DISTANCE:
             raise RefusedError(f"the distance of {distance} steps is too long: expected at most 999999999 steps")
@@ -86,12 +92,8 @@ class IF1Axis(AxisCore):
 
     def move_by(self, distance: int) -> Procedure[None]:
         """Begin a relative move: the new target is the present position plus `distance`."""
-        core = self._if1
-        if (yield from core._poll()):
-            raise BusyError(
-                "the IF1 is moving, so no other move can begin: wait for the end of the motion, or stop the axes"
-            )
-        yield from self.move_to(core.position_of(self.name) + distance)
+        yield from self._at_rest()
+        yield from self._move_to(self._if1.position_of(self.name) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
         """Run the axis at a signed velocity until `stop` is called."""
