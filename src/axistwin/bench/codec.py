@@ -7,7 +7,6 @@ Commands and messages on a bus: hex.
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 from axistwin.bench import rules
 from axistwin.bench.typography import refuse
@@ -23,25 +22,6 @@ _WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
 
-class Codec(Protocol):
-    """Interface that converts serial or bus data to readable text, and text to data."""
-
-    def show(self, data: bytes) -> str:
-        """Return bytes as text."""
-
-    def read(self, text: str) -> bytes:
-        """Convert the text of a host's command to bytes.  Raises ProgramError with the column of the error."""
-
-    def hear(self, text: str) -> bytes:
-        """Convert the text of a controller's reply to bytes.  Raises ProgramError with the column of the error."""
-
-    def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Yield the position and the length of each byte in a text, e.g. (0, 2) and (3, 2) in the hex text `20 A5`."""
-
-    def words(self, data: bytes, by_host: bool) -> str:
-        """Return the meaning of a message in words; "" if its text needs no explanation."""
-
-
 class Characters:
     """Codec for RS232 characters, which become printable text."""
 
@@ -54,7 +34,7 @@ class Characters:
         return _BLANK * before + middle + _BLANK * after
 
     def read(self, text: str) -> bytes:
-        """Convert a text with escape sequences to bytes."""
+        """Convert a text with escape sequences to bytes.  Raises ProgramError with the column of the error."""
         out = bytearray()
         at = 0
         while at < len(text):
@@ -97,7 +77,7 @@ class Hex:
         return data.hex(" ").upper()
 
     def read(self, text: str) -> bytes:
-        """Convert a command, written in hex or by name, to bytes."""
+        """Convert a command, written in hex or by name, to bytes.  Raises ProgramError with the column of the error."""
         refuse(text)
         return self.language.read(text)
 
@@ -129,6 +109,7 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
         ) from None
 
 
+Codec = Characters | Hex
 CHARACTERS = Characters()
 
 

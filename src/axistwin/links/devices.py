@@ -53,31 +53,6 @@ class Lines(Protocol):
         """Level of the input CTS (clear to send)."""
 
 
-class Stream(Protocol):
-    """Reads and writes an open device; the constructor's callbacks are called in the event loop."""
-
-    def write(self, data: bytes) -> None:
-        """Send characters, now or later."""
-
-    def pause(self) -> None:
-        """Stop reading from the device."""
-
-    def resume(self) -> None:
-        """Continue reading from the device."""
-
-    def close(self) -> None:
-        """Stop reading from the device and writing to the device."""
-
-
-def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
-    """Return the stream of a device: by the event loop if the device has a file descriptor, otherwise by threads."""
-    try:
-        descriptor: int = device.fileno()
-    except OSError:  # Windows
-        return ThreadStream(device, name, receive, lose)
-    return DescriptorStream(descriptor, name, receive, lose)
-
-
 class DescriptorStream:
     """A stream that the event loop reads and writes."""
 
@@ -198,6 +173,19 @@ class ThreadStream:
         if self._dropped and not self._queued:
             log.warning("%s: reader too slow, %d characters were lost", self._name, self._dropped)
             self._dropped = 0
+
+
+Stream = DescriptorStream | ThreadStream
+"""Reads and writes an open device; the constructor's callbacks are called in the event loop."""
+
+
+def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:
+    """Return the stream of a device: by the event loop if the device has a file descriptor, otherwise by threads."""
+    try:
+        descriptor: int = device.fileno()
+    except OSError:  # Windows
+        return ThreadStream(device, name, receive, lose)
+    return DescriptorStream(descriptor, name, receive, lose)
 
 
 def settings_of(fmt: UartFormat) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from math import floor
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from axistwin.plant import Samples, ServoAxis, StepperAxis
 from axistwin.standin.step_stream import TOLERANCE_S
@@ -21,35 +21,6 @@ TOLERANCE_PARTS, MOST_TOLERANCE_S = 4, 100e-6
 
 Run = tuple[int, "NDArray[np.int64]"]
 """Direction and times of consecutive pulses."""
-
-
-class Motor(Protocol):
-    """An emulated axis whose pulses drive a real motor."""
-
-    @property
-    def pulses(self) -> int:
-        """Net pulses up to now."""
-
-    @property
-    def moving(self) -> bool:
-        """True while a move of the axis is in progress."""
-
-    def runs(self) -> Iterator[Run]:
-        """Yield the pulses since the last call, in order."""
-
-    def tolerance_s(self, times: "NDArray[np.int64]", /) -> float:
-        """Return the largest permitted error, in seconds, of pulses at the `times` in ns."""
-
-    def hold(self, made: int) -> None:
-        """Hold the axis at `made` pulses, where its real motor has stopped, until `let_go`."""
-
-    def let_go(self) -> None:
-        """Release the axis after the function `hold` has stopped the axis."""
-
-
-def motor(axis: StepperAxis | ServoAxis) -> Motor:
-    """Return an object that yields the pulses of an emulated axis."""
-    return Steps(axis) if isinstance(axis, StepperAxis) else Counts(axis)
 
 
 class Steps:
@@ -194,3 +165,12 @@ class Counts:
         if self._release is not None:
             self._release()
             self._release = None
+
+
+Motor = Steps | Counts
+"""An emulated axis whose pulses drive a real motor."""
+
+
+def motor(axis: StepperAxis | ServoAxis) -> Motor:
+    """Return an object that yields the pulses of an emulated axis."""
+    return Steps(axis) if isinstance(axis, StepperAxis) else Counts(axis)
