@@ -26,8 +26,9 @@ from first_page import CHROMIUM, FLAGS, SIZE
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.panel import Address, Panel, page
-from axistwin.panel.views import scope
+from axistwin.panel import page
+from axistwin.panel.views.scope import scope
+from axistwin.panel.web import Address, Panel
 from axistwin.sessions import Session
 from axistwin.sim import Procedure
 from axistwin.units import MS

@@ -18,7 +18,7 @@ from axistwin import Bench
 from axistwin.controllers.smartmotor.kernel import Engine, jit, kernel
 from axistwin.links import Pacer
 from axistwin.sim import connect
-from axistwin.traces import tracing
+from axistwin.traces.trace import tracing
 from axistwin.units import S
 
 from .links.fake_loop import Loop

@@ -1,4 +1,7 @@
-"""Tests, pages, examples and tools import names from `axistwin` or from a package, never from a module in a package."""
+"""Pages, examples and tools import names from `axistwin` or from a package, never from a module in a package.
+
+Tests and benchmarks import the module that defines a name.
+"""
 
 import ast
 import re
@@ -9,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PLACES = "tests", "docs", "examples", "benchmarks", "tools"
+PLACES = "docs", "examples", "tools"
 DEEP = re.compile(r"\baxistwin\.\w+\.\w")
 """Name of a module in a package; most sources contain none, and need not be parsed."""
 SNIPPET = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from axistwin import links, standin, sweeps, traces
+from axistwin import links, standin, sweeps
 from axistwin.errors import AxistwinError, installed
+from axistwin.traces import reading
 
 from .command import run
 from .told import bare, examples
@@ -47,7 +48,7 @@ def raised(function: Callable[..., object], *given: object) -> str:
 
 def trace(line: str) -> None:
     Path("a.csv").write_text(f"time_ns,signal,value\n0,if1.output1,0\n{line}\n")
-    traces.read(Path("a.csv"))
+    reading.read(Path("a.csv"))
 
 
 READERS = [

@@ -15,7 +15,7 @@ import pytest
 
 import axistwin
 from axistwin.bench import Bench
-from axistwin.cli.serving import lines
+from axistwin.cli.serving.host_lines import lines
 from axistwin.links import PortUrl
 
 HOME = Path(__file__).resolve().parents[1]

@@ -30,11 +30,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
 from axistwin.cli import execute
-from axistwin.cli.serving import scene as served_scene
+from axistwin.cli.serving.served import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
-from axistwin.plots import of_trace
-from axistwin.traces import read as read_trace
-from axistwin.traces import tracing
+from axistwin.plots.trace_chart import of_trace
+from axistwin.traces.reading import read as read_trace
+from axistwin.traces.trace import tracing
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0
@@ -361,7 +361,8 @@ def editing(path: Path) -> int:
     """Run the functions of the language server for an opened text."""
     from pygls.workspace import TextDocument
 
-    from axistwin.editor import Text, diagnose
+    from axistwin.editor.checks import diagnose
+    from axistwin.editor.documents import Text
 
     source = path.read_bytes().decode("utf-8", "replace")
     text = Text(TextDocument(path.as_uri(), source))

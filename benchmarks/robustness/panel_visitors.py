@@ -26,7 +26,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from nicegui import Client
 
-from axistwin.panel import KEPT_PAGES, Address, Panel, turns
+from axistwin.panel import turns
+from axistwin.panel.page import KEPT_PAGES
+from axistwin.panel.web import Address, Panel
 from axistwin.scenes import Scene
 from axistwin.sessions import Session
 

@@ -193,7 +193,8 @@ async def _pty() -> AsyncIterator[Place]:
 
 @asynccontextmanager
 async def _panel() -> AsyncIterator[Place]:
-    from axistwin.panel import Address, Panel, web
+    from axistwin.panel import web
+    from axistwin.panel.web import Address, Panel
     from axistwin.sessions import Session
 
     web.RECONNECT_S = 0.5

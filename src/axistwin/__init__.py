@@ -35,7 +35,7 @@ else:  # Load each module at its first use, so that `import axistwin` is fast.
         scenes="Scene",
         sessions="Session",
         testing="serve",
-        traces="tracing",
+        **{"traces.trace": "tracing"},
     )
 
 __all__ = ["AxistwinError", "Bench", "Fault", "Scene", "Session", "play", "recording", "serve", "tracing"]

@@ -5,7 +5,7 @@ import pytest
 import axistwin
 from axistwin import AxistwinError, Bench
 from axistwin.errors import UsageError
-from axistwin.traces import catalogue
+from axistwin.traces.signals import catalogue
 
 
 def test_the_example_of_the_package():

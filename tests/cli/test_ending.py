@@ -10,9 +10,10 @@ import signal
 import pytest
 
 from axistwin import Bench
-from axistwin.cli.serving import ending, fail
+from axistwin.cli.serving import ending
+from axistwin.cli.serving.ending import fail
 from axistwin.links import Pacer
-from axistwin.panel import People
+from axistwin.panel.people import People
 
 from ..command import ended, serving
 

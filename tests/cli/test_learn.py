@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 
-from axistwin.teaching import course
+from axistwin.teaching.lessons import course
 from axistwin.units import S
 
 from ..command import run

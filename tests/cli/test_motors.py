@@ -9,10 +9,12 @@ from axistwin import Bench, Scene
 from axistwin.conversations import parse, play, recording, write
 from axistwin.errors import ProgramError, SceneError
 from axistwin.plant import Samples, ServoAxis
-from axistwin.plots import of_trace, save
+from axistwin.plots.picture import save
+from axistwin.plots.trace_chart import of_trace
 from axistwin.reports import ServoMoves
 from axistwin.sim import Clock
-from axistwin.traces import tracing, tracing_in_memory
+from axistwin.traces.memory import tracing_in_memory
+from axistwin.traces.trace import tracing
 
 from ..command import ended, run, serving
 from ..links.serving import dial

@@ -9,8 +9,11 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.plots import Curve, Fault, of_trace, save
-from axistwin.traces import Trace, tracing_in_memory
+from axistwin.plots.chart import Curve, Fault
+from axistwin.plots.picture import save
+from axistwin.plots.trace_chart import of_trace
+from axistwin.traces.memory import tracing_in_memory
+from axistwin.traces.reading import Trace
 from axistwin.units import S
 
 

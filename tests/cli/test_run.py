@@ -11,7 +11,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli import execute, main
-from axistwin.cli.common import RunProgress
+from axistwin.cli.common.working import RunProgress
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ import pytest
 import serial
 
 from axistwin import Bench
-from axistwin.cli.serving import host_lines, lines, served
+from axistwin.cli.serving import host_lines, served
+from axistwin.cli.serving.host_lines import lines
 from axistwin.drivers import connect
 from axistwin.links import PortUrl, Server
 from axistwin.sim import UartFormat

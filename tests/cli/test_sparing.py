@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from axistwin.cli.serving import IN_FULL, Sparing
+from axistwin.cli.serving.sparing import IN_FULL, Sparing
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ import pytest
 
 from axistwin.cli import execute
 from axistwin.programs import to_codes, to_glyphs
-from axistwin.terminal import Screen
+from axistwin.terminal.screen import Screen
 
 from ..command import PATIENCE_S, PROGRAM, run, running
 from ..links.serving import Served

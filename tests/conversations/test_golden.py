@@ -10,7 +10,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import CHARACTERS, Expect, Hear
-from axistwin.cli.common import bench_for
+from axistwin.cli.common.target import bench_for
 from axistwin.conversations import Conversation, Difference, load, play, write
 from axistwin.programs import options
 

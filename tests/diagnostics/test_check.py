@@ -9,7 +9,7 @@ from click.testing import CliRunner, Result
 
 from axistwin.bench import product
 from axistwin.cli import axistwin
-from axistwin.cli.authoring import diagnose
+from axistwin.cli.authoring.check import diagnose
 from axistwin.errors import AxistwinError, UsageError
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from axistwin.bench import Say, product
-from axistwin.cli.authoring import diagnose
+from axistwin.cli.authoring.check import diagnose
 from axistwin.controllers import Severity
 from axistwin.controllers.digiplan import COMMANDS, parse
 from axistwin.controllers.digiplan.chapters import read_format

@@ -3,7 +3,7 @@
 import re
 
 from axistwin import Bench
-from axistwin.drawings import Slide
+from axistwin.drawings.slide import Slide
 
 
 def figures(**options):

@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Bench, Session
-from axistwin.drawings import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
+from axistwin.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
 from axistwin.motion import Profile, Segment
 
 TRAVEL = {"limits": (-1000, 9000)}

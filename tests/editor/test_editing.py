@@ -8,7 +8,11 @@ from axistwin.bench import codec_of, product
 from axistwin.controllers.compumotor.checker import acceptable
 from axistwin.controllers.smartmotor.language import OPENS, digits, word
 from axistwin.diagnostics import read_acts, sessions
-from axistwin.editor import CommandLines, Commands, Conversations, Scenes, SourceEditing, outline, parsed
+from axistwin.editor.compumotor import Commands
+from axistwin.editor.digiplan import CommandLines
+from axistwin.editor.scene import Scenes
+from axistwin.editor.smartmotor import SourceEditing, outline, parsed
+from axistwin.editor.talk import Conversations
 
 IF1, BOARD, MOTOR, TALK, SCENE = CommandLines(), Commands(product("1811")), SourceEditing(), Conversations(), Scenes()
 BOARD_CODEC = codec_of(BOARD.made)

@@ -83,7 +83,9 @@ def test_the_process_of_the_server_checks_nothing(monkeypatch):
     """A check in this process would delay completion: one thread of Python runs at a time."""
     from pygls.workspace import TextDocument  # lazy imports: pygls is needed by no other test in this process
 
-    from axistwin.editor import Text, checks, make
+    from axistwin.editor import checks
+    from axistwin.editor.documents import Text
+    from axistwin.editor.server import make
 
     written = []
     server = make()

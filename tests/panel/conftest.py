@@ -2,8 +2,8 @@
 
 import pytest
 
-from axistwin.panel import Memory
-from axistwin.panel.views import Asides
+from axistwin.panel.memory import Memory
+from axistwin.panel.views.asides import Asides
 
 from .showing import stage
 

@@ -12,7 +12,8 @@ from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Bench, Session
-from axistwin.panel import Common, Context, People
+from axistwin.panel.context import Common, Context
+from axistwin.panel.people import People
 
 
 def bench_of(*models, **options):

@@ -2,7 +2,7 @@
 
 import re
 
-from axistwin.panel.views import terminal
+from axistwin.panel.views.terminal import terminal
 
 from .showing import bench_of, show
 

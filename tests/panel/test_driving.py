@@ -6,8 +6,8 @@ import zipfile
 from nicegui import ui
 
 from axistwin import Bench
-from axistwin.panel import State
-from axistwin.panel.views import SPEEDS, driving
+from axistwin.panel.actions import State
+from axistwin.panel.views.driving import SPEEDS, driving
 from axistwin.programs import stored_programs
 
 from .showing import bench_of, show

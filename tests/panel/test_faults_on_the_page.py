@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.bench import FAMILIES, Bench
 from axistwin.fault_injection import KINDS, On, Sort
-from axistwin.panel.views import faults, power
+from axistwin.panel.views.faults import faults, power
 
 from .showing import bench_of, show
 

@@ -6,8 +6,10 @@ from urllib.parse import quote
 import pytest
 
 from axistwin import Session
-from axistwin.panel import Common, Context, People, layout
-from axistwin.panel.views import table
+from axistwin.panel import layout
+from axistwin.panel.context import Common, Context
+from axistwin.panel.people import People
+from axistwin.panel.views.table import table
 
 from .showing import bench_of, show_to
 

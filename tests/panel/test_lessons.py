@@ -2,9 +2,10 @@
 
 import pytest
 
-from axistwin.panel import Lessons
-from axistwin.panel.views import on_the_page, terminal
-from axistwin.teaching import course
+from axistwin.panel.lessons import Lessons
+from axistwin.panel.views.lessons import on_the_page
+from axistwin.panel.views.terminal import terminal
+from axistwin.teaching.lessons import course
 
 from .showing import bench_of, show
 

@@ -5,8 +5,8 @@ from fractions import Fraction
 
 from axistwin import Bench
 from axistwin.motion import Profile, Segment
-from axistwin.panel.drawings import Picture
-from axistwin.panel.views import machines
+from axistwin.panel.drawings.picture import Picture
+from axistwin.panel.views.machines import machines
 
 from .showing import bench_of, show
 

@@ -6,7 +6,10 @@ import weakref
 from functools import partial
 
 from axistwin import Session
-from axistwin.panel import AT_A_TIME, Common, Context, Memory, People, Visits, build_page, build_views, release
+from axistwin.panel.context import Common, Context
+from axistwin.panel.memory import AT_A_TIME, Memory, release
+from axistwin.panel.page import Visits, build_page, build_views
+from axistwin.panel.people import People
 
 from .showing import bench_of, show, stage
 

@@ -4,10 +4,12 @@ import pytest
 
 from axistwin import Session
 from axistwin.errors import SceneError
-from axistwin.panel import Common, Context, People
-from axistwin.panel.views import PanelRemedies, operator
+from axistwin.panel.context import Common, Context
+from axistwin.panel.people import People
+from axistwin.panel.views.asides import PanelRemedies
+from axistwin.panel.views.operator import operator
 from axistwin.scenes import Scene
-from axistwin.teaching import Tutor
+from axistwin.teaching.tutor import Tutor
 
 from .showing import show_to
 

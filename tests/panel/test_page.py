@@ -6,8 +6,12 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import Bench, LineBreak, Sent
-from axistwin.panel import Talk, build_views, together
-from axistwin.panel.views import people, tabs, terminal
+from axistwin.panel.context import together
+from axistwin.panel.page import build_views
+from axistwin.panel.talk import Talk
+from axistwin.panel.views.people import people
+from axistwin.panel.views.tabs import tabs
+from axistwin.panel.views.terminal import terminal
 
 from .showing import bench_of, show
 

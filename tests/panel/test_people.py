@@ -4,8 +4,11 @@ import asyncio
 from functools import partial
 
 from axistwin import Session
-from axistwin.panel import Common, Context, People, Visits, build_page, people
 from axistwin.panel import page as page_module
+from axistwin.panel import people
+from axistwin.panel.context import Common, Context
+from axistwin.panel.page import Visits, build_page
+from axistwin.panel.people import People
 
 from .showing import bench_of, stage
 

@@ -5,7 +5,7 @@ from nicegui import ui
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES, host_at
-from axistwin.panel.views import program
+from axistwin.panel.views.program import program
 from axistwin.programs import stored_programs
 
 from ..digiplan.talking import ready, send

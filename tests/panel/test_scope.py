@@ -8,32 +8,15 @@ import pytest
 
 from axistwin import Bench, tracing
 from axistwin.errors import UsageError
-from axistwin.panel.scope import (
-    AUTO,
-    DOWN,
-    EITHER,
-    FULL,
-    MOST_SIGNALS,
-    NORMAL,
-    SINGLE,
-    TOP,
-    UP,
-    Recorder,
-    Screen,
-    Track,
-    Trigger,
-    between,
-    duration,
-    first_choice,
-    frame,
-    nearest_edge,
-    next_edge,
-    rate,
-    saved,
-    searched,
-    value_at,
-)
-from axistwin.traces import COUNT, LEVEL, read
+from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
+from axistwin.panel.scope.frames import FULL, TOP, frame
+from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
+from axistwin.panel.scope.saving import saved
+from axistwin.panel.scope.screen import Screen, first_choice, searched
+from axistwin.panel.scope.tracks import Track
+from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
+from axistwin.traces.reading import read
+from axistwin.traces.signals import COUNT, LEVEL
 from axistwin.units import MS, S
 
 SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says")

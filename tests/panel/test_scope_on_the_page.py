@@ -7,9 +7,11 @@ import pytest
 
 from axistwin import Session
 from axistwin.motion import Profile, Segment
-from axistwin.panel import Common, Context, People
-from axistwin.panel.scope import Screen, frame
-from axistwin.panel.views import Scopes, scope
+from axistwin.panel.context import Common, Context
+from axistwin.panel.people import People
+from axistwin.panel.scope.frames import frame
+from axistwin.panel.scope.screen import Screen
+from axistwin.panel.views.scope import Scopes, scope
 from axistwin.units import S
 
 from .showing import bench_of, show, show_to

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.panel.scope import MOST_BYTES, Track, Words, marks, tracks, window
-from axistwin.panel.scope import line as line_of
-from axistwin.traces import COUNT, LEVEL, TEXT
+from axistwin.panel.scope import tracks
+from axistwin.panel.scope.decimation import line as line_of
+from axistwin.panel.scope.decimation import marks, window
+from axistwin.panel.scope.tracks import MOST_BYTES, Track, Words
+from axistwin.traces.signals import COUNT, LEVEL, TEXT
 from axistwin.units import MS, S
 
 

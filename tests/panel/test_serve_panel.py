@@ -15,7 +15,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from axistwin import Bench
-from axistwin.panel import Address, Panel, listening_socket, web
+from axistwin.panel import web
+from axistwin.panel.web import Address, Panel, listening_socket
 from axistwin.sessions import Session
 
 from ..command import PATIENCE_S, ended, refused, running

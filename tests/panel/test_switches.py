@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.panel.views import machines
+from axistwin.panel.views.machines import machines
 
 from .showing import bench_of, show
 from .test_machines import SLIDE

@@ -5,9 +5,9 @@ from fractions import Fraction
 import pytest
 from nicegui.elements.scene import Scene
 
-from axistwin.drawings import PIECE, PIECES
+from axistwin.drawings.table import PIECE, PIECES
 from axistwin.motion import Profile, Segment
-from axistwin.panel.views import machines
+from axistwin.panel.views.machines import machines
 
 from .showing import bench_of, show
 

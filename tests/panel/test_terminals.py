@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.panel.views import pins
+from axistwin.panel.views.pins import pins
 from axistwin.sim import connect
 
 from .showing import bench_of, show

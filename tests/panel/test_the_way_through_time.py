@@ -3,8 +3,10 @@
 import pytest
 
 from axistwin import Session
-from axistwin.panel import Common, Context, People
-from axistwin.panel.views import MODES, driving
+from axistwin.panel.context import Common, Context
+from axistwin.panel.people import People
+from axistwin.panel.views.darkness import MODES
+from axistwin.panel.views.driving import driving
 from axistwin.scenes import Scene
 
 from .showing import bench_of, show, show_to

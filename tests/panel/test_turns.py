@@ -7,7 +7,10 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import FAMILIES
-from axistwin.panel import breathe, build_views, careful, in_turns, together, turns
+from axistwin.panel import turns
+from axistwin.panel.context import careful, together
+from axistwin.panel.page import build_views
+from axistwin.panel.turns import breathe, in_turns
 
 from .showing import bench_of, show
 

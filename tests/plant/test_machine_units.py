@@ -10,7 +10,7 @@ from axistwin import Bench, Scene
 from axistwin.cli import main
 from axistwin.errors import SceneError, UsageError
 from axistwin.plant import MachineUnits, position, rate
-from axistwin.traces import read
+from axistwin.traces.reading import read
 
 MM = MachineUnits.given({"per": 80, "of": "mm"})
 
@@ -163,7 +163,8 @@ def test_reports_and_traces_have_both(directory, capsys):
 def test_a_plot_has_two_scales(directory):
     from matplotlib.figure import Figure
 
-    from axistwin.plots import of_trace, picture
+    from axistwin.plots import picture
+    from axistwin.plots.trace_chart import of_trace
 
     with pytest.raises(SystemExit):
         main(["run", str(directory / "s.toml"), "--for", "1", "--trace", str(directory / "a.csv")])

@@ -8,8 +8,12 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli import main
-from axistwin.plots import Fault, messages, of_trace, picture
-from axistwin.traces import Tolerance, Track, compare, read, tracing
+from axistwin.plots import picture
+from axistwin.plots.chart import Fault
+from axistwin.plots.trace_chart import messages, of_trace
+from axistwin.traces.differences import Tolerance, compare
+from axistwin.traces.reading import Track, read
+from axistwin.traces.trace import tracing
 from axistwin.units import MS, S
 
 SUFFIXES = "csv", "vcd", "parquet"

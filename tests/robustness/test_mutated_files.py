@@ -10,9 +10,9 @@ import pytest
 from axistwin import Bench, Scene, tracing
 from axistwin.cli import execute
 from axistwin.controllers.smartmotor.kernel import Engine
-from axistwin.editor import SourceEditing
+from axistwin.editor.smartmotor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
-from axistwin.traces import read
+from axistwin.traces.reading import read
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")

@@ -10,7 +10,7 @@ import pytest
 from axistwin import Bench, Scene, tracing
 from axistwin.controllers.smartmotor.kernel import Engine
 from axistwin.errors import TraceError
-from axistwin.traces import read
+from axistwin.traces.reading import read
 
 from ..command import refused, run
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from axistwin import Scene
 from axistwin.cli import axistwin
-from axistwin.cli.authoring import rows
+from axistwin.cli.authoring.faults import rows
 from axistwin.errors import AxistwinError, SceneError, UsageError
 from axistwin.fault_injection import KINDS
 

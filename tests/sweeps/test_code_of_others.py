@@ -65,9 +65,9 @@ def test_a_check_still_finds_a_host_that_is_no_name_of_a_function(study):
 def test_a_language_server_imports_no_host(study):
     diagnose_scene(study, STUDY)
     diagnose_scene(study, f'{STUDY}[[controller]]\nmodel = "if1"\n')
-    editor = pytest.importorskip("axistwin.editor", reason="the extra [lsp] is not installed")
+    checks = pytest.importorskip("axistwin.editor.checks", reason="the extra [lsp] is not installed")
     document = pytest.importorskip("pygls.workspace").TextDocument(study.as_uri(), STUDY)
-    assert editor.diagnose(editor.Text(document)) == []
+    assert checks.diagnose(checks.Text(document)) == []
     assert not was_here(study)
 
 

@@ -5,7 +5,8 @@ import pytest
 from axistwin.bench import action, host_of
 from axistwin.errors import UsageError
 from axistwin.programs import stored_programs
-from axistwin.teaching import Pupil, course
+from axistwin.teaching.lessons import course
+from axistwin.teaching.pupil import Pupil
 
 from .test_tutor import Learner
 

@@ -13,7 +13,9 @@ from typing import NamedTuple
 import pytest
 
 from axistwin.bench import action
-from axistwin.teaching import Pupil, compumotor, course, digiplan, guide, remedies, smartmotor
+from axistwin.teaching import compumotor, digiplan, guide, remedies, smartmotor
+from axistwin.teaching.lessons import course
+from axistwin.teaching.pupil import Pupil
 
 from .test_lessons import solve
 from .test_tutor import Learner

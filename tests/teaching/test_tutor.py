@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import host_of
-from axistwin.teaching import Tutor
+from axistwin.teaching.tutor import Tutor
 
 
 class Learner:

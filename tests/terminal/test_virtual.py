@@ -6,7 +6,9 @@ import io
 import pytest
 
 from axistwin import Bench, Session
-from axistwin.terminal import LocalCommands, Screen, SerialEnd
+from axistwin.terminal.commands import LocalCommands
+from axistwin.terminal.screen import Screen
+from axistwin.terminal.virtual import SerialEnd
 
 from ..sessions.driving import drive
 

@@ -4,7 +4,8 @@ import pytest
 
 from axistwin import Bench, tracing
 from axistwin.traces import memory as module
-from axistwin.traces import read, tracing_in_memory
+from axistwin.traces.memory import tracing_in_memory
+from axistwin.traces.reading import read
 
 
 def test_it_has_the_same_signals_and_changes_as_a_file(tmp_path):

@@ -8,7 +8,9 @@ from vcd.reader import TokenKind, tokenize
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.traces import VcdSink, trace, tracing
+from axistwin.traces import trace
+from axistwin.traces.files import VcdSink
+from axistwin.traces.trace import tracing
 
 
 def send_and_run(bench: Bench, *messages: str) -> None:

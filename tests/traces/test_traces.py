@@ -14,9 +14,12 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.errors import TraceError, UsageError
-from axistwin.traces import Trace, catalogue, choose, output, read, tracing
 from axistwin.traces import files as trace_files
+from axistwin.traces import output
 from axistwin.traces import trace as tracer
+from axistwin.traces.reading import Trace, read
+from axistwin.traces.signals import catalogue, choose
+from axistwin.traces.trace import tracing
 from axistwin.units import S
 
 pq = pytest.importorskip("pyarrow.parquet")
@@ -397,7 +400,7 @@ import os, signal, sys
 from contextlib import ExitStack
 from pathlib import Path
 from axistwin import Bench
-from axistwin.traces import tracing
+from axistwin.traces.trace import tracing
 bench = Bench()
 if1 = bench.add("if1")
 with ExitStack() as stack:

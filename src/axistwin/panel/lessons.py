@@ -2,7 +2,9 @@
 
 from axistwin.bench import Bench, Say, Wait
 from axistwin.sessions.session import Session
-from axistwin.teaching import STARTED_S, Pupil, Tutor, course
+from axistwin.teaching.lessons import STARTED_S, course
+from axistwin.teaching.pupil import Pupil
+from axistwin.teaching.tutor import Tutor
 from axistwin.units import to_seconds
 
 

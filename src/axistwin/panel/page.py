@@ -13,7 +13,7 @@ from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
-from axistwin.drawings import asset
+from axistwin.drawings.machine import asset
 from axistwin.panel import layout
 from axistwin.panel.actions import State
 from axistwin.panel.context import Context, Refresh, careful

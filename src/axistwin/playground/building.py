@@ -8,7 +8,7 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from shutil import copyfile
 
-from axistwin.drawings import asset
+from axistwin.drawings.machine import asset
 from axistwin.errors import UsageError
 from axistwin.version import VERSION
 

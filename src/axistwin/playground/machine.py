@@ -18,7 +18,7 @@ from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.front import Item, Lamp
 from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics.checking import MODELS, PROGRAMS
-from axistwin.drawings import used_axes
+from axistwin.drawings.machine import used_axes
 from axistwin.errors import PlacedError, UsageError
 from axistwin.guide.shipped import examples
 from axistwin.playground.curves import Curves
@@ -28,7 +28,7 @@ from axistwin.scenes.scene import Scene
 from axistwin.sessions.saving import SCENE
 from axistwin.sessions.session import Session
 from axistwin.sim.serial_port import Flow
-from axistwin.teaching import Tutor
+from axistwin.teaching.tutor import Tutor
 from axistwin.version import VERSION
 
 MOST_MESSAGES = 2000

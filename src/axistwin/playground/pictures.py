@@ -4,7 +4,13 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import Controller
-from axistwin.drawings import Change, Drawing, Figure, Flow, Switches, Table, Trails, figure, table_axes
+from axistwin.drawings.drawing import Change, Drawing
+from axistwin.drawings.figure import Figure
+from axistwin.drawings.machine import figure
+from axistwin.drawings.scale import Flow
+from axistwin.drawings.switches import Switches
+from axistwin.drawings.table import Table
+from axistwin.drawings.trail import Trails, table_axes
 from axistwin.sessions.session import Session
 
 

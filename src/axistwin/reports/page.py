@@ -13,7 +13,7 @@ from axistwin.errors import TraceError, UsageError
 from axistwin.storage import write_file
 
 if TYPE_CHECKING:
-    from axistwin.plots import Chart
+    from axistwin.plots.chart import Chart
 
 SUFFIXES = (".html", ".htm")
 MOST_LINES = 20_000
@@ -65,8 +65,8 @@ def of_recorded_files(
     title: str, verdict: str, good: bool, details: Sequence[str], conversation: Path, trace: Path
 ) -> Page:
     """Return the report page of a run from its recorded conversation and its trace file."""
-    from axistwin.plots import of_trace
-    from axistwin.traces import read
+    from axistwin.plots.trace_chart import of_trace
+    from axistwin.traces.reading import read
 
     lines = conversation.read_text(encoding="utf-8").splitlines() if conversation.exists() else []
     try:

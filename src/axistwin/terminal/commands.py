@@ -11,7 +11,9 @@ from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.teaching import Pupil, Tutor, own_command
+from axistwin.teaching.commands import own_command
+from axistwin.teaching.pupil import Pupil
+from axistwin.teaching.tutor import Tutor
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds

@@ -17,7 +17,7 @@ from prompt_toolkit.input import Input
 from prompt_toolkit.output import Output
 
 from axistwin.errors import LinkError
-from axistwin.teaching import Tutor
+from axistwin.teaching.tutor import Tutor
 from axistwin.terminal.commands import MEANINGS
 from axistwin.terminal.screen import PROMPT
 from axistwin.terminal.state import state_file

@@ -12,7 +12,7 @@ from axistwin.errors import UsageError
 from axistwin.scenes.hosting import program_text
 from axistwin.sessions.session import Session
 from axistwin.sim.serial_port import Flow
-from axistwin.teaching import Tutor
+from axistwin.teaching.tutor import Tutor
 from axistwin.terminal.screen import Screen
 from axistwin.units import S
 

@@ -52,8 +52,8 @@ def demo(plot: Path) -> None:
       axistwin demo
       axistwin demo --plot /tmp/demo.svg
     """
-    from axistwin.plots import of_trace, save
-    from axistwin.plots.picture import check_suffix
+    from axistwin.plots.picture import check_suffix, save
+    from axistwin.plots.trace_chart import of_trace
     from axistwin.traces.memory import tracing_in_memory
 
     check_suffix(plot)

@@ -31,7 +31,7 @@ from axistwin.traces.provenance import provenance
 from axistwin.units import to_ns
 
 if TYPE_CHECKING:
-    from axistwin.plots import Chart
+    from axistwin.plots.chart import Chart
     from axistwin.traces.memory import MemoryTrace
     from axistwin.traces.trace import tracing
 
@@ -132,7 +132,7 @@ def run(
     incomplete = any(trace.incomplete for trace in traced) or any(memory.lost for memory in memories)
     chart = _chart(memory, title)
     if plot is not None and chart is not None:
-        from axistwin.plots import save
+        from axistwin.plots.picture import save
 
         with working(f"drawing {plot.name}"):
             save(chart, plot)
@@ -183,7 +183,7 @@ def _remembering(bench: Bench, files: Sequence[Path | None]) -> "AbstractContext
 def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
     if memory is None:
         return None
-    from axistwin.plots import of_trace
+    from axistwin.plots.trace_chart import of_trace
 
     return of_trace(memory.trace(), title=title)
 

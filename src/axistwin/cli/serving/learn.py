@@ -14,7 +14,7 @@ from axistwin.cli.common.target import bench_for
 from axistwin.cli.serving.term import ENDS, converse_with
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.storage import write_file
-from axistwin.teaching import course
+from axistwin.teaching.lessons import course
 from axistwin.terminal.state import state_file
 
 

@@ -19,7 +19,8 @@ from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
 from axistwin.programs.keyboards import KEYBOARDS, to_codes, to_glyphs
-from axistwin.teaching import STARTED_S, Lesson, Pupil
+from axistwin.teaching.lessons import STARTED_S, Lesson
+from axistwin.teaching.pupil import Pupil
 from axistwin.terminal.commands import LocalCommands
 from axistwin.terminal.screen import Screen
 from axistwin.units import S

@@ -6,7 +6,7 @@ from typing import Any
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from axistwin.drawings import Change, Drawing
+from axistwin.drawings.drawing import Change, Drawing
 from axistwin.panel.outbound import execute
 
 

@@ -6,7 +6,7 @@ from nicegui import ui
 from nicegui.elements.scene import Scene
 
 from axistwin.bench import Controller
-from axistwin.drawings import Trail
+from axistwin.drawings.trail import Trail
 
 LENGTH = 10.0
 """Length of the longer axis, in units of the 3-D scene."""

@@ -14,7 +14,8 @@ from axistwin.panel.lessons import Lessons, initialise
 from axistwin.panel.talk import DIM, NORMAL, Utterance
 from axistwin.panel.turns import breathe
 from axistwin.scenes.tables import ButtonTable
-from axistwin.teaching import Remedies, Tutor
+from axistwin.teaching.remedies import Remedies
+from axistwin.teaching.tutor import Tutor
 from axistwin.units import S
 
 ANSWERS_NS = 2 * S

@@ -10,7 +10,7 @@ from axistwin.panel.context import Context, Refresh
 from axistwin.panel.lessons import Lessons
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.asides import Asides
-from axistwin.teaching import course
+from axistwin.teaching.lessons import course
 
 FLAT = "flat dense no-caps"
 _TYPED = re.compile(r"(type  )?:drive (\w+) (?:high|low)")

@@ -5,7 +5,10 @@ from functools import partial
 from nicegui import ui
 
 from axistwin.bench import Controller
-from axistwin.drawings import Figure, Flow, Press, Switches, figure, used_axes
+from axistwin.drawings.figure import Figure
+from axistwin.drawings.machine import figure, used_axes
+from axistwin.drawings.scale import Flow
+from axistwin.drawings.switches import Press, Switches
 from axistwin.panel.context import Context, Refresh
 from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.views.parts import folded

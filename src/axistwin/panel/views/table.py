@@ -5,7 +5,8 @@ from collections.abc import Callable
 from nicegui import ui
 
 from axistwin.bench import Controller
-from axistwin.drawings import NO_TOOL, Table, Trail, Trails, table_axes
+from axistwin.drawings.table import NO_TOOL, Table
+from axistwin.drawings.trail import Trail, Trails, table_axes
 from axistwin.panel.context import Context
 from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.drawings.table3d import Table3D

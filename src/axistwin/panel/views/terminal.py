@@ -11,7 +11,7 @@ from axistwin.panel.context import Context, Refresh
 from axistwin.panel.talk import Printer, Talk
 from axistwin.panel.views.asides import Asides
 from axistwin.panel.views.lessons import lessons
-from axistwin.teaching import own_command
+from axistwin.teaching.commands import own_command
 
 SCREEN = {
     "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
