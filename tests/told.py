@@ -1,8 +1,11 @@
-"""Read the examples in an error message, so that a test can take them literally."""
+"""Read an error message and its examples, so that a test can take them literally."""
 
 import re
 import tomllib
+from collections.abc import Callable
 from typing import Any
+
+import pytest
 
 _END = re.compile(r" in \0|, not (?:[\0\dtfN-]|$)|; | \(| for \d| for the | for real ")
 _BETWEEN = re.compile(r",? or | and |, ")
@@ -32,3 +35,17 @@ def value(example: str) -> Any:
         return tomllib.loads(f"v = {example}")["v"]
     except tomllib.TOMLDecodeError:
         return bare(example)
+
+
+def raises(
+    error: type[Exception] | tuple[type[Exception], ...],
+    words: str,
+    act: Callable[..., object],
+    *given: object,
+    **options: object,
+) -> Any:
+    """Call `act`, which must raise this error with these words; return the error."""
+    with pytest.raises(error) as told:
+        act(*given, **options)
+    assert words in str(told.value)
+    return told.value

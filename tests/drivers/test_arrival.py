@@ -6,6 +6,8 @@ import pytest
 
 from axistwin.drivers import BusyError, Scale, StoppedError, connect
 
+from ..told import raises
+
 AXES = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}
 
 
@@ -33,15 +35,26 @@ def moving(ports, model, **options):
         yield controller, axis, lambda: twin.axes[AXES[model]].position
 
 
-@pytest.mark.parametrize("model", AXES)
-def test_a_stop_by_another_host_is_no_arrival(ports, model):
-    with moving(ports, model) as (controller, axis, position):
-        by_another_host(controller, model)
-        with pytest.raises(StoppedError, match=r"the target was not reached \(another host or program") as error:
-            axis.wait(60)
-        assert 0 < error.value.status.position == position() < 80_000
-        axis.move_to(400)  # as the message says: begin the motion again
-        assert axis.wait(60).position == position() == 400
+@pytest.mark.parametrize("ending", ["stop", "abort"])
+@pytest.mark.parametrize(
+    ("model", "options"), [("if1", {}), ("1811", {}), ("1811", {"interrupts": True}), ("smartmotor", {})]
+)
+def test_a_run_that_is_stopped_has_its_true_position(ports, model, options, ending):
+    twin = ports.add(model)
+    with connect(model, model, **options) as controller:
+        axis = controller.axes[AXES[model]]
+        if model == "1811":
+            axis.set_profile(acceleration=50_000)
+        axis.move_at(-900)
+        while not -905 < axis.status().velocity < -800:
+            pass
+        if model == "1811":
+            raises(BusyError, "", axis.move_to, 0)
+            raises(BusyError, "", axis.set_position, 0)
+        getattr(axis, ending)()
+        assert axis.wait(60).position == twin.axes[AXES[model]].position < 0
+        axis.move_at(0)
+        assert axis.position() == twin.axes[AXES[model]].position
 
 
 @pytest.mark.parametrize("model", AXES)
@@ -71,13 +84,11 @@ def test_another_target_of_another_host_is_no_arrival(ports, model):
     with moving(ports, model) as (controller, axis, _):
         if model == "1811":
             by_another_host(controller, model)
-            with pytest.raises(StoppedError):
-                axis.wait(60)
+            raises(StoppedError, "", axis.wait, 60)
             controller.run(controller.core._send_command(0x33, 0, 0, 0, 9))
         else:
             controller.run(controller.core.send(b"", "P=900 G"))
-        with pytest.raises(StoppedError, match="another host"):
-            axis.wait(60)
+        raises(StoppedError, "another host", axis.wait, 60)
 
 
 def test_a_command_that_the_board_ignores_is_no_arrival(ports):
@@ -85,8 +96,7 @@ def test_a_command_that_the_board_ignores_is_no_arrival(ports):
     with connect("1811", "1811") as board:
         board.command(0x18, 1)  # position maintenance refuses open-loop moves
         board.axes["motor"].move_to(50)
-        with pytest.raises(StoppedError, match="stopped at 0"):
-            board.axes["motor"].wait(5)
+        raises(StoppedError, "stopped at 0", board.axes["motor"].wait, 5)
 
 
 def test_commands_of_ones_own_that_move_have_no_target(ports):
@@ -154,9 +164,8 @@ def test_each_motion_with_a_target_succeeds_only_there(ports, model, way, end):
         ports.run(1)
         if end == "another host":
             by_another_host(controller, model)
-        with pytest.raises(StoppedError, match="another host or program" if end == "another host" else "limit"):
-            axis.wait(60)
-        assert 0 < axis.position() == twin.axes[AXES[model]].position < 4400
+        error = raises(StoppedError, "another host or program" if end == "another host" else "limit", axis.wait, 60)
+        assert 0 < error.status.position == axis.position() == twin.axes[AXES[model]].position < 4400
 
 
 @pytest.mark.parametrize("end", ["a switch", "another host"])
@@ -173,8 +182,7 @@ def test_a_search_for_home_succeeds_only_there(ports, model, end):
             ports.run(0.4)
             assert axis.status().moving
             by_another_host(controller, model)
-        with pytest.raises(StoppedError, match="home was not found"):
-            axis.wait(60)
+        raises(StoppedError, "home was not found", axis.wait, 60)
         assert axis.position() == twin.axes[AXES[model]].position != 0
 
 
@@ -227,14 +235,14 @@ def test_a_command_of_ones_own_ends_a_search_for_home(ports):
 
 def test_a_sequence_is_defined_at_rest_and_moves_nothing(ports):
     """A moving board ignores D9h, and would perform the commands at once."""
+    sequence = [bytes([0x33, 0, 0, 0, 9])]
     twin = ports.add("1811")
     with connect("1811", "1811") as board:
         motor = board.axes["motor"]
         motor.move_to(4000)
-        with pytest.raises(BusyError, match="wait for the end of the motion"):
-            board.define_sequence(1, [bytes([0x33, 0, 0, 0, 9])])
+        raises(BusyError, "wait for the end of the motion", board.define_sequence, 1, sequence)
         assert motor.wait(60).position == twin.axes["motor"].position == 4000
-        board.define_sequence(1, [bytes([0x33, 0, 0, 0, 9])])
+        board.define_sequence(1, sequence)
         assert motor.core.target == 4000
 
 
@@ -245,23 +253,9 @@ def test_a_move_of_no_length_has_arrived_after_a_search_that_failed(ports):
         for move in (x.move_to, lambda target: if1.move_together({"X": target})):
             x.home(1)
             if1.message("#")
-            with pytest.raises(StoppedError, match="home was not found"):
-                x.wait(60)
+            raises(StoppedError, "home was not found", x.wait, 60)
             move(x.position())
             x.wait(1)
-
-
-def test_a_search_for_home_that_another_host_stops(ports):
-    """The IF1 has no position of its own: a stop before the switch must not make the place zero."""
-    twin = ports.add("if1")
-    with connect("if1", "if1", home_input=1) as if1:
-        x = if1.axes["X"]
-        x.home(1)
-        ports.run(1)
-        if1.message("#")
-        with pytest.raises(StoppedError, match="home was not found"):
-            x.wait(60)
-        assert x.position() == twin.axes["X"].position > 0
 
 
 def test_a_shaft_that_rests_beside_its_target_has_arrived(ports):
@@ -278,5 +272,4 @@ def test_a_shaft_that_rests_beside_its_target_has_arrived(ports):
         shaft.move_to(80_000)
         ports.run(0.5)
         motor.send(b"", "X")
-        with pytest.raises(StoppedError):
-            shaft.wait(25)
+        raises(StoppedError, "", shaft.wait, 25)

@@ -10,6 +10,7 @@ from axistwin.drivers import DriverError, RefusedError, Scale, connect, make
 from axistwin.integrations import driver_inside
 
 from ..bad_values import BAD, NOT_NUMBERS, TABLE
+from ..told import raises
 
 AXES = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}
 EVERY = [*TABLE, *((function, value) for function in BAD for value in NOT_NUMBERS)]
@@ -128,14 +129,12 @@ def test_bad_arguments_of_a_family_are_refused_and_nothing_is_sent(ports, monkey
     ],
 )  # fmt: skip
 def test_bad_options(model, options):
-    with pytest.raises(DriverError, match="expected"):
-        make(model, options)
+    raises(DriverError, "expected", make, model, options)
 
 
 @pytest.mark.parametrize("counts", [0, nan, inf, True, "400", None])
 def test_bad_scales(counts):
-    with pytest.raises(RefusedError, match="expected a number"):
-        Scale(counts)
+    raises(RefusedError, "expected a number", Scale, counts)
 
 
 @pytest.mark.parametrize(("timeout", "poll"), [(nan, 0.02), ("5", 0.02), (5, nan), (5, -1), (5, None)])

@@ -2,16 +2,9 @@
 
 import pytest
 
-from axistwin.drivers import (
-    MESSAGE,
-    BusyError,
-    PositionLostError,
-    RefusedError,
-    SilentError,
-    StoppedError,
-    WrongAnswerError,
-    connect,
-)
+from axistwin.drivers import MESSAGE, RefusedError, SilentError, WrongAnswerError, connect
+
+from ..told import raises
 
 
 @pytest.fixture(params=[False, True], ids=["polling", "interrupts"])
@@ -48,52 +41,6 @@ def test_moves_end_at_the_exact_position(twin, board):
     assert motor.wait(25).position == 80 and true_position(twin) == -590
 
 
-@pytest.mark.parametrize("ending", ["stop", "abort"])
-def test_a_run_that_is_stopped_has_its_true_position(twin, board, ending):
-    motor = board.axes["motor"]
-    motor.set_profile(acceleration=50_000)
-    motor.move_at(-900)
-    while not motor.status().velocity:
-        pass
-    assert motor.status().velocity == pytest.approx(-900, rel=0.01)
-    with pytest.raises(BusyError):
-        motor.move_to(0)
-    with pytest.raises(BusyError):
-        motor.set_position(0)
-    getattr(motor, ending)()
-    assert motor.wait(25).position == true_position(twin) < 0
-    motor.move_at(0)
-
-
-def test_a_limit_ends_a_move_and_refuses_the_next(twin, board):
-    motor = board.axes["motor"]
-    motor.move_at(900)
-    while not motor.status().position:
-        pass
-    twin.pins["cw_limit"].drive(not twin.pins["cw_limit"].level)
-    status = motor.wait(25)
-    assert status.limit_plus and status.position == true_position(twin)
-    with pytest.raises(RefusedError, match="limit is active"):
-        motor.move_by(10)
-    motor.move_by(-10)
-    assert motor.wait(25).position == status.position - 10
-
-
-def test_a_reset_by_another_host_loses_the_position(twin, board):
-    motor = board.axes["motor"]
-    motor.move_to(300)
-    motor.wait(25)
-    twin.power_cycle()
-    assert "was reset" in motor.status().lost
-    with pytest.raises(PositionLostError):
-        motor.move_to(5)
-    motor.set_position(300)
-    motor.move_to(310)
-    assert motor.wait(25).position == 310
-    board.reset()
-    assert "was reset" in motor.status().lost
-
-
 def test_messages_before_a_new_connection_are_discarded(ports, twin, board):
     board.command(0xA5, 1)  # a message at each end of motion
     board.axes["motor"].move_to(50)
@@ -105,8 +52,7 @@ def test_messages_before_a_new_connection_are_discarded(ports, twin, board):
 def test_a_distance_beyond_the_counter_is_refused(board):
     motor = board.axes["motor"]
     motor.set_position(2**31 - 1)
-    with pytest.raises(RefusedError, match="at most 2147483647 pulses"):
-        motor.move_to(-10)
+    raises(RefusedError, "at most 2147483647 pulses", motor.move_to, -10)
 
 
 def test_without_a_marker_a_reset_is_not_noticed(ports, twin):
@@ -116,16 +62,6 @@ def test_without_a_marker_a_reset_is_not_noticed(ports, twin):
         twin.power_cycle()
         ports.run(1.5)
         assert not board.axes["motor"].status().lost
-
-
-def test_a_failed_board_says_so(ports, twin, board):
-    board.command(0xFF)  # the test function ends in the Fail state after 10 s
-    assert ports.run_until(lambda: twin.bus.read(1) & 0x20, 25)
-    assert board.axes["motor"].status().faults[0].name == "board failure"
-    with pytest.raises(RefusedError, match="call reset"):
-        board.command(0x70)
-    board.reset()
-    assert not board.axes["motor"].status().faults
 
 
 def test_home(ports, interrupts):
@@ -176,24 +112,6 @@ def test_a_stream_longer_than_the_buffer_is_refilled(twin, board):
     assert abs(true_position(twin) - expected) < 350  # each update may lose the fraction of a pulse
 
 
-def test_a_stream_that_the_board_has_used_up_is_stopped(ports, twin):
-    ports.access_s = 5e-3
-    with connect("1811", "1811") as board:
-        with pytest.raises(RefusedError, match="the next velocities arrived at the board too late"):
-            board.stream_times(2, 4, 1, [100] * 5_000 + [0])
-        assert not board.axes["motor"].wait(25).moving
-
-
-def test_a_wrong_command_and_a_silent_request(board):
-    patience_s, board.core.timeout = board.core.timeout, 0.1
-    with pytest.raises(SilentError, match="check the conditions for this request in the board's manual"):
-        board.request(0x91, 0x80)
-    board.core.timeout = patience_s
-    with pytest.raises(RefusedError, match="expected more than 0"):
-        board.axes["motor"].move_at(1e7)
-    board.axes["motor"].clear_faults()
-
-
 def status(request, byte):
     """Return the answer to `r 1` or `r 1 COUNT` of a board with this status byte."""
     count = int(request.split()[-1]) if len(request.split()) == 3 else 1
@@ -211,25 +129,9 @@ def test_garbage_raises_a_clear_error(ports, answer, says):
 
 def test_a_write_that_is_not_accepted(ports):
     port = ports.answering(lambda data: status(data, b"10") if b"r" in data else b"?\n" if data.strip() else b"")
-    with pytest.raises(WrongAnswerError, match="expected ok"):
-        connect(port, "1811", timeout=0.1)
+    raises(WrongAnswerError, "expected ok", connect, port, "1811", timeout=0.1)
 
 
 def test_a_board_that_is_never_ready(ports):
     with pytest.raises(SilentError, match="not ready"):
         connect(ports.answering(lambda data: status(data, b"00") if data.strip() else b""), "1811", timeout=0.2)
-
-
-def test_a_home_that_is_not_found_is_a_fault(ports):
-    twin = ports.add("1811", motor={"limits": [-300, 300]})
-    with connect("1811", "1811") as board:
-        motor = board.axes["motor"]
-        motor.set_profile(velocity=2000, acceleration=100_000)
-        motor.home(1)
-        with pytest.raises(StoppedError, match="home not found: check the home switch") as error:
-            motor.wait(50)
-        assert error.value.status.position == true_position(twin)
-        motor.clear_faults()
-        assert not motor.status().faults
-        with pytest.raises(RefusedError, match="acceleration"):
-            motor.set_profile(acceleration=0)

@@ -11,6 +11,7 @@ import pytest
 import axistwin
 from axistwin.drivers import RefusedError, connect
 
+from ..told import raises
 from .devices import url_of
 
 MODELS = {"if1": ("X", 1000), "1811": ("motor", 4000), "smartmotor": ("shaft", 2000)}
@@ -71,6 +72,5 @@ def test_a_stop_ends_a_run(axis):
 
 def test_what_is_refused_moves_nothing(axis):
     for refused in (lambda: axis.set_profile(velocity=1e9), lambda: axis.move_to(float("nan"))):
-        with pytest.raises(RefusedError):
-            refused()
+        raises(RefusedError, "", refused)
     assert axis.status().position == 0

@@ -2,15 +2,9 @@
 
 import pytest
 
-from axistwin.drivers import (
-    BusyError,
-    PositionLostError,
-    RefusedError,
-    SilentError,
-    Trapezoid,
-    WrongAnswerError,
-    connect,
-)
+from axistwin.drivers import BusyError, RefusedError, SilentError, Trapezoid, WrongAnswerError, connect
+
+from ..told import raises
 
 
 @pytest.fixture
@@ -42,8 +36,7 @@ def test_moves_of_each_axis_end_at_the_exact_position(twin, if1):
     if1.move_together({"X": 220, "Y": -400})
     assert (if1.axes["X"].wait(60).position, if1.axes["Y"].position()) == (220, -400)
     assert (true_position(twin), true_position(twin, "Y")) == (220, -400)
-    with pytest.raises(RefusedError, match="equal distances"):
-        if1.move_together({"X": 0, "Y": 0})
+    raises(RefusedError, "equal distances", if1.move_together, {"X": 0, "Y": 0})
 
 
 def test_the_estimate_never_runs_back_nor_beyond_the_target(twin, if1):
@@ -69,22 +62,9 @@ def test_one_axis_moves_at_a_time(twin, if1):
         lambda: if1.sequence(["X5"]),
         lambda: if1.move_together({"X": 5, "Y": 5}),
     ):
-        with pytest.raises(BusyError, match="is moving"):
-            command()
+        raises(BusyError, "is moving", command)
     if1.stop()
     assert if1.axes["X"].wait(60).position == true_position(twin)
-
-
-@pytest.mark.parametrize("ending", ["stop", "abort"])
-def test_a_run_that_is_stopped_has_its_true_position(twin, if1, ending):
-    x = if1.axes["X"]
-    x.move_at(-900)
-    assert x.status().velocity == -900
-    getattr(x, ending)()
-    status = x.wait(60)
-    assert status.position == true_position(twin) < 0
-    x.move_at(0)
-    assert x.position() == true_position(twin)
 
 
 def test_a_port_that_is_opened_again_finds_the_controller_as_it_was(twin, if1):
@@ -101,58 +81,7 @@ def test_home_is_the_place_of_the_input_and_becomes_zero(twin, if1):
     drive(twin, "input1", True)
     status = x.wait(60)
     assert (status.position, status.at_home) == (0, True)
-    with pytest.raises(RefusedError, match="already high"):
-        x.home(1)
-
-
-def test_a_limit_is_kept_until_it_is_cleared(twin, if1):
-    x = if1.axes["X"]
-    x.move_at(900)
-    drive(twin, "limit_plus", False)
-    status = x.wait(60)
-    assert status.limit_plus and status.faults[0].name == "limit"
-    assert status.position == true_position(twin)
-    for distance in (10, -10):
-        with pytest.raises(RefusedError, match="call clear_faults and move away from the limit"):
-            x.move_by(distance)
-    x.clear_faults()
-    with pytest.raises(RefusedError, match="limit is active"):
-        x.move_by(10)
-    x.move_by(-10)
-    assert x.wait(60).position == true_position(twin) == status.position - 10
-
-
-@pytest.mark.parametrize(("pin", "level", "fault"), [("estop", False, "emergency stop"), ("x_fault", True, "drive")])
-def test_a_controller_in_a_fault_says_what_to_do(twin, if1, pin, level, fault):
-    drive(twin, pin, level if pin == "estop" else not twin.pins[pin].level)
-    with pytest.raises(RefusedError, match=fault):
-        if1.axes["X"].move_to(5)
-
-
-def test_a_drive_fault_in_motion_loses_the_position(twin, if1):
-    x = if1.axes["X"]
-    x.move_at(900)
-    drive(twin, "x_fault", not twin.pins["x_fault"].level)
-    assert "drive fault" in x.wait(60).lost
-    with pytest.raises(PositionLostError, match="home the axis, or call set_position"):
-        x.position()
-    drive(twin, "x_fault", not twin.pins["x_fault"].level)
-    x.clear_faults()
-    x.set_position(70)
-    assert x.position() == 70
-
-
-def test_a_power_cut_is_noticed_and_the_position_is_lost(twin, if1):
-    x = if1.axes["X"]
-    x.move_to(500)
-    twin.power_cycle()
-    if1.core.timeout = 0.2
-    with pytest.raises(SilentError, match="check the power"):
-        x.status()
-    if1.core.timeout = 2.0
-    assert x.status().lost == "the power of the IF1 was cut"
-    with pytest.raises(PositionLostError):
-        x.move_to(5)
+    raises(RefusedError, "already high", x.home, 1)
 
 
 def test_another_host_that_moves_an_axis_is_noticed(ports, if1):
@@ -186,8 +115,7 @@ def test_a_controller_that_moves_at_the_connection_has_no_position(ports, twin):
     sent_before(ports, twin, b"(", b"U62\r", b"X@900G$\r")
     with connect("if1", "if1") as if1:
         assert "was moving" in if1.axes["X"].status().lost
-        with pytest.raises(RefusedError, match="home_input=1"):
-            if1.axes["X"].home(1)
+        raises(RefusedError, "home_input=1", if1.axes["X"].home, 1)
 
 
 def test_a_sequence_with_inputs_and_outputs(twin, if1):
@@ -220,15 +148,12 @@ def test_a_wait_for_a_sequence_lasts_until_it_has_ended(ports, twin, if1):
 
 
 def test_a_message_that_is_refused_moves_nothing(if1):
-    with pytest.raises(RefusedError, match="invalid message"):
-        if1.begin({"X": 1}, 10, 100, "X10Q$")
+    raises(RefusedError, "invalid message", if1.begin, {"X": 1}, 10, 100, "X10Q$")
     assert if1.axes["X"].position() == 0
     if1.outputs()
     if1.move_together({"X": 0, "Y": 0})
-    with pytest.raises(RefusedError, match="at most 999999999"):
-        if1.axes["X"].move_to(10**9)
-    with pytest.raises(RefusedError, match="expected 1 to 25000"):
-        if1.axes["X"].move_at(30_000)
+    raises(RefusedError, "at most 999999999", if1.axes["X"].move_to, 10**9)
+    raises(RefusedError, "expected 1 to 25000", if1.axes["X"].move_at, 30_000)
 
 
 @pytest.mark.parametrize("formats", [b"U61\r", b"U62\r", b"V61\r\n", b"V62\r\n"])

@@ -11,6 +11,7 @@ from axistwin.errors import UsageError
 from axistwin.integrations import driver_inside
 
 from ..bad_values import BAD, NOT_NUMBERS
+from ..told import raises
 from .devices import model_of, url_of
 
 
@@ -54,8 +55,7 @@ def test_a_scan_of_11_points_has_exact_positions(ophyd, model, axis):
 def test_a_move_that_a_limit_ends_fails(ophyd):
     async def session(twin):
         controller = ophyd.Controller(url_of(twin), "if1")
-        with pytest.raises(RefusedError, match="expected one of X, Y, Z"):
-            controller.motor("W")
+        raises(RefusedError, "expected one of X, Y, Z", controller.motor, "W")
         motor = controller.motor("X", name="m", poll_s=0.005)
         await motor.connect()
         with pytest.raises(RefusedError, match=r"stopped at .*limit"):
@@ -106,8 +106,7 @@ def test_bad_values_are_refused_and_nothing_moves(ophyd):
                 await motor.set(value)
         assert await motor.locate() == {"setpoint": 0, "readback": 0}
         for words in ({"counts_per_unit": 0}, {"poll_s": -1}):
-            with pytest.raises(RefusedError, match="expected a number"):
-                controller.motor("X", **words)
+            raises(RefusedError, "expected a number", controller.motor, "X", **words)
 
     asyncio.run(session())
 
@@ -164,8 +163,7 @@ def test_a_driver_inside_waits_in_virtual_time():
         assert "power" in (await x.status()).lost
         await driver.close()
         await driver.clock.pause(0)
-        with pytest.raises(UsageError, match="no controller 'table': expected one of if1"):
-            driver_inside(bench, "table")
+        raises(UsageError, "no controller 'table': expected one of if1", driver_inside, bench, "table")
 
     asyncio.run(session())
 

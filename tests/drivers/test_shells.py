@@ -9,6 +9,7 @@ import pytest
 import axistwin
 from axistwin.drivers import DriverError, PortError, RefusedError, Scale, SilentError, connect, connect_async
 
+from ..told import raises
 from .devices import answering, url_of
 
 
@@ -69,16 +70,6 @@ def test_a_cancelled_request_does_not_shift_the_answers():
         asyncio.run(session(url_of(twin)))
 
 
-def test_a_disconnected_port_is_opened_again():
-    with axistwin.serve("smartmotor", speed=5.0) as twin, connect(url_of(twin), "smartmotor") as motor:
-        motor.axes["shaft"].move_to(40)
-        motor.axes["shaft"].wait(5)
-        motor._port._port._socket.shutdown(2)
-        with pytest.raises(PortError, match="the driver opens the port again for the next command"):
-            motor.axes["shaft"].status()
-        assert motor.axes["shaft"].position() == 40
-
-
 @pytest.mark.parametrize(
     ("url", "says"),
     [
@@ -120,8 +111,7 @@ def test_a_reversed_axis_has_its_limits_exchanged(ports):
         assert (shaft.status().limit_plus, shaft.status().limit_minus) == (False, True)
         shaft.scale = Scale(-1)
         assert (shaft.status().limit_plus, shaft.status().limit_minus) == (True, False)
-        with pytest.raises(RefusedError, match="limit"):
-            shaft.home(1)
+        raises(RefusedError, "limit", shaft.home, 1)
 
 
 def test_the_drivers_import_nothing_of_the_emulator():
