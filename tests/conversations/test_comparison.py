@@ -12,6 +12,8 @@ from axistwin.conversations import Comparison, compare, parse, recorded_times, r
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS, S
 
+from ..told import raises
+
 READY = "+1.5\n> (\n< U\\r\n= clock 1.503229167\n> U61\\r\n+1.2\n"
 
 
@@ -153,8 +155,7 @@ def test_how_long_it_has_been_on(replay):
 
 
 def test_it_must_be_said_what_answers(replay):
-    with pytest.raises(UsageError, match="contains no model"):
-        replay("> (\n")
+    raises(UsageError, "contains no model", replay, "> (\n")
 
 
 # Kinds of recordings
@@ -184,8 +185,7 @@ def test_a_clock_that_is_none_is_told_with_its_line(time):
 @pytest.mark.parametrize("option", ["--on-for", "--patience"])
 @pytest.mark.parametrize("seconds", ["nan", "inf", "1e300", "-1"])
 def test_seconds_that_are_none(replay, option, seconds):
-    with pytest.raises(click.BadParameter):
-        replay(READY, "--model", "if1", option, seconds)
+    raises(click.BadParameter, "", replay, READY, "--model", "if1", option, seconds)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ from axistwin.conversations import load, parse, seconds, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
+from ..told import raises
+
 EVERY_ACT = r"""; model: if1
 ; options: wiring=3-wire
 +0.25
@@ -73,11 +75,9 @@ def test_mistakes_have_a_place(text, place, words):
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(UsageError, match=r"no\.talk cannot be read: No such file"):
-        load(tmp_path / "no.talk")
+    raises(UsageError, "no.talk cannot be read: No such file", load, tmp_path / "no.talk")
 
 
 def test_a_file_that_is_no_text(tmp_path):
     (tmp_path / "a.talk").write_bytes(b"\xff\xfe")
-    with pytest.raises(ProgramError, match="UTF-8"):
-        load(tmp_path / "a.talk")
+    raises(ProgramError, "UTF-8", load, tmp_path / "a.talk")

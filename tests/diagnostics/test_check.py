@@ -12,6 +12,8 @@ from axistwin.cli import axistwin
 from axistwin.cli.authoring.check import diagnose
 from axistwin.errors import AxistwinError, UsageError
 
+from ..told import raises
+
 
 @pytest.fixture
 def check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
@@ -116,8 +118,7 @@ def test_an_unreadable_line_is_an_error_at_its_place(check):
 
 
 def test_files_that_are_not_programs(check, tmp_path):
-    with pytest.raises(UsageError, match="no model 'if9'"):
-        check("a.if1", "", model="if9")
+    raises(UsageError, "no model 'if9'", check, "a.if1", "", model="if9")
     with pytest.raises(UsageError, match=r"nowhere\.if1 cannot be read"):
         CliRunner().invoke(axistwin, ["check", "if1", "nowhere.if1"], catch_exceptions=False, standalone_mode=False)
 
@@ -149,8 +150,7 @@ def test_a_binary_or_huge_file_is_refused(tmp_path, name, contents):
 
 
 def test_a_device_file_is_refused():
-    with pytest.raises(UsageError, match="expected an ordinary file"):
-        diagnose(Path("/dev/null"), product("if1").check)
+    raises(UsageError, "expected an ordinary file", diagnose, Path("/dev/null"), product("if1").check)
 
 
 def test_a_binary_file_is_an_error_and_other_files_are_checked(tmp_path):

@@ -15,6 +15,8 @@ from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics import fix as check_fix
 from axistwin.errors import AxistwinError
 
+from ..told import raises
+
 
 @pytest.fixture
 def fix(tmp_path, monkeypatch):
@@ -115,8 +117,7 @@ def test_a_backup_that_cannot_be_written_leaves_the_program(fix, tmp_path, monke
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("axistwin.diagnostics.fix.write_whole", full)
-    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be written: no space left on device"):
-        fix("moves.if1", "x1$\n")
+    raises(AxistwinError, "moves.if1 cannot be written: no space left on device", fix, "moves.if1", "x1$\n")
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("moves.if1", "x1$\n")]
 
 
@@ -174,8 +175,7 @@ def test_a_file_that_cannot_be_replaced_is_unchanged(fix, tmp_path, monkeypatch)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be written: no space left on device"):
-        fix("moves.if1", "x1$\n")
+    raises(AxistwinError, "moves.if1 cannot be written: no space left on device", fix, "moves.if1", "x1$\n")
     assert (tmp_path / "moves.if1").read_text() == "x1$\n"
     assert len(list(tmp_path.iterdir())) == 1
 

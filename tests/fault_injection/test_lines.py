@@ -5,6 +5,8 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 
+from ..told import raises
+
 
 @pytest.fixture
 def bench():
@@ -56,8 +58,7 @@ def test_a_probability_with_the_same_seed_affects_the_same_characters(bench):
 
 
 def test_a_random_fault_needs_a_seed(bench):
-    with pytest.raises(UsageError, match="is random and needs a seed"):
-        bench.faults.add("lose", "if1", probability=0.5)
+    raises(UsageError, "is random and needs a seed", bench.faults.add, "lose", "if1", probability=0.5)
 
 
 def test_a_short_circuit_is_a_break(bench):
@@ -136,8 +137,7 @@ def test_a_stuck_control_line_prevents_transmission(bench):
 def test_a_device_without_control_lines_refuses_the_fault():
     bench = Bench()
     bench.add("smartmotor")
-    with pytest.raises(UsageError, match="no control lines"):
-        bench.faults.add("handshake", "smartmotor.serial", line="dtr")
+    raises(UsageError, "no control lines", bench.faults.add, "handshake", "smartmotor.serial", line="dtr")
 
 
 def test_an_instant_line_has_the_same_faults():

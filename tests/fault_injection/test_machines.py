@@ -6,6 +6,8 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.fault_injection import KINDS
 
+from ..told import raises
+
 
 @pytest.fixture
 def bench():
@@ -180,11 +182,9 @@ def test_an_encoder_fault_remains_after_a_power_cycle(motor):
 def test_an_ideal_motor_has_no_encoder_faults():
     bench = Bench()
     bench.add("smartmotor")
-    with pytest.raises(UsageError, match="is ideal and cannot have this fault"):
-        bench.faults.add("encoder_dead", "smartmotor.shaft")
+    raises(UsageError, "is ideal and cannot have this fault", bench.faults.add, "encoder_dead", "smartmotor.shaft")
     bench.add("if1")
-    with pytest.raises(UsageError, match="no encoder"):
-        bench.faults.add("encoder_dead", "if1.X")
+    raises(UsageError, "no encoder", bench.faults.add, "encoder_dead", "if1.X")
 
 
 # Motors
@@ -307,8 +307,7 @@ def test_a_drive_fault_of_an_1811(bench):
     assert not board.pins["shutdown_in"].level
     bench.run(1)
     assert board.pins["shutdown_in"].level
-    with pytest.raises(UsageError, match="if1 has no drive fault input for axis Z"):
-        bench.faults.add("drive_fault", "if1.Z")
+    raises(UsageError, "if1 has no drive fault input for axis Z", bench.faults.add, "drive_fault", "if1.Z")
 
 
 @pytest.mark.parametrize("kind", ["power_cut", "supply_dip"])

@@ -7,6 +7,8 @@ from axistwin.conversations import parse, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences
 
+from ..told import raises
+
 START = "+1.5\n> (\n< U\\r\n> U61\\r\n+1.2\n"
 
 
@@ -135,14 +137,12 @@ def test_invalid_faults_are_refused_before_they_are_added(bench, words_, message
     with pytest.raises(UsageError) as told:
         sentences.read(words_, bench.faults, "if1")
     assert message in str(told.value)
-    with pytest.raises(ProgramError, match=r"t\.talk:2"):
-        play(parse(f"+1\n! fault {words_}\n", "t.talk"), bench)
+    raises(ProgramError, "t.talk:2", play, parse(f"+1\n! fault {words_}\n", "t.talk"), bench)
     assert not list(bench.faults)
 
 
 def test_a_time_that_has_passed_is_refused(bench):
-    with pytest.raises(UsageError, match=r"the start time at=1 is in the past: expected 2\.7"):
-        bench.faults.add("jam", "if1.X", at=1)
+    raises(UsageError, "the start time at=1 is in the past: expected 2.7", bench.faults.add, "jam", "if1.X", at=1)
     with pytest.raises(UsageError, match="there is a fault 'a' already"):
         _ = [bench.faults.add("jam", "if1.X", name="a", at=60) for _ in range(2)]
 

@@ -12,6 +12,7 @@ from axistwin.errors import AxistwinError, UsageError
 from axistwin.playground import LONGEST_LINK, Playground, Shared, decode, encode
 
 from ..command import run
+from ..told import raises
 
 S = 10**9
 
@@ -125,14 +126,12 @@ def test_a_link_never_grows_beyond_its_limit():
 
 @pytest.mark.parametrize("name", ["../scene.toml", "/scene.toml", "a/../../b", ""])
 def test_files_stay_in_their_folder(playground, name):
-    with pytest.raises(UsageError, match="is not a file name"):
-        playground.open_files({"scene.toml": "", name: ""})
+    raises(UsageError, "is not a file name", playground.open_files, {"scene.toml": "", name: ""})
 
 
 def test_an_invalid_scene_leaves_the_open_one(playground):
     playground.open_model("if1")
-    with pytest.raises(AxistwinError, match="unknown key 'what'"):
-        playground.open_files({"scene.toml": "what = 1\n"})
+    raises(AxistwinError, "unknown key 'what'", playground.open_files, {"scene.toml": "what = 1\n"})
     assert playground.advance(S, 9)["now_ns"] == S
 
 

@@ -13,6 +13,7 @@ from axistwin.sim import UartFormat
 from axistwin.testing import serve
 
 from ..command import run
+from ..told import raises
 
 SMALL = Settings(Motion.SMALL)
 CASES = {"if1": 151, "if2": 151, "1810": 156, "1811": 156, "smartmotor": 218}
@@ -270,8 +271,7 @@ def test_an_if2_that_waits_for_its_data_format_is_not_initialised():
     bench = Bench()
     end = VirtualEnd(bench, bench.add("if2"))
     bench.run(2)
-    with pytest.raises(LinkError, match="the IF2 has no data format yet"):
-        probe("if2", end)
+    raises(LinkError, "the IF2 has no data format yet", probe, "if2", end)
 
 
 def test_a_command_that_another_host_has_not_ended_does_not_start():
@@ -285,8 +285,7 @@ def test_a_command_that_another_host_has_not_ended_does_not_start():
 def test_a_silent_port():
     _, end = controller("if1", wiring="3-wire unlinked")
     began_s = end.now
-    with pytest.raises(LinkError, match="does not answer request E"):
-        probe("if1", end)
+    raises(LinkError, "does not answer request E", probe, "if1", end)
     assert end.now - began_s < 15
 
 
@@ -309,8 +308,7 @@ def test_a_real_port(model, scheme):
 
 
 def test_wrong_ports():
-    with pytest.raises(UsageError, match="is not a bus socket: expected a bus socket for this board"):
-        open_end("/dev/ttyUSB0", None)
+    raises(UsageError, "is not a bus socket: expected a bus socket for this board", open_end, "/dev/ttyUSB0", None)
     with pytest.raises(UsageError, match="is a register bus, not a serial port: expected a device"):
         open_end("bus://127.0.0.1:1", product("if1").line)
     with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1 \(.*check the address"):

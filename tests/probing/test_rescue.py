@@ -16,6 +16,7 @@ from axistwin.sim import UartFormat
 from axistwin.testing import serve
 
 from ..command import run
+from ..told import raises
 
 BOARD = (
     "31 00 00 00 00 03 E8 00 00 27 10", "C8 02 00 00 00 03 E8 00 00 27 10 00 00 00 32",
@@ -203,8 +204,7 @@ def test_a_controller_that_cannot_be_read(tmp_path, made, error):
 def test_an_interface_without_data_format_is_not_initialised(tmp_path):
     _, end = controller("if2")
     end.bench.run(2)
-    with pytest.raises(LinkError, match="has no data format yet"):
-        find(end)
+    raises(LinkError, "has no data format yet", find, end)
 
 
 def test_an_open_sequence_is_not_extended(tmp_path):
@@ -282,8 +282,7 @@ def test_a_directory_that_is_not_empty(tmp_path):
     (tmp_path / "file").write_text("")
     done = run("rescue", "/dev/no-such-port", "--out", str(tmp_path))
     assert (done.code, done.err) == (2, f"axistwin: {tmp_path} exists already: choose another directory\n")
-    with pytest.raises(UsageError, match="exists already"):
-        rescue(controller("1811")[1], Found("1811"), tmp_path)
+    raises(UsageError, "exists already", rescue, controller("1811")[1], Found("1811"), tmp_path)
     assert run("rescue", "/dev/no-such-port", "--out", str(tmp_path / "new")).code == 2
 
 

@@ -11,6 +11,8 @@ from axistwin.programs import Outcome, load, read_command_lines, send_lines
 from axistwin.reports import RunRecord, recording_run
 from axistwin.units import S
 
+from ..told import raises
+
 
 def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[RunRecord, Outcome]:
     """Send the lines to an IF1 that has just been switched on."""
@@ -38,8 +40,7 @@ def test_columns_are_kept():
 
 
 def test_a_character_that_is_not_ascii_is_refused():
-    with pytest.raises(ProgramError, match=r"a\.if1:2:5: 'é'"):
-        list(read_command_lines("X1$\nX10 é", "a.if1"))
+    raises(ProgramError, "a.if1:2:5: 'é'", list, read_command_lines("X1$\nX10 é", "a.if1"))
 
 
 def test_each_line_is_sent_when_the_previous_line_is_finished(tmp_path):
@@ -105,32 +106,27 @@ def test_the_data_format_is_that_of_the_host(tmp_path, line):
 
 
 def test_an_unsupported_data_format_is_refused(tmp_path):
-    with pytest.raises(UsageError, match="9600 8M2"):
-        run(tmp_path, "X100$\n", line="9600 8M2")
+    raises(UsageError, "9600 8M2", run, tmp_path, "X100$\n", line="9600 8M2")
 
 
 def test_an_interface_that_does_not_answer(tmp_path):
     bench = Bench()
     bench.add("if1").serial.host.dtr = False
-    with pytest.raises(ProgramError, match="does not answer"):
-        send_lines(bench, [], 60 * S, "a.if1")
+    raises(ProgramError, "does not answer", send_lines, bench, [], 60 * S, "a.if1")
 
 
 def test_command_lines_are_for_one_interface(tmp_path, bench):
     bench.add("if1")
     bench.add("if2")
-    with pytest.raises(ProgramError, match="the simulation has 2 controllers of the type IF1 or IF2, but an"):
-        send_lines(bench, [], S)
+    raises(ProgramError, "the simulation has 2 controllers of the type IF1 or IF2, but an", send_lines, bench, [], S)
 
 
 def test_an_unknown_terminal_is_refused_before_the_first_line(tmp_path):
-    with pytest.raises(ProgramError, match=r"a\.if1:2: unknown name 'input7'"):
-        run(tmp_path, "X100$\n! input7 high\n")
+    raises(ProgramError, "a.if1:2: unknown name 'input7'", run, tmp_path, "X100$\n! input7 high\n")
 
 
 def test_a_program_of_unknown_kind(tmp_path):
-    with pytest.raises(UsageError, match=r"expected \.talk \(conversation\), \.if1 \(command lines\)"):
-        load(tmp_path / "a.txt")
+    raises(UsageError, "expected .talk (conversation), .if1 (command lines)", load, tmp_path / "a.txt")
 
 
 def test_requests_and_switches_after_a_pause_do_not_wait(tmp_path):

@@ -5,6 +5,7 @@ import pytest
 from axistwin import AxistwinError, Scene
 from axistwin.sweeps import Variation
 
+from ..told import raises
 from .scenes import motor, stepper
 
 
@@ -68,10 +69,8 @@ def test_a_number_that_a_program_does_not_assign_is_refused(tmp_path):
         match=r"no command of the program .* sets KI to a whole number: expected a command, e\.g\. KI=100",
     ):
         Variation(Scene.load(motor(tmp_path)), ["knife.program.KI"])
-    with pytest.raises(AxistwinError, match="is not in the scene"):
-        Variation(Scene.load(motor(tmp_path)), ["knife.KX"])
-    with pytest.raises(AxistwinError, match="expected a whole number"):
-        varied(motor(tmp_path), "knife.program.KP", 1.5)
+    raises(AxistwinError, "is not in the scene", Variation, Scene.load(motor(tmp_path)), ["knife.KX"])
+    raises(AxistwinError, "expected a whole number", varied, motor(tmp_path), "knife.program.KP", 1.5)
 
 
 def test_a_state_directory_is_not_used(tmp_path):

@@ -15,6 +15,8 @@ from axistwin.conversations import load
 from axistwin.errors import LinkError, UsageError
 from axistwin.units import S
 
+from ..told import raises
+
 HOST_TIMEOUT_S = 20
 SLEEP = time.sleep
 
@@ -149,15 +151,13 @@ def test_an_exception_of_a_host_is_raised(twin):
     def fails():
         raise ZeroDivisionError
 
-    with pytest.raises(ZeroDivisionError):
-        twin.call(fails)
+    raises(ZeroDivisionError, "", twin.call, fails)
 
 
 def test_a_host_that_waits_without_end_is_an_error(twin, host, monkeypatch):
     monkeypatch.setattr("axistwin.links.manual_clock.IDLE_S", 0.05)
     working = twin.start(host.read, 1)
-    with pytest.raises(LinkError, match="neither sent nor received data for 3 s of virtual time"):
-        working.result(timeout=3)
+    raises(LinkError, "neither sent nor received data for 3 s of virtual time", working.result, timeout=3)
     assert 3 <= twin.clock.seconds <= 6
     host.close()
 
@@ -192,16 +192,14 @@ def test_time_passes_continuously_at_other_speeds():
             host.write(b"U61\rX100$\r")
             assert twin.run_until(lambda: twin.bench["if1"].axes["X"].position == 100, HOST_TIMEOUT_S)
             assert twin.call(ask, host, b"E\r") == b"C\r"
-        with pytest.raises(UsageError, match="cannot advance virtual time by 1 s without a manual clock"):
-            twin.advance(1)
+        raises(UsageError, "cannot advance virtual time by 1 s without a manual clock", twin.advance, 1)
         assert not twin.run_until(lambda: False, 0.01)
 
 
 def test_an_exception_of_a_condition_is_raised_and_ends_the_wait():
     with axistwin.serve("if1", speed=1) as twin:
         pacer = twin._service.server.pacer
-        with pytest.raises(ZeroDivisionError):
-            twin.run_until(lambda: 1 / 0, HOST_TIMEOUT_S)
+        raises(ZeroDivisionError, "", twin.run_until, lambda: 1 / 0, HOST_TIMEOUT_S)
         assert not pacer._advanced
         assert not twin.run_until(lambda: False, 0.01)
 
@@ -227,16 +225,14 @@ def test_the_end_closes_ports_and_threads():
     with axistwin.serve("if1", speed="manual") as twin:
         port = twin.ports["if1"]
     assert threading.active_count() == before
-    with pytest.raises(ConnectionRefusedError):
-        socket.create_connection((port.host, port.port), HOST_TIMEOUT_S)
+    raises(ConnectionRefusedError, "", socket.create_connection, (port.host, port.port), HOST_TIMEOUT_S)
 
 
 def test_a_bug_in_the_bench_is_raised(twin):
     def bug():
         raise ZeroDivisionError
 
-    with pytest.raises(ZeroDivisionError):
-        twin.do(bug)
+    raises(ZeroDivisionError, "", twin.do, bug)
 
 
 @pytest.mark.parametrize(
@@ -256,23 +252,19 @@ def test_invalid_arguments_of_serve(what, options, words):
 
 def test_invalid_times_are_refused(twin):
     for seconds in (float("nan"), float("inf"), -1):
-        with pytest.raises(UsageError, match=r"cannot advance virtual time by"):
-            twin.advance(seconds)
+        raises(UsageError, "cannot advance virtual time by", twin.advance, seconds)
         if seconds != -1:
-            with pytest.raises(UsageError, match="invalid timeout"):
-                twin.run_until(lambda: False, seconds)
+            raises(UsageError, "invalid timeout", twin.run_until, lambda: False, seconds)
 
 
 def test_time_cannot_be_advanced_inside_the_bench(twin):
-    with pytest.raises(UsageError, match="cannot advance virtual time in a callback"):
-        twin.do(lambda: twin.advance(1))
+    raises(UsageError, "cannot advance virtual time in a callback", twin.do, lambda: twin.advance(1))
 
 
 def test_a_closed_twin_refuses_calls():
     with axistwin.serve("if1", speed="manual") as twin:
         pass
-    with pytest.raises(UsageError, match="the controllers are closed"):
-        twin.advance(1)
+    raises(UsageError, "the controllers are closed", twin.advance, 1)
 
 
 @pytest.mark.parametrize(
@@ -280,8 +272,7 @@ def test_a_closed_twin_refuses_calls():
     [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
 )
 def test_a_twin_outside_its_block_refuses_calls(use):
-    with pytest.raises(UsageError, match="are not open: use a `with` block"):
-        use(axistwin.serve("if1", speed="manual"))
+    raises(UsageError, "are not open: use a `with` block", use, axistwin.serve("if1", speed="manual"))
 
 
 @pytest.mark.parametrize(
@@ -336,8 +327,7 @@ def test_threads_advance_time_one_after_the_other(twin):
 
 
 def test_a_host_cannot_advance_time(twin):
-    with pytest.raises(UsageError, match="cannot call advance in a host program"):
-        twin.call(twin.advance, 1)
+    raises(UsageError, "cannot call advance in a host program", twin.call, twin.advance, 1)
 
 
 def test_a_sleep_of_a_host_takes_virtual_time(twin, host):
@@ -379,8 +369,7 @@ def test_a_host_that_only_sleeps_is_told(twin):
         while True:
             time.sleep(0.5)
 
-    with pytest.raises(LinkError, match="neither sent nor received data for 10 s"):
-        twin.call(poll)
+    raises(LinkError, "neither sent nor received data for 10 s", twin.call, poll)
     assert twin.clock.now == 11 * S
 
 

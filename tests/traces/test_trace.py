@@ -12,6 +12,8 @@ from axistwin.traces import trace
 from axistwin.traces.files import VcdSink
 from axistwin.traces.trace import tracing
 
+from ..told import raises
+
 
 def send_and_run(bench: Bench, *messages: str) -> None:
     """Initialise an IF1 after power-on, and send messages; run for two seconds after each."""
@@ -190,8 +192,7 @@ def interrupt(*_):
 
 
 def test_an_interrupt_in_the_middle_of_writing_leaves_a_file_that_can_be_read(tmp_path, bench, monkeypatch):
-    with pytest.raises(KeyboardInterrupt):
-        interrupt_in_the_middle_of_writing(bench, tmp_path / "a.vcd", monkeypatch)
+    raises(KeyboardInterrupt, "", interrupt_in_the_middle_of_writing, bench, tmp_path / "a.vcd", monkeypatch)
     times = [time_ns for time_ns, _ in of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")]
     assert times == sorted(times)
     assert len(times) == 100
@@ -208,5 +209,4 @@ def test_a_closed_trace_has_unsubscribed(tmp_path, bench):
 
 @pytest.mark.parametrize("name", ["a.txt", "a"])
 def test_an_unknown_suffix_is_rejected(tmp_path, bench, name):
-    with pytest.raises(UsageError, match=r"ends in \.csv, \.vcd, \.sigrok\.vcd or \.parquet"):
-        tracing(bench, tmp_path / name)
+    raises(UsageError, "ends in .csv, .vcd, .sigrok.vcd or .parquet", tracing, bench, tmp_path / name)

@@ -22,6 +22,8 @@ from axistwin.traces.signals import catalogue, choose
 from axistwin.traces.trace import tracing
 from axistwin.units import S
 
+from ..told import raises
+
 pq = pytest.importorskip("pyarrow.parquet")
 KINDS = ("csv", "vcd", "parquet")
 FEW = ("if1.*", "1811.*", "*volts", "*says")
@@ -257,8 +259,7 @@ def test_a_costly_signal_is_selected_only_by_its_full_name():
 
 
 def test_an_unknown_signal_is_rejected_with_a_suggestion():
-    with pytest.raises(UsageError, match=r"no signal matches 'if1.outptu1': did you mean 'if1.output1'\?"):
-        names("if1.outptu1")
+    raises(UsageError, "no signal matches 'if1.outptu1': did you mean 'if1.output1'?", names, "if1.outptu1")
     with pytest.raises(UsageError, match=r"no signal matches 'nothing\*': there are if1.input1, if1.input2, .* …"):
         names("nothing*")
 
@@ -442,8 +443,7 @@ def test_an_incomplete_last_line_is_left_out(tmp_path, kind):
 @pytest.mark.parametrize("data", [b"", b"time,what\n1,2\n", b"#1\n#2\n"])
 def test_other_files_are_rejected(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
-    with pytest.raises(TraceError):
-        read(tmp_path / name)
+    raises(TraceError, "", read, tmp_path / name)
 
 
 @pytest.mark.parametrize(
@@ -477,10 +477,8 @@ def test_numbers_with_many_digits_are_the_same_in_all_kinds_of_files(tmp_path):
 
 
 def test_a_missing_file_and_an_unknown_suffix(tmp_path):
-    with pytest.raises(UsageError, match="cannot be read: No such file"):
-        read(tmp_path / "a.csv")
-    with pytest.raises(UsageError, match=r"expected a name that ends in \.csv, \.vcd or \.parquet"):
-        read(tmp_path / "a.txt")
+    raises(UsageError, "cannot be read: No such file", read, tmp_path / "a.csv")
+    raises(UsageError, "expected a name that ends in .csv, .vcd or .parquet", read, tmp_path / "a.txt")
 
 
 def test_a_message_without_terminator_has_a_limited_length(tmp_path):
