@@ -69,17 +69,19 @@ def play(bench: Bench, script: str) -> None:
     """Carry out the actions and checks of a script, which are separated by `; `; what follows ` -- ` is a remark.
 
     The board is an 1811 that has been initialised, or what the first step says: `1810`, `1811 home_ms=0`, `tracked`,
-    `tracked 1810` (see `tracked`).
+    `tracked 1810` (see `tracked`), `new 1810` (not yet initialised).
     Actions: `33 =100` (send a command, see `command`), `sequence 1: 40 01, 01 02` (define it), `cruise -10000 100000`
     (a continuous move, up to its velocity), `start 35 =100` (until its motion has just begun), `velocities 1000 2000`
     and so on (data of a stream), `0.5 s` (run), `idle` (until the motion has ended), `until CHECK`, `trigger 1` (an
     edge), `home low`, `home released` (drive a terminal), `IDB 09 02`, `CB 20` (write to a register), `power off`,
     `power cycle`, `jam`, `free`, `displace 5` (turn the encoder), `stick 500` (deflect the joystick), `joystick -5`
     (pulses of a joystick, 1 kHz), `mark` (keep the position for `moved`), `clock` (keep the moment for `later`).
-    Checks: `8C -> FF` (the answer, without the opcode and the zeros at its end), `8C -> nothing`, `says 01 A1, 28 00`
+    Checks: `8C -> FF` (the answer, without the opcode and the zeros at its end), `8C -> nothing`, `8C answers`,
+    `says 01 A1, 28 00`
     (all messages that wait), `says nothing`, `next 01 A1` (the next one), `83: -100` (the number of an answer),
     `at 25`, `moved 25`, `pulses 25`, `velocity 10000`, `encoder at 5`, `98 ms later`, each with a number or `1 to 9`,
-    `over 1`, `under 9`; `moving`, `at rest`, `SB 50`, `SB & 7 is 2`, `led is high`, `interrupt`, `no interrupt`,
+    `over 1`, `under 9`; `moving`, `at rest`, `SB 50`, `SB & 7 is 2`, `88 & F0 is 00` (of an
+    answer), `ODB 01` (the next byte), `moves 2` (motions so far), `led is high`, `interrupt`, `no interrupt`,
     `nothing planned` (no event is to come).
     """
     first, *rest = script.split("; ")
@@ -89,6 +91,8 @@ def play(bench: Bench, script: str) -> None:
         case ["tracked", *words]:
             options = [word for word in words if "=" in word]
             board = tracked(bench, *words[: len(words) - len(options)], **_options(options))
+        case ["new", model, *options]:
+            board = bench.add(model, **_options(options))
         case _:
             board, rest = ready(bench), [first, *rest]
     state = Play(bench, board)
@@ -184,11 +188,15 @@ def _answers(state: Play, words: list[str]) -> bool:
         request = command(asked)
         expected = b"" if answer == "nothing" else bytes([request[0], *command(answer)]).ljust(16, b"\0")
         assert ask(bench, board, *request) == expected, text
+    elif words[1:] == ["answers"]:
+        assert ask(bench, board, int(words[0], 16))[0] == int(words[0], 16), text
     elif words[0] == "says":
         assert messages(bench, board) == ([] if words[1] == "nothing" else text[5:].lower().split(", ")), text
     elif words[0] == "next":
         assert message(bench, board).rstrip(b"\0") == bytes.fromhex(text[5:].replace("nothing", "")), text
-    elif words[0] in FORMS or (len(words[0]) == 2 and words[0] not in ("at", "SB", "no") and words[-1] != "later"):
+    elif words[0] in FORMS or (
+        len(words[0]) == 2 and words[0] not in ("at", "SB", "no") and words[-1] != "later" and "&" not in words
+    ):
         send(bench, board, *command(text))
     else:
         return False
@@ -211,6 +219,12 @@ def _state(state: Play, words: list[str]) -> tuple[Any, Any]:
             return status_word(state.bench, board), int(value, 16)
         case ["SB", "&", mask, "is", value]:
             return status_word(state.bench, board) & int(mask, 16), int(value, 16)
+        case [opcode, "&", mask, "is", value]:
+            return ask(state.bench, board, int(opcode, 16))[1] & int(mask, 16), int(value, 16)
+        case ["ODB", value]:
+            return board.bus.read(DATA), int(value, 16)
+        case ["moves", *expected]:
+            return len(motor.train.moves), Numbers(expected)
         case [pin, "is", level]:
             return board.pins[pin].level, level == "high"
         case ["interrupt"]:

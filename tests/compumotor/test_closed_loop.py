@@ -15,19 +15,6 @@ def board(bench):
     return tracked(bench)
 
 
-def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
-    board = ready(bench)
-    assert [ask(bench, board, opcode) for opcode in range(0x9C, 0xA0)] == [
-        bytes([opcode]).ljust(16, b"\0") for opcode in range(0x9C, 0xA0)
-    ]
-    for command in ALL:
-        send(bench, board, *command)
-    assert ask(bench, board, 0x9C)[:6] == bytes.fromhex("9C 61A8 0FA0 00")
-    assert ask(bench, board, 0x9D)[:6] == bytes.fromhex("9D 000061A8 00")
-    assert ask(bench, board, 0x9E)[:6] == bytes.fromhex("9E 00000000 00")
-    assert ask(bench, board, 0x9F)[:9] == bytes.fromhex("9F 01 14 00 0000C350 00")
-
-
 @scripts(
     {
         "a law out of range is ignored":
@@ -73,19 +60,14 @@ def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
         "an 1810 answers the requests and does not move":
         "tracked 1810; 33 =625; idle; 98: 0; 99: 0; 9A: 0; 35 =1000; 36 =1000; 37; 1 s; at 625; 9A: 0",
         "an 1811 without an encoder counts nothing": "default 5000 at_once; 33 =625; idle; 9A: 0; next nothing",
+        "parameters are reported as they were given and zeros before":
+        "9C -> 00; 9D -> 00; 9E -> 00; 9F -> 00; B0 61 A8 0F A0; B1 00 00 61 A8; B2 00 00 00 00; "
+        "B3 01 14 00 00 00 C3 50; B4 00 00 00 32; 9C -> 61 A8 0F A0; 9D -> 00 00 61 A8; 9E -> 00; "
+        "9F -> 01 14 00 00 00 C3 50",
     }
 )  # fmt: skip
 def test_closed_loop_moves(bench, script):
     play(bench, script)
-
-
-def test_the_desired_position_is_the_sum_of_closed_loop_moves(bench, board):
-    """The addendum's example: after +30 and -10 the desired position is +20; after absolute +55 it is +55."""
-    desired = []
-    for command in ((0x35, *i32(30)), (0x35, *i32(-10)), (0x36, *i32(55))):
-        complete(bench, board, *command)
-        desired.append(number(bench, board, 0x9A) + number(bench, board, 0x99))
-    assert desired == [30, 20, 55]
 
 
 @pytest.mark.parametrize("missing", ALL)
@@ -98,6 +80,15 @@ def test_35_and_36_need_b0_to_b4_all_five(bench, missing):
     for opcode in (0x35, 0x36):
         send(bench, board, opcode, *i32(1000), seconds=1)
     assert board.axes["motor"].pulses == 0
+
+
+def test_the_desired_position_is_the_sum_of_closed_loop_moves(bench, board):
+    """The addendum's example: after +30 and -10 the desired position is +20; after absolute +55 it is +55."""
+    desired = []
+    for command in ((0x35, *i32(30)), (0x35, *i32(-10)), (0x36, *i32(55))):
+        complete(bench, board, *command)
+        desired.append(number(bench, board, 0x9A) + number(bench, board, 0x99))
+    assert desired == [30, 20, 55]
 
 
 def test_resume_goes_to_the_last_commanded_position_as_that_move_did(bench, board):

@@ -8,26 +8,14 @@ import pytest
 from axistwin.units import MS
 
 from ..scripts import scripts
-from .programs import ALL, joystick_pulses, number, start, tracked
+from .programs import number, start, tracked
 from .scripts import play
-from .talking import complete, i32, in_all_ways, messages, position, send, send_all, until_idle
+from .talking import complete, i32, in_all_ways, messages, position, send, until_idle
 
 
 @pytest.fixture
 def board(bench):
     return tracked(bench)
-
-
-def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
-    for command in ((0x19, 1), (0xA6, 1), (0xA7, 1)):
-        send(bench, board, *command)
-    board.axes["motor"].jam()
-    start(bench, board, 0x35, *i32(4000))
-    began = bench.now
-    assert bench.run_until(lambda: not board.axes["motor"].velocity, 1)
-    assert bench.now - began == 100 * MS
-    assert messages(bench, board) == ["a6 00", "a7 00"]
-    assert [position(bench, board), number(bench, board, 0x9A), number(bench, board, 0x9B)] == [500, 0, 1]
 
 
 @scripts(
@@ -55,6 +43,34 @@ def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
         "a push is slip too and what reports it wants ratio resolution and teeth: a push of -800 encoder pulses, "
         "5,000 motor pulses, is a slip of ten teeth":
         "tracked; displace -800; 9B: 10; B1 00 00 00 00; 9B: 0; B1 00 00 61 A8; 9B: 10",
+        "a jammed motor is stopped after one tooth":
+        "tracked; 19 01; A6 01; A7 01; jam; start 35 =4000; clock; until at rest; 100 ms later; says A6 00, A7 00; "
+        "83: 500; 9A: 0; 9B: 1",
+        '11h: from zero velocity and back "is considered a move"; 98h: "the number of encoder pulses ... during the '
+        'last move". An encoder pulse is 6.25 motor pulses':
+        "tracked; 33 =1000; idle; 98: 160; 11; joystick {100|-100}; at_zero high; 0.004 s; 80: {100|-100}; 98: {16|"
+        "-16}; joystick {25|-25}; at_zero high; 0.004 s; 80: {25|-25}; 98: {4|-4}; at_zero low; 98: 0; 10; 98: 0; "
+        "9A: {180|140}",
+        '11h: from zero velocity and back "is considered a move"; an earlier slip, here of 499 pulses, is no stall':
+        "tracked; A7 01; jam; 33 =499; idle; 11; joystick {499|-499}; at_zero high; 0.004 s; says nothing; "
+        "joystick {500|-500}; at_zero high; 0.004 s; says A7 00; joystick {2000|-2000}; at_zero high; 0.004 s; "
+        "says A7 00; free; joystick {1000|-1000}; at_zero high; 0.004 s; says nothing",
+        "a stall by the joystick between two updates is found at its end: Of 100 encoder pulses to the revolution, a "
+        "tooth of 50 is two motor pulses":
+        "tracked; B0 00 01 00 01; B1 =100; A7 01; 11; jam; joystick 2 0.1 ms; at_zero high; free; at_zero high; "
+        "0.004 s; says A7 00",
+        "there is no watch before all four are defined (1)":
+        "tracked; power cycle; 1.01 s; B1 00 00 61 A8; B2 00 00 00 00; B3 01 14 00 00 00 C3 50; B4 00 00 00 32; "
+        "19 01; A7 01; 31 00 00 =5000 =at_once; jam; 33 =2000; idle; says nothing; 83: 2000",
+        "there is no watch before all four are defined (2)":
+        "tracked; power cycle; 1.01 s; B0 61 A8 0F A0; B2 00 00 00 00; B3 01 14 00 00 00 C3 50; B4 00 00 00 32; "
+        "19 01; A7 01; 31 00 00 =5000 =at_once; jam; 33 =2000; idle; says nothing; 83: 2000",
+        "there is no watch before all four are defined (3)":
+        "tracked; power cycle; 1.01 s; B0 61 A8 0F A0; B1 00 00 61 A8; B3 01 14 00 00 00 C3 50; B4 00 00 00 32; "
+        "19 01; A7 01; 31 00 00 =5000 =at_once; jam; 33 =2000; idle; says nothing; 83: 2000",
+        "there is no watch before all four are defined (4)":
+        "tracked; power cycle; 1.01 s; B0 61 A8 0F A0; B1 00 00 61 A8; B2 00 00 00 00; B3 01 14 00 00 00 C3 50; "
+        "19 01; A7 01; 31 00 00 =5000 =at_once; jam; 33 =2000; idle; says nothing; 83: 2000",
     }
 )  # fmt: skip
 def test_stalls(bench, script):
@@ -86,56 +102,6 @@ def test_too_fast_for_the_motor(bench):
     assert (position(bench, board), number(bench, board, 0x9A)) == (500, 0)
 
 
-def release(bench, board):
-    """Let the joystick return to zero velocity; return the messages that the board has sent since the last ones."""
-    board.pins["at_zero"].drive(True)
-    bench.run(0.004)
-    return messages(bench, board)
-
-
-@pytest.mark.parametrize("cw", [True, False])
-def test_each_motion_by_the_joystick_is_counted_from_its_own_beginning(bench, board, cw):
-    """11h: from zero velocity and back "is considered a move"; 98h: "the number of encoder pulses ... during the last
-    move".  An encoder pulse is 6.25 motor pulses."""
-    sign = 1 if cw else -1
-    complete(bench, board, 0x33, *i32(1_000))
-    assert number(bench, board, 0x98) == 160
-    send(bench, board, 0x11)
-    for pulses, counts in ((100, 16), (25, 4)):
-        joystick_pulses(bench, board, pulses, cw)
-        release(bench, board)
-        assert (position(bench, board, 0x80), number(bench, board, 0x98)) == (sign * pulses, sign * counts)
-    board.pins["at_zero"].drive(False)
-    assert number(bench, board, 0x98) == 0
-    send(bench, board, 0x10)
-    assert (number(bench, board, 0x98), number(bench, board, 0x9A)) == (0, 160 + sign * 20)
-
-
-@pytest.mark.parametrize("cw", [True, False])
-def test_a_motion_by_the_joystick_is_watched_from_its_beginning(bench, board, cw):
-    """11h: from zero velocity and back "is considered a move"; an earlier slip, here of 499 pulses, is no stall."""
-    send(bench, board, 0xA7, 1)
-    board.axes["motor"].jam()
-    complete(bench, board, 0x33, *i32(499))
-    send(bench, board, 0x11)
-    for pulses, told in ((499, []), (500, ["a7 00"]), (2_000, ["a7 00"])):
-        joystick_pulses(bench, board, pulses, cw)
-        assert release(bench, board) == told
-    board.axes["motor"].jam(False)
-    joystick_pulses(bench, board, 1_000, cw)
-    assert release(bench, board) == []
-
-
-def test_a_stall_by_the_joystick_between_two_updates_is_found_at_its_end(bench, board):
-    """Of 100 encoder pulses to the revolution, a tooth of 50 is two motor pulses."""
-    send_all(bench, board, (0xB0, 0, 1, 0, 1), (0xB1, *i32(100)), (0xA7, 1), (0x11,))
-    board.axes["motor"].jam()
-    joystick_pulses(bench, board, 2, period_s=0.0001)
-    board.pins["at_zero"].drive(True)
-    board.axes["motor"].jam(False)
-    assert release(bench, board) == ["a7 00"]
-
-
 def test_backlash_is_no_stall_if_it_has_been_defined(bench):
     """A play of 100 encoder pulses is 625 motor pulses, more than a tooth; defined as backlash it is no stall."""
     board = tracked(bench, backlash=100)
@@ -145,21 +111,6 @@ def test_backlash_is_no_stall_if_it_has_been_defined(bench):
         for distance in (2_000, -2_000):
             complete(bench, board, 0x33, *i32(distance))
         assert messages(bench, board) == told * 2
-
-
-@pytest.mark.parametrize("missing", [0xB0, 0xB1, 0xB2, 0xB4])
-def test_there_is_no_watch_before_all_four_are_defined(bench, board, missing):
-    board.power_cycle()
-    bench.run(1.01)
-    for command in ALL:
-        if command[0] != missing:
-            send(bench, board, *command)
-    for command in ((0x19, 1), (0xA7, 1), (0x31, 0, 0, *i32(5_000), *i32(0x7FFF_FFFF))):
-        send(bench, board, *command)
-    board.axes["motor"].jam()
-    complete(bench, board, 0x33, *i32(2_000))
-    assert messages(bench, board) == []
-    assert position(bench, board) == 2_000
 
 
 @in_all_ways(5, 0.0007, 8000)

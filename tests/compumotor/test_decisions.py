@@ -7,7 +7,6 @@ from .programs import (
     ALL,
     AT_ONCE,
     enter,
-    listing,
     number,
     sequence,
     tracked,
@@ -40,6 +39,8 @@ STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.
         "01 07 {00|01} -> {07|nothing}",
         'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (2)':
         "01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 {00|01} -> {07|nothing}",
+        "surplus zeros are not kept in a sequence":
+        "sequence 1: 09 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00; E2: 598; 92 01; says 92 09 02, 92 00",
     }
 )  # fmt: skip
 def test_definitions(bench, script):
@@ -79,12 +80,6 @@ def test_the_lowest_acceleration_of_the_specifications(bench, board):
 
 
 # Strings
-
-
-def test_surplus_zeros_are_not_kept_in_a_sequence(bench, board):
-    sequence(bench, board, 1, (0x09, 2, *(0,) * 14))
-    assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 598
-    assert listing(bench, board, 1) == ["92 09 02", "92 00"]
 
 
 def test_a_seventeenth_byte_finds_the_fifo_full(bench, board):
@@ -130,20 +125,12 @@ def test_requests_with_lost_lists_are_as_their_siblings(bench, board, request_):
         "1811 interrupt_command='printed'; sequence 1: 28 00, 01 09; 92 01; says 92 28, 92 00; 41 01; "
         "01 01 -> nothing; 79; 01 02 -> 02; 52 01 04 =never #10; 01 03 -> 03; EE #32767 01 04 00; "
         "velocities 32767 32767; 42; 01 05 -> nothing; 1 s; says nothing",
+        '8Ah: "active" is what 38h defines; before 38h a high input is active, in 88h too':
+        "home {high|low}; 8A -> {FF|00}; 88 & 04 is {04|00}; 38 00 00 32 00; 8A -> {00|FF}",
     }
 )  # fmt: skip
 def test_requests_whose_lists_of_attributes_are_lost(bench, script):
     play(bench, script)
-
-
-@pytest.mark.parametrize("high", [True, False])
-def test_8ah_before_38h_tells_the_ttl_level(bench, board, high):
-    """8Ah: "active" is what 38h defines; before 38h a high input is active, in 88h too."""
-    board.pins["home"].drive(high)
-    assert ask(bench, board, 0x8A)[1] == (0xFF if high else 0)
-    assert bool(ask(bench, board, 0x88)[1] & 4) is high
-    send(bench, board, 0x38, 0, 0, 50, 0)
-    assert ask(bench, board, 0x8A)[1] == (0 if high else 0xFF)
 
 
 # 01h
@@ -251,23 +238,13 @@ def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, rati
         "tracked; 18 01; 19 {00|01}; A7 01; jam; displace 100; 2 s; velocity -2000; 99: -100; 8C -> FF; says nothing; "
         "free; 5 s; 99: 0; at rest",
         "18h ends the correction of a jammed motor": "tracked; 18 01; jam; displace 100; 1 s; 18 00; at rest",
+        "9Ah has 32 bits: 16 beyond 7FFFFFFFh is -80000000h + 15, and an absolute move to that position moves nothing":
+        "tracked; 2F =at_once; 35 =16; idle; 9A: -2147483633; 36 =-2147483633; idle; 9A: -2147483633; 99: 0; at 100; "
+        "36 =-2147483617; idle; 9A: -2147483617; 99: 0; at 200; 36 =-2147483633; idle; 9A: -2147483633; 99: 0; at 100",
     }
 )  # fmt: skip
 def test_closed_loop(bench, script):
     play(bench, script)
-
-
-def test_36h_and_9ah_agree_beyond_32_bits(bench):
-    """9Ah has 32 bits: 16 beyond 7FFFFFFFh is -80000000h + 15, and an absolute move to that position moves nothing."""
-    board = tracked(bench)
-    send(bench, board, 0x2F, *i32(0x7FFF_FFFF))
-    complete(bench, board, 0x35, *i32(16))
-    here = -0x8000_0000 + 15
-    assert number(bench, board, 0x9A) == here
-    for more, pulses in ((0, 100), (16, 200), (0, 100)):
-        complete(bench, board, 0x36, *i32(here + more))
-        assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (here + more, 0)
-        assert board.axes["motor"].position == pulses
 
 
 @pytest.mark.parametrize(("target", "stops"), [(3, 2), (-3, -2), (5, 3), (-5, -3)])

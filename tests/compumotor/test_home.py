@@ -4,6 +4,8 @@ import pytest
 
 from axistwin.plant import PositionSwitch, in_series
 
+from ..scripts import scripts
+from .scripts import play
 from .talking import ask, default, i32, messages, position, ready, send, send_all
 
 CW, CCW = +1, -1
@@ -118,15 +120,17 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
     assert position(bench, board, 0x82) == -3_001
 
 
-def test_a_search_without_room_in_either_direction(bench):
-    board = ready(bench)
-    board.pins["cw_limit"].drive(True)
-    board.pins["ccw_limit"].drive(True)
-    default(bench, board, 10_000, 200_000)
-    define(bench, board, CW, CW)
-    search(bench, board, minus=0)
-    assert board.axes["motor"].position == 0
-    assert len(board.axes["motor"].train.moves) == 1
+@scripts(
+    {
+        "a search without room in either direction":
+        "cw_limit high; ccw_limit high; default 10000 200000; 38 01 00 05 00; 0F 03 02 01; 39 00; "
+        "until output1 is low; 0.01 s; at 0; moves 1",
+        "without default velocity or definition nothing happens": "38 01 00 05 00; 39 00; 1 s; moves 1",
+        "an 1810 has no encoder home": "1810; default 10000 200000; 38 01 00 05 00; 18 01; 3A 00; 1 s; at 0",
+    }
+)  # fmt: skip
+def test_home(bench, script):
+    play(bench, script)
 
 
 @pytest.mark.parametrize("percent", [0, 101])
@@ -135,13 +139,6 @@ def test_a_percentage_out_of_range_leaves_home_undefined(bench, percent):
     define(bench, board, CW, CW, percent=percent)
     send(bench, board, 0x39, 1, seconds=2)
     assert board.axes["motor"].position == 0
-
-
-def test_without_default_velocity_or_definition_nothing_happens(bench):
-    board = ready(bench)
-    define(bench, board, CW, CW)
-    send(bench, board, 0x39, 0, seconds=1)
-    assert len(board.axes["motor"].train.moves) == 1
 
 
 def test_not_while_moving(bench):
@@ -235,12 +232,4 @@ def test_not_unless_position_is_maintained(bench):
     board = encoder_machine(bench)
     define(bench, board, CW, CW)
     send_all(bench, board, (0x18, 0), (0x3A, 0), seconds=1)
-    assert board.axes["motor"].position == 0
-
-
-def test_an_1810_has_no_encoder_home(bench):
-    board = ready(bench, "1810")
-    default(bench, board, 10_000, 200_000)
-    define(bench, board, CW, CW)
-    send_all(bench, board, (0x18, 1), (0x3A, 0), seconds=1)
     assert board.axes["motor"].position == 0

@@ -3,7 +3,7 @@
 import pytest
 
 from ..scripts import scripts
-from .programs import continuous, cruise, distances, enter, listing, sequence, velocities
+from .programs import continuous, cruise, enter, listing, sequence, velocities
 from .scripts import play
 from .talking import (
     ask,
@@ -123,6 +123,16 @@ def test_remote_power_shutdown(bench, script):
     play(bench, script)
 
 
+def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
+    """Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse."""
+    default(bench, board, 10_000, 100_000)
+    send(bench, board, 0x33, *i32(3_000))
+    assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 1)
+    complete(bench, board, 0x70)
+    assert board.axes["motor"].position == 3_000
+    assert position(bench, board, 0x81) == 0
+
+
 @pytest.mark.parametrize("limit", [False, True])
 def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, limit):
     """13h: while the input is enabled, 12h has "no effect", whatever the level of the input."""
@@ -158,16 +168,6 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
     bench.run(2)
     assert board.axes["motor"].position == stands
     assert position(bench, board, 0x82) == stands
-
-
-def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
-    """Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse."""
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x33, *i32(3_000))
-    assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 1)
-    complete(bench, board, 0x70)
-    assert board.axes["motor"].position == 3_000
-    assert position(bench, board, 0x81) == 0
 
 
 @pytest.mark.parametrize("opcode", [0x73, 0x77])
@@ -292,19 +292,10 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
         "leaves the user bits alone": "08 {00|05}; 01 01; 0.01 s; 92 01; says 92 00; SB & 7 is {0|5}",
         '20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated':
         "sequence 1: 01 01, 20 05 00 03, 01 02; 41 01; says 01 01, 01 02, 01 02, 01 02",
+        'E3h: 8001h is "a special signal … to go to zero velocity"; EEh: a marker of another mode does not change that':
+        "52 01 04 =never #10; EE 80 00 09 02 00; EE 80 01 09 02 00; 53 01 04 =never #100; "
+        "distances 100 -32768 -32767; 42; 0.5 s; SB & 7 is 0; at -32668",
     }
 )  # fmt: skip
 def test_details(bench, script):
     play(bench, script)
-
-
-def test_a_marker_of_another_mode_does_not_hide_the_end_of_distances(bench, board):
-    """E3h: 8001h is "a special signal … to go to zero velocity"; EEh: a marker of another mode does not change that."""
-    enter(bench, board, 0x52, 1, 4, rate=10)
-    for word in (0x8000, 0x8001):
-        send(bench, board, 0xEE, *word.to_bytes(2, "big"), 0x09, 2, 0)
-    enter(bench, board, 0x53, 1, 4, rate=100)
-    distances(bench, board, 100, -0x8000, -0x7FFF)
-    send(bench, board, 0x42, seconds=0.5)
-    assert status_word(bench, board) & 7 == 0
-    assert board.axes["motor"].position == 100 - 0x8000

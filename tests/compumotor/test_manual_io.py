@@ -15,10 +15,6 @@ from .scripts import play
 from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, send, send_all, status_word
 
 
-def levels(board):
-    return board.pins["output1"].level, board.pins["output2"].level
-
-
 @scripts(
     {
         '00h: "If this command is sent to the indexer nothing will happen!"':
@@ -62,23 +58,18 @@ def levels(board):
         "D: the Fail interrupt (JU19) comes with status bits 5 and 7; only a reset clears them":
         "1811 interrupts=('failed',); CB 40; IDB FF; CB 50; 10.5 s; interrupt; SB & A0 is A0; CB D0; 0.1 s; "
         "interrupt; CB 20; no interrupt",
+        '0Bh to 0Dh, 97h: both outputs are set at power on; 0Dh writes bits 1 and 2, "all other bits ... are ignored"':
+        "00; 0.01 s; output1 is high; output2 is high; 97 -> 06; 0C 02; 0.01 s; output1 is high; output2 is low; "
+        "97 -> 02; 0C 00; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0C 03; 0.01 s; output1 is high; "
+        "output2 is low; 97 -> 02; 0D 04; 0.01 s; output1 is low; output2 is high; 97 -> 04; 0D F9; 0.01 s; "
+        "output1 is low; output2 is low; 97 -> 00; 0D 02; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0B 02; "
+        "0.01 s; output1 is high; output2 is high; 97 -> 06; 0D 00; 0.01 s; output1 is low; output2 is low; 97 -> 00; "
+        "0B 01; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0B 03; 0.01 s; output1 is high; output2 is low; "
+        "97 -> 02; 0B 00; 0.01 s; output1 is high; output2 is low; 97 -> 02",
     }
 )  # fmt: skip
 def test_outputs_joystick_and_shutdown(bench, script):
     play(bench, script)
-
-
-def test_programmable_outputs(bench, board):
-    """0Bh to 0Dh, 97h: both outputs are set at power on; 0Dh writes bits 1 and 2, "all other bits ... are ignored"."""
-    for command, both in (
-        ((0x00,), (True, True)), ((0x0C, 2), (True, False)), ((0x0C, 0), (True, False)), ((0x0C, 3), (True, False)),
-        ((0x0D, 0x04), (False, True)), ((0x0D, 0xF9), (False, False)), ((0x0D, 0x02), (True, False)),
-        ((0x0B, 2), (True, True)), ((0x0D, 0x00), (False, False)), ((0x0B, 1), (True, False)),
-        ((0x0B, 3), (True, False)), ((0x0B, 0), (True, False)),
-    ):  # fmt: skip
-        send(bench, board, *command, seconds=0.01)
-        assert levels(board) == both
-        assert ask(bench, board, 0x97) == bytes([0x97, 2 * both[0] + 4 * both[1]]).ljust(16, b"\0")
 
 
 def test_more_than_one_bit_may_show_the_same_state(bench, board):

@@ -22,31 +22,6 @@ def go(bench, board, *command):
     return position(bench, board)
 
 
-def test_define_the_absolute_position(bench, board):
-    """2Eh: "the absolute position is set to the known offset of the sensor"; two's complement; not while moving."""
-    default(bench, board, 100_000, AT_ONCE)
-    for place in (-5, 0x7FFF_FFFF, -0x8000_0000, 1_234):
-        send(bench, board, 0x2E, *i32(place))
-        assert position(bench, board) == place
-    assert go(bench, board, 0x34, *i32(1_000)) == 1_000
-    assert board.axes["motor"].position == -234
-    assert position(bench, board, 0x82) == -234, "the home reference is another matter"
-    send(bench, board, 0x33, *i32(100_000))
-    complete(bench, board, 0x2E, *i32(0))
-    assert position(bench, board) == 101_000
-
-
-def test_absolute_zero_is_here(bench, board):
-    """30h: "the absolute zero position and the position of the HOME limit switch are two independent locations"."""
-    default(bench, board, 10_000, AT_ONCE)
-    go(bench, board, 0x33, *i32(-77))
-    send(bench, board, 0x30)
-    assert (position(bench, board), position(bench, board, 0x82)) == (0, -77)
-    send(bench, board, 0x33, *i32(5_000), seconds=0.1)
-    complete(bench, board, 0x30)
-    assert position(bench, board) == 5_000, "ignored while moving"
-
-
 def test_the_default_move_is_move_zero(bench, board):
     """31h: reported by 91h with 00 as type CE; "set to zero" after power up; parameter one is don't care."""
     send(bench, board, 0x31, 0xAB, 0x21, *i32(0x0001_0203), *i32(0x0405_0607))
@@ -88,6 +63,26 @@ def test_a_default_out_of_range_is_ignored(bench, board, wrong):
         "relative 4 10000 100000 25; D7 05; D7 04; 40 04; 0.2 s; pulses 0",
         'Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues':
         "cruise -10000 100000; cw_limit high; 0.2 s; velocity -10000",
+        "2Eh: \"the absolute position is set to the known offset of the sensor\"; two's complement; not while moving":
+        "default 100000 at_once; 2E =-5; 83: -5; 2E =at_once; 83: 2147483647; 2E =-2147483648; 83: -2147483648; "
+        "2E =1234; 83: 1234; 34 =1000; idle; 83: 1000; at -234; 82: -234 -- the home reference is another matter; "
+        "33 =100000; 2E =0; idle; 83: 101000",
+        '30h: "the absolute zero position and the position of the HOME limit switch are two independent locations"':
+        "default 10000 at_once; 33 =-77; idle; 30; 83: 0; 82: -77; 33 =5000; 0.1 s; 30; idle; "
+        "83: 5000 -- ignored while moving",
+        '34h: "X pulses away from the absolute zero position", from any position':
+        "default 100000 10000000; 34 =100; idle; 83: 100; 34 =-100; idle; 83: -100; 34 =0; idle; 83: 0; 34 =5000; "
+        "idle; 83: 5000; 34 =5000; idle; 83: 5000; 34 =-12345; idle; 83: -12345; at -12345",
+        '34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"':
+        "default 100000 at_once; 2E =1073741833; 34 =1073741823; 0.2 s; pulses 0; 33 =-10; idle; 83: 1073741823; "
+        "34 =1073741808; idle; 83: 1073741808",
+        "C8h: the maxima are 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222 and 1,092,266.67 Hz":
+        "continuous 1 {546133|546133|546133|546133|546133|1092266} at_once 0 {0|16|32|48|64|80}; 0.05 s; 40 01; "
+        "0.1 s; velocity {546078.687|54607.869|5460.787|546.079|9101.312|1092157.443} to {546187.913|54618.791|"
+        "5461.879|546.188|9103.132|1092375.897}",
+        "CBh: the target is relative to absolute zero; outside the absolute range the move is not performed":
+        "absolute 2 100000 at_once -500; 40 02; idle; 83: -500; 40 02; idle; 83: -500; 2E =600; 40 02; idle; "
+        "83: -500; at -1600; 2E =-1073741825; 40 02; 0.2 s; at -1600",
     }
 )  # fmt: skip
 def test_definitions_and_moves(bench, script):
@@ -128,23 +123,6 @@ def test_the_longest_distances(bench, board, string):
     assert position(bench, board, 0x81) == abs(int.from_bytes(bytes(string[1:]), "big", signed=True)) - abs(done)
 
 
-def test_go_absolute(bench, board):
-    """34h: "X pulses away from the absolute zero position", from any position."""
-    default(bench, board, 100_000, 10_000_000)
-    places = [100, -100, 0, 5_000, 5_000, -12_345]
-    assert [go(bench, board, 0x34, *i32(place)) for place in places] == places
-    assert board.axes["motor"].position == -12_345
-
-
-def test_no_absolute_move_from_outside_the_range(bench, board):
-    """34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"."""
-    default(bench, board, 100_000, AT_ONCE)
-    send_all(bench, board, (0x2E, *i32(0x4000_0009)), (0x34, *i32(0x3FFF_FFFF)), seconds=0.2)
-    assert board.axes["motor"].pulses == 0
-    assert go(bench, board, 0x33, *i32(-10)) == 0x3FFF_FFFF
-    assert go(bench, board, 0x34, *i32(0x3FFF_FFF0)) == 0x3FFF_FFF0
-
-
 RANGES = [(0, 1, 16.667), (1, 10, 1.6667), (2, 100, 0.16667), (3, 1000, 0.016667), (4, 60, 0.27778), (5, 1, 33.333)]
 
 
@@ -156,17 +134,6 @@ def test_velocity_ranges(bench, board, x, unit, resolution):
     send(bench, board, 0x40, 1, seconds=0.1)
     assert board.axes["motor"].velocity == pytest.approx(500, abs=resolution / 2 + 1e-9)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
-
-
-@pytest.mark.parametrize(
-    ("x", "maximum"), [(0, 546_133), (1, 546_133), (2, 546_133), (3, 546_133), (4, 546_133), (5, 1_092_266)]
-)
-def test_the_fastest_of_each_range(bench, board, x, maximum):
-    """C8h: the maxima are 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222 and 1,092,266.67 Hz."""
-    hertz = {0: 546_133.3, 1: 54_613.33, 2: 5_461.333, 3: 546.1333, 4: 9_102.222, 5: 1_092_266.67}[x]
-    send(bench, board, *continuous(1, maximum, AT_ONCE, ranges=x << 4), seconds=0.05)
-    send(bench, board, 0x40, 1, seconds=0.1)
-    assert board.axes["motor"].velocity == pytest.approx(hertz, rel=1e-4)
 
 
 def test_a_definition_comes_back_as_it_was_sent(bench, board):
@@ -194,18 +161,6 @@ def test_definitions_out_of_range_are_ignored(bench, board, wrong):
     assert ask(bench, board, 0x91, 4) == bytes([0x91, *old])
     complete(bench, board, 0x40, 4)
     assert board.axes["motor"].position == 25
-
-
-def test_an_absolute_move_by_number(bench, board):
-    """CBh: the target is relative to absolute zero; outside the absolute range the move is not performed."""
-    send(bench, board, *absolute(2, 100_000, AT_ONCE, -500))
-    for _ in range(2):
-        assert go(bench, board, 0x40, 2) == -500
-    send(bench, board, 0x2E, *i32(600))
-    assert go(bench, board, 0x40, 2) == -500
-    assert board.axes["motor"].position == -1_600
-    send_all(bench, board, (0x2E, *i32(-0x4000_0001)), (0x40, 2), seconds=0.2)
-    assert board.axes["motor"].position == -1_600
 
 
 @pytest.mark.parametrize(("pin", "sign"), [("cw_limit", 1), ("ccw_limit", -1)])

@@ -60,6 +60,10 @@ from .talking import (
         'E.2: "a SINGULAR command cannot be performed outside of a sequence buffer during sequence buffer execution"':
         "relative 1 10000 100000 500; sequence 1: 28 00, 09 00; 41 01; 40 01; 0C 01; 0.5 s; pulses 0; output1 is low; "
         "48; 40 01; 0.5 s; pulses 500",
+        'B.2: "If the Motor Controller has been waiting to send additional messages ... it will do so then"':
+        "01 11; 01 22; 0.1 s; ODB 01; ODB 11; CB 80; next 01 22",
+        'C.2, the table: only bits 4 and 6 are set; "power-up initialization takes about one second"':
+        "new 1811; 0.5 s; SB & 10 is 0; until SB & 10 is 10; SB 50",
     }
 )  # fmt: skip
 def test_registers_and_strings(bench, script):
@@ -74,24 +78,6 @@ def test_reading_in_six_steps(bench, board):
     assert status_word(bench, board) & MESSAGE, "the board can not know before it is told"
     board.bus.write(CONTROL, TAKEN)
     bench.run(0.01)
-    assert status_word(bench, board) == 0x50
-
-
-def test_a_message_that_waits_comes_when_the_first_is_taken(bench, board):
-    """B.2: "If the Motor Controller has been waiting to send additional messages ... it will do so then"."""
-    send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.1)
-    assert board.bus.read(DATA) == 0x01  # only two of the sixteen bytes are read
-    assert board.bus.read(DATA) == 0x11
-    board.bus.write(CONTROL, TAKEN)
-    assert message(bench, board)[:3] == b"\x01\x22\x00"
-
-
-def test_status_after_power_up(bench):
-    """C.2, the table: only bits 4 and 6 are set; "power-up initialization takes about one second"."""
-    board = bench.add("1811")
-    bench.run(0.5)
-    assert not status_word(bench, board) & INPUT_READY
-    assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
     assert status_word(bench, board) == 0x50
 
 

@@ -6,20 +6,14 @@ from ..scripts import scripts
 from .programs import continuous, cruise, relative
 from .scripts import play
 from .talking import (
-    CONTROL,
-    ENABLE,
-    TAKEN,
     ask,
     complete,
     default,
     i32,
     messages,
     position,
-    ready,
     send,
     send_all,
-    status_word,
-    until_idle,
 )
 
 
@@ -29,17 +23,6 @@ def byte(bench, board, *command):
     assert data[0] == command[0]
     assert data[2:] == bytes(14)
     return data[1]
-
-
-def test_positions_of_an_excursion(bench, board):
-    """80h to 83h after moves of 300 and -500: -500 from the start, 0 to the end, -200 from home and from zero."""
-    default(bench, board, 10_000, 1_000_000)
-    for distance in (300, -500):
-        complete(bench, board, 0x33, *i32(distance))
-    assert ask(bench, board, 0x80) == bytes([0x80, *i32(-500)]).ljust(16, b"\0")
-    assert ask(bench, board, 0x81) == bytes([0x81]).ljust(16, b"\0")
-    assert ask(bench, board, 0x82) == bytes([0x82, *(-200).to_bytes(6, "big", signed=True)]).ljust(16, b"\0")
-    assert ask(bench, board, 0x83) == bytes([0x83, *(-200).to_bytes(6, "big", signed=True)]).ljust(16, b"\0")
 
 
 def test_positions_on_the_way(bench, board):
@@ -83,6 +66,21 @@ def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
         "move 00 only":
         "relative 3 10 10 10; default 10 10; 51 01 04 00 00 00 00; 92 01 -> nothing; 93 -> nothing; 91 03 -> nothing; "
         "91 00 -> CE 00 00 =10 =10",
+        "80h to 83h after moves of 300 and -500: -500 from the start, 0 to the end, -200 from home and from zero":
+        "default 10000 1000000; 33 =300; idle; 33 =-500; idle; 80 -> FF FF FE 0C; 81 -> 00; 82 -> FF FF FF FF FF 38; "
+        "83 -> FF FF FF FF FF 38",
+        "89h: the high nibble is the + limit; 88h: the limits are bits 0 and 1":
+        "cw_limit {low|high|low|high}; ccw_limit {low|low|high|high}; 0.01 s; 89 -> {00|F0|0F|FF}; 88 & 03 is {00|01|"
+        "02|03}",
+        "8Ah: active is the level that 38h defines; 88h: the home switch is bit 2":
+        "38 {00|01} 00 0A 00; home high; 0.01 s; 8A -> {00|FF}; 88 & 04 is {00|04}; home low; 0.01 s; 8A -> {FF|00}; "
+        "88 & 04 is {04|00}; home high; 0.01 s; 8A -> {00|FF}; 88 & 04 is {00|04}",
+        'A5h: its message causes the "message ready" interrupt, which CB bit seven clears':
+        "default 10000 100000; A5 01; 33 =100; CB 40; no interrupt; idle; 0.01 s; interrupt; SB & C8 is 88; ODB A5; "
+        "CB C0; no interrupt",
+        "Attributes of these requests: valid in both modes and concurrent with a sequence":
+        "D9 01; 2B 00 01; D8; 41 01; {80|82|83|84|85|88|89|8A|8B|8C|94|95|96|97|FD} answers; 79; "
+        "52 01 04 00 00 00 00 00 02; {80|82|83|84|85|88|89|8A|8B|8C|94|95|96|97|FD} answers",
     }
 )  # fmt: skip
 def test_requests_and_events(bench, script):
@@ -130,28 +128,6 @@ def test_move_status(bench, board, minus):
         (home | sign | 0x90, 0xFF, 0, 0, 0xFF),
         (home | sign, 0, 0, 0, 0),
     ]
-
-
-@pytest.mark.parametrize(("cw", "ccw", "answer"), [(0, 0, 0x00), (1, 0, 0xF0), (0, 1, 0x0F), (1, 1, 0xFF)])
-def test_limits(bench, board, cw, ccw, answer):
-    """89h: the high nibble is the + limit; 88h: the limits are bits 0 and 1."""
-    board.pins["cw_limit"].drive(bool(cw))
-    board.pins["ccw_limit"].drive(bool(ccw))
-    bench.run(0.01)
-    assert byte(bench, board, 0x89) == answer
-    assert byte(bench, board, 0x88) & 3 == cw + 2 * ccw
-
-
-@pytest.mark.parametrize("active", [0, 1])
-def test_the_home_switch(bench, board, active):
-    """8Ah: active is the level that 38h defines; 88h: the home switch is bit 2."""
-    send(bench, board, 0x38, active, 0, 10, 0)
-    for level in (True, False, True):
-        board.pins["home"].drive(level)
-        bench.run(0.01)
-        asserted = level is bool(active)
-        assert byte(bench, board, 0x8A) == (0xFF if asserted else 0)
-        assert byte(bench, board, 0x88) & 4 == (4 if asserted else 0)
 
 
 def test_crunching(bench, board):
@@ -212,31 +188,3 @@ def test_hitting_a_limit(bench, board, next_, every, pin):
     bench.run(0.01)
     send(bench, board, every, 1, seconds=0.1)
     assert messages(bench, board) == []
-
-
-def test_an_event_interrupts_the_bus(bench):
-    """A5h: its message causes the "message ready" interrupt, which CB bit seven clears."""
-    board = ready(bench)
-    default(bench, board, 10_000, 100_000)
-    send_all(bench, board, (0xA5, 1), (0x33, *i32(100)))
-    board.bus.write(CONTROL, ENABLE)
-    assert not board.bus.interrupt
-    until_idle(bench, board)
-    bench.run(0.01)
-    assert board.bus.interrupt
-    assert status_word(bench, board) & 0xC8 == 0x88
-    assert board.bus.read(0) == 0xA5
-    board.bus.write(CONTROL, ENABLE | TAKEN)
-    assert not board.bus.interrupt
-
-
-@pytest.mark.parametrize(
-    "opcode", [0x80, 0x82, 0x83, 0x84, 0x85, 0x88, 0x89, 0x8A, 0x8B, 0x8C, 0x94, 0x95, 0x96, 0x97, 0xFD]
-)
-def test_requests_while_a_sequence_is_performed_and_while_streaming(bench, board, opcode):
-    """Attributes of these requests: valid in both modes and concurrent with a sequence."""
-    for command in ((0xD9, 1), (0x2B, 0, 1), (0xD8,), (0x41, 1)):
-        send(bench, board, *command)
-    assert ask(bench, board, opcode)[:1] == bytes([opcode])
-    send_all(bench, board, (0x79,), (0x52, 1, 4, 0, 0, 0, 0, 0, 2))
-    assert ask(bench, board, opcode)[:1] == bytes([opcode])

@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import MS
 
 from ..scripts import scripts
-from .programs import about, cruise, relative, rising, sequence, steps
+from .programs import about, cruise, rising, sequence, steps
 from .scripts import play
 from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
@@ -58,6 +58,36 @@ def test_stop(bench, board, trigger):
         "81: under 0; says nothing; 48; says 01 01",
         "78h: the move is ended, but the sequence continues":
         "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 78; 0.1 s; says 01 01; at 1 to 4999",
+        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (1)':
+        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 71; idle; 1 s; at 3000; says nothing; "
+        "48; says nothing; 41 01; idle; says 01 01",
+        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (2)':
+        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 72; idle; 1 s; at 3000; says nothing; "
+        "48; says 01 01; 41 01; idle; says 01 01",
+        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (3)':
+        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 75 {01|06} 01 01; trigger {1|6}; "
+        "says 75 {01|06}; idle; 1 s; at 3000; says nothing; 48; says nothing; 41 01; idle; says 01 01",
+        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (4)':
+        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 76 {01|06} 01 01; trigger {1|6}; "
+        "says 76 {01|06}; idle; 1 s; at 3000; says nothing; 48; says 01 01; 41 01; idle; says 01 01",
+        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (1)":
+        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 79; 0.1 s; says nothing; 48; says nothing; 48; 7200 s; "
+        "says nothing",
+        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (2)":
+        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7A; 0.1 s; says nothing; 48; says 01 01; 48; 7200 s; says nothing",
+        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (3)":
+        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7D {01|06} 01 01; trigger {1|6}; says 7D {01|06}; 0.1 s; "
+        "says nothing; 48; says nothing; 48; 7200 s; says nothing",
+        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (4)":
+        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7E {01|06} 01 01; trigger {1|6}; says 7E {01|06}; 0.1 s; "
+        "says nothing; 48; says 01 01; 48; 7200 s; says nothing",
+        '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (1)':
+        "74 01 01 01; {75|76|77|7C|7D|7E} 01 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; {75|76|77|7C|7D|"
+        "7E} 01 00 01; cruise 10000 100000; trigger 1; says 74 01; 74 01 00 00; {75|76|77|7C|7D|7E} 01 01 01; "
+        "sequence 1: 2B 00 01; idle; 41 01; trigger 1; says {75|76|77|7C|7D|7E} 01",
+        '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (2)':
+        "74 01 01 01; AC 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; AC 01 00; cruise 10000 100000; "
+        "trigger 1; says 74 01; 74 01 00 00; AC 01 01; sequence 1: 2B 00 01; idle; 41 01; trigger 1; says AC 01",
     }
 )  # fmt: skip
 def test_stop_discontinue_and_kill(bench, script):
@@ -112,39 +142,6 @@ def test_discontinue_a_singular_command(bench, board, trigger):
     assert position(bench, board, 0x80) == -done
 
 
-@WAYS
-@pytest.mark.parametrize("opcode", [0x71, 0x72])
-def test_the_current_command_is_completed(bench, board, opcode, trigger):
-    """71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend"."""
-    send(bench, board, *relative(1, 10_000, 100_000, 3_000))
-    sequence(bench, board, 1, (0x40, 1), (0x01, 1))
-    send(bench, board, 0x41, 1, seconds=0.2)
-    by(bench, board, opcode, trigger)
-    until_idle(bench, board)
-    bench.run(1)
-    assert (board.axes["motor"].position, messages(bench, board)) == (3_000, [])
-    send(bench, board, 0x48)
-    assert messages(bench, board) == (["01 01"] if opcode == 0x72 else [])
-    send(bench, board, 0x41, 1)  # "The contents of the sequence buffer are not lost"
-    until_idle(bench, board)
-    assert messages(bench, board) == ["01 01"]
-
-
-@WAYS
-@pytest.mark.parametrize("opcode", [0x79, 0x7A])
-def test_the_current_command_is_ended_prematurely(bench, board, opcode, trigger):
-    """79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE."""
-    sequence(bench, board, 1, (0x2B, 0, 60), (0x01, 1))
-    send(bench, board, 0x41, 1, seconds=0.1)
-    by(bench, board, opcode, trigger)
-    bench.run(0.1)
-    assert messages(bench, board) == []
-    send(bench, board, 0x48)
-    assert messages(bench, board) == (["01 01"] if opcode == 0x7A else [])
-    send(bench, board, 0x48, seconds=7_200)
-    assert messages(bench, board) == []
-
-
 ON_TRIGGER = [0x74, 0x75, 0x76, 0x77, 0x7C, 0x7D, 0x7E]
 
 
@@ -178,24 +175,3 @@ def test_only_triggers_one_and_six(bench, board, opcode, trigger):
     for number in range(1, 7):
         rising(bench, board, number)
     assert messages(bench, board) == []
-
-
-@pytest.mark.parametrize("second", [*ON_TRIGGER[1:], 0xAC])
-def test_one_function_at_a_time(bench, board, second):
-    """74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled"."""
-    more = (1, 1) if second == 0xAC else (1, 1, 1)
-    send_all(bench, board, (0x74, 1, 1, 1), (second, *more))
-    cruise(bench, board)
-    rising(bench, board, 1)
-    assert messages(bench, board) == ["74 01"]
-    until_idle(bench, board)
-    send(bench, board, second, 1, 0, *more[2:])  # the other command cannot disable the function of 74h
-    cruise(bench, board)
-    rising(bench, board, 1)
-    assert messages(bench, board) == ["74 01"]
-    send_all(bench, board, (0x74, 1, 0, 0), (second, *more))
-    sequence(bench, board, 1, (0x2B, 0, 1))
-    until_idle(bench, board)
-    send(bench, board, 0x41, 1)
-    rising(bench, board, 1)
-    assert messages(bench, board) == [f"{second:02x} 01"]

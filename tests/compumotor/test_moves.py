@@ -134,6 +134,12 @@ def test_the_start_stop_velocity(bench, board):
         "absolute moves and positions":
         "default 500000 at_once; 33 =3000; idle; 30; 34 =-1000; idle; 83: -1000; 82: 2000; 80: -1000; 81: 0; at 2000; "
         "2E =-2147483648; 83: -2147483648; 34 =0; 0.1 s; at 2000",
+        "a stop during a reversal is the end of it":
+        "CE 01 00 =50000 =100000 00; CE 02 00 =50000 =100000 01; A1 01; 40 01; 1 s; 40 02; 0.2 s; {70|78}; 2 s; "
+        "at rest; says A1 00, A1 00",
+        "a continuous move is refused during a ramp and during a preset move":
+        "CE 01 00 =50000 =50000 00; CE 02 00 =10000 =50000 01; C8 03 00 =10000 =1000000 00 00 27 10; 0.1 s; 40 01; "
+        "0.5 s; 40 02; 1 s; velocity 50000; 78; 40 03; 0.5 s; 40 02; idle; 80: 10000",
     }
 )  # fmt: skip
 def test_moves_of_indexer_mode(bench, script):
@@ -164,30 +170,6 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
     send(bench, board, 0x70, seconds=0.1)
     assert motor.velocity == 0
     assert position(bench, board) == motor.position == motor.pulses
-
-
-@pytest.mark.parametrize("opcode", [0x70, 0x78])
-def test_a_stop_during_a_reversal_is_the_end_of_it(bench, board, opcode):
-    define(bench, board, 0xCE, 1, 50_000, 100_000, (0,))
-    define(bench, board, 0xCE, 2, 50_000, 100_000, (1,))
-    send_all(bench, board, (0xA1, 1), (0x40, 1), seconds=1)
-    send(bench, board, 0x40, 2, seconds=0.2)
-    send(bench, board, opcode, seconds=2)
-    assert board.axes["motor"].velocity == 0
-    assert messages(bench, board) == ["a1 00", "a1 00"]
-
-
-def test_a_continuous_move_is_refused_during_a_ramp_and_during_a_preset_move(bench, board):
-    define(bench, board, 0xCE, 1, 50_000, 50_000, (0,))
-    define(bench, board, 0xCE, 2, 10_000, 50_000, (1,))
-    define(bench, board, 0xC8, 3, 10_000, 1_000_000, i32(10_000))
-    bench.run(0.1)
-    send(bench, board, 0x40, 1, seconds=0.5)
-    send(bench, board, 0x40, 2, seconds=1)
-    assert board.axes["motor"].velocity == 50_000
-    send_all(bench, board, (0x78,), (0x40, 3), seconds=0.5)
-    complete(bench, board, 0x40, 2)
-    assert position(bench, board, 0x80) == 10_000
 
 
 def test_limit_switches_at_positions(bench):

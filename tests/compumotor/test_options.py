@@ -5,17 +5,11 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import product
 from axistwin.errors import UsageError
-from axistwin.units import MS
 
 from ..scripts import scripts
 from .scripts import play
 from .talking import (
-    CONTROL,
-    ENABLE,
     INPUT_READY,
-    MESSAGE,
-    ask,
-    message,
     messages,
     ready,
     send,
@@ -108,6 +102,17 @@ def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
         'Reading responses: "waiting to send additional messages"; here two messages wait besides the one in the ODB':
         "1811 message_queue=2; 01 01; 0.01 s; 01 02; 0.01 s; 01 03; 0.01 s; 01 04; 0.01 s; 01 05; 0.01 s; says 01 01, "
         "01 02, 01 03",
+        'Reading responses: after CB bit 7, "if the Motor Controller has been waiting ... it will do so then"':
+        "1811 next_message_ms={0.0|1.0|7.0}; 01 01; 01 02; 0.02 s; next 01 01; clock; until SB & 8 is 8; {0|1|"
+        "7} ms later",
+        'E2h: the reply has four bytes, the first two "always zero"; the others are the size of option buffer_bytes':
+        "1811 buffer_bytes={16|100|65535}; E2 -> 00 00 {00|00|FF} {10|64|FF}; 52 01 04 00 00 00 00 00 02; "
+        "E2 -> 00 00 {00|00|FF} {10|64|FF}",
+        "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (1)":
+        "new 1811 interrupts=({|'failed',}); 1.01 s; CB 40; IDB 01 09; CB 50; 0.02 s; SB 18; no interrupt",
+        "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (2)":
+        "new 1811 interrupts=('{message_ready',|input_ready',|input_ready','failed'}); 1.01 s; CB 40; IDB 01 09; "
+        "CB 50; 0.02 s; SB 98; interrupt",
     }
 )  # fmt: skip
 def test_options(bench, script):
@@ -118,44 +123,6 @@ def test_by_default_sixty_four_messages_wait(bench, board):
     for identifier in range(70):
         send(bench, board, 0x01, identifier, seconds=0.005)
     assert len(messages(bench, board)) == 65
-
-
-@pytest.mark.parametrize("ms", [0.0, 1.0, 7.0])
-def test_the_next_message_comes_after_the_first_has_been_taken(bench, ms):
-    """Reading responses: after CB bit 7, "if the Motor Controller has been waiting ... it will do so then"."""
-    board = ready(bench, next_message_ms=ms)
-    for identifier in (1, 2):
-        send(bench, board, 0x01, identifier)
-    bench.run(0.02)
-    assert message(bench, board)[:2] == b"\x01\x01"
-    taken = bench.now
-    assert bench.run_until(lambda: status_word(bench, board) & MESSAGE, 1)
-    assert bench.now - taken == ms * MS
-
-
-@pytest.mark.parametrize("size", [16, 100, 0xFFFF])
-def test_the_memory_is_as_large_as_the_option_says(bench, size):
-    """E2h: the reply has four bytes, the first two "always zero"; the others are the size of option buffer_bytes."""
-    board = ready(bench, buffer_bytes=size)
-    assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
-    send(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
-    assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
-
-
-@pytest.mark.parametrize(
-    ("sources", "byte"),
-    [((), 0x08), (("message_ready",), 0x88), (("failed",), 0x08), (("input_ready",), 0x98),
-     (("input_ready", "failed"), 0x98)],
-)  # fmt: skip
-def test_only_what_a_jumper_connects_interrupts(bench, sources, byte):
-    """Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only."""
-    board = bench.add("1811", interrupts=sources)
-    bench.run(1.01)
-    board.bus.write(CONTROL, ENABLE)
-    write(board, 0x01, 9, control=ENABLE)
-    bench.run(0.02)
-    assert status_word(bench, board) == byte | INPUT_READY | MESSAGE
-    assert board.bus.interrupt is bool(byte & 0x80)
 
 
 # Units

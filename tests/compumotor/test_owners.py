@@ -87,26 +87,22 @@ def in_a_sequence(bench, board, *commands):
         "says 92 01 02, 92 00",
         "CEh: a continuous move of the host is not refused by its own end":
         "cruise 10000 100000; 32 01; 1 s; velocity -10000",
+        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (1)':
+        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 79; 4 s; "
+        "at 30000; at rest; 48; says nothing",
+        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (2)':
+        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 7A; 4 s; "
+        "at 30000; at rest; 48; says 01 09",
+        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (3)':
+        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; "
+        "7D 01 01 00; trigger 1; 4 s; at 30000; at rest; 48; says nothing",
+        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (4)':
+        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; "
+        "7E 01 01 00; trigger 1; 4 s; at 30000; at rest; 48; says 01 09",
     }
 )  # fmt: skip
 def test_whose_command(bench, script):
     play(bench, script)
-
-
-@pytest.mark.parametrize("trigger", [None, 1])
-@pytest.mark.parametrize("opcode", [0x79, 0x7A])
-def test_what_ends_the_sequences_command_leaves_the_hosts_move_alone(bench, board, opcode, trigger):
-    """79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer"."""
-    beside_a_move(bench, board, (0x2B, 0, 60), (0x01, 9))
-    if trigger is None:
-        send(bench, board, opcode)
-    else:
-        send(bench, board, opcode + 4, trigger, 1, 0)
-        rising(bench, board, trigger)
-    bench.run(4)
-    assert (board.axes["motor"].position, board.axes["motor"].velocity) == (30_000, 0)
-    send(bench, board, 0x48)
-    assert messages(bench, board) == (["01 09"] if opcode == 0x7A else [])
 
 
 def test_the_state_of_a_singular_command_is_that_of_both(bench, board):

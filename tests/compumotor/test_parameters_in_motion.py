@@ -3,7 +3,7 @@
 import pytest
 
 from ..scripts import scripts
-from .programs import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
+from .programs import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number
 from .scripts import play
 from .talking import complete, default, i32, messages, position, ready, send, send_all
 
@@ -53,6 +53,9 @@ def test_an_error_is_corrected_as_soon_as_all_is_defined(bench, last):
         "velocity 2000; B3 01 00 00 =50000; 0.01 s; at rest",
         'Reset: "encoder counts are zero"; after a power cycle each push is counted once, not twice':
         "tracked; power cycle; 1.01 s; displace 7; 9A: 7; power off; displace 7; power on; 1.01 s; 9A: 0",
+        'B5h: "whenever the encoder is within 5 encoder pulses": with an error of 5 this is true; within 4 it is false':
+        "tracked; 0F 00 80 01; displace 5; B5 FF FF 00 05; SB & 1 is 1; B5 FF FF 00 04; SB & 1 is 0; B5 FF FF FF FF; "
+        "SB & 1 is 1; B5 FF FF 00 00; SB & 1 is 0; displace -5; SB & 1 is 1",
     }
 )  # fmt: skip
 def test_parameters_in_motion(bench, script):
@@ -65,15 +68,3 @@ def test_half_a_motor_pulse_goes_away_from_where_the_move_begins(bench, counts, 
     board = machine(bench, *ALL, (0xB0, 0, 1, 0, 2))
     complete(bench, board, 0x35, *i32(counts))
     assert position(bench, board) == pulses
-
-
-def test_the_deadband_may_be_defined_while_it_is_shown(bench):
-    """B5h: "whenever the encoder is within 5 encoder pulses": with an error of 5 this is true; within 4 it is false."""
-    board = tracked(bench)
-    send(bench, board, 0x0F, 0, 0x80, 1)
-    board.axes["motor"].encoder.displace(5)
-    for deadband, shown in ((5, 1), (4, 0), (0xFFFF, 1), (0, 0)):
-        send(bench, board, 0xB5, 0xFF, 0xFF, *deadband.to_bytes(2, "big"))
-        assert board.bus.read(1) & 1 == shown
-    board.axes["motor"].encoder.displace(-5)
-    assert board.bus.read(1) & 1 == 1

@@ -8,7 +8,6 @@ from axistwin.errors import UsageError
 from ..scripts import scripts
 from .scripts import play
 from .talking import (
-    COMMAND_READY,
     ENABLE,
     RESET,
     TAKEN,
@@ -21,15 +20,6 @@ from .talking import (
     send_all,
     write,
 )
-
-
-def test_power_up_takes_about_one_second_and_leaves_50h(bench):
-    board = bench.add("1811")
-    assert board.bus.read(1) == 0x40
-    bench.run(0.9)
-    assert board.bus.read(1) == 0x40
-    bench.run(0.11)
-    assert board.bus.read(1) == 0x50
 
 
 @scripts(
@@ -46,6 +36,11 @@ def test_power_up_takes_about_one_second_and_leaves_50h(bench):
         "IDB 01 07; CB 50; 0.01 s; interrupt; SB 98; CB 00; no interrupt; SB 58; CB 40; interrupt; CB C0; "
         "no interrupt; SB 10",
         "power that is on already is no reset": "08 05; power on; SB 55",
+        "power up takes about one second and leaves 50h": "new 1811; SB 40; 0.9 s; SB 40; 0.11 s; SB 50",
+        "bytes that were not read are overwritten by the next message":
+        "01 11; 01 22; 0.02 s; ODB 01; CB 80; SB & 8 is 0; next 01 22",
+        "commands queue up and are obeyed in order": "08 05; 90; 08 02; SB & 7 is 5; next 90 50; 0.0001 s; SB & 7 is 2",
+        "a board without power does not drive the bus": "power off; IDB 01; CB 10; ODB FF; SB FF",
     }
 )  # fmt: skip
 def test_registers(bench, script):
@@ -62,23 +57,6 @@ def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
     assert board.bus.read(1) == 0x58
     board.bus.write(1, TAKEN)
     assert board.bus.read(1) == 0x50
-
-
-def test_bytes_that_were_not_read_are_overwritten_by_the_next_message(bench, board):
-    send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.02)
-    assert board.bus.read(0) == 0x01
-    board.bus.write(1, TAKEN)
-    assert not board.bus.read(1) & 0x08
-    assert message(bench, board)[:2] == b"\x01\x22"
-
-
-def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
-    for command in ((0x08, 0x05), (0x90,), (0x08, 0x02)):
-        send(bench, board, *command)
-    assert board.bus.read(1) & 0x07 == 5
-    assert message(bench, board)[:2] == b"\x90\x50"
-    bench.run(0.0001)
-    assert board.bus.read(1) & 0x07 == 2
 
 
 def test_the_input_ready_interrupt_is_cleared_by_bit_four(bench):
@@ -176,13 +154,6 @@ def test_a_host_may_reset_the_board_as_soon_as_the_status_byte_appears(bench, bo
     assert not hosts
     bench.run(1.01)
     assert board.bus.read(1) == 0x50
-
-
-def test_a_board_without_power_does_not_drive_the_bus(bench, board):
-    board.power(False)
-    board.bus.write(0, 1)
-    board.bus.write(1, COMMAND_READY)
-    assert (board.bus.read(0), board.bus.read(1)) == (0xFF, 0xFF)
 
 
 def test_a_fifo_holds_sixteen_bytes(bench, board):

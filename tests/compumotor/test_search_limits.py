@@ -2,9 +2,9 @@
 
 import pytest
 
-from axistwin.units import MS
-
-from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, status_word, write
+from ..scripts import scripts
+from .scripts import play
+from .talking import ask, default, messages, position, ready, send, send_all, status_word, write
 
 SINGULAR = 1  # the value of user bit 0
 
@@ -35,11 +35,24 @@ def overshoot(bench, board):
     assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 5)
 
 
-def test_all_of_it(bench, board):
-    """The level must last 3 ms, so at 1,000 pulses/s the motor stops 3 pulses beyond the edge."""
-    send(bench, board, 0x39, 0)
-    assert over(bench, board) == 2003
-    assert position(bench, board, 0x82) == 0
+@scripts(
+    {
+        "all of it: the level must last 3 ms, so at 1,000 pulses/s the motor stops 3 pulses beyond the edge":
+        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until SB & 1 is 0; "
+        "at 2003; 82: 0",
+        '39h: "if an end of limit is encountered the motor will reverse"; HOME is 2,003, as without the limit':
+        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 01; 0.1 s; "
+        "ccw_limit high; 0.1 s; ccw_limit low; until SB & 1 is 0; at 2003; 82: 0",
+        "Pre-defined moves: less than half of 30 ms for a move that is not calculated; here 1 + 10 + 3 ms":
+        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; clock; IDB 39 00; CB 10; "
+        "until moving; 14 ms later",
+        '39h: "at the velocity and acceleration specified with command 31h": a later 31h is for the next search':
+        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; 0.3 s; "
+        "default 500 20000; 0.02 s; velocity 5000; until SB & 1 is 0; at 2003; 33 =-3; idle; 82: -3",
+    }
+)  # fmt: skip
+def test_search_limits(bench, script):
+    play(bench, script)
 
 
 def test_a_limit_behind_the_overshoot_lets_no_recovery_begin(bench, board):
@@ -105,16 +118,6 @@ def test_a_search_that_is_stopped_at_a_limit_does_not_turn_round(bench, board, o
     assert board.axes["motor"].position == stands < 0
 
 
-def test_a_search_that_turns_round_at_a_limit(bench, board):
-    """39h: "if an end of limit is encountered the motor will reverse"; HOME is 2,003, as without the limit."""
-    send(bench, board, 0x39, 1, seconds=0.1)
-    board.pins["ccw_limit"].drive(True)
-    bench.run(0.1)
-    board.pins["ccw_limit"].drive(False)
-    assert over(bench, board) == 2003
-    assert position(bench, board, 0x82) == 0
-
-
 def test_a_search_is_one_move(bench, board):
     """A0h to A5h: a search reports one start, one constant velocity, and the end of motion of each leg."""
     for opcode in (0xA1, 0xA3, 0xA5):
@@ -128,14 +131,6 @@ def test_a_search_is_one_move(bench, board):
     assert found[-1] == "a5 00"
 
 
-def test_a_search_waits_for_its_calculation_and_a_correction_gives_way(bench, board):
-    """Pre-defined moves: less than half of 30 ms for a move that is not calculated; here 1 + 10 + 3 ms."""
-    began = bench.now
-    write(board, 0x39, 0)
-    assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    assert bench.now - began == 14 * MS
-
-
 @pytest.mark.parametrize("percent", [20, 50, 100])
 def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, board, percent):
     """38h: "the percent of default velocity", with no acceleration to it; 1,000, 2,500 and 5,000 pulses/s."""
@@ -144,14 +139,3 @@ def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, 
     times = board.axes["motor"].pulse_times()
     interval = int(times[-1] - times[-2])
     assert interval == pytest.approx(1_000_000_000 / (50 * percent), rel=0.005)
-
-
-def test_31h_during_a_search_is_for_the_next_one(bench, board):
-    """39h: "at the velocity and acceleration specified with command 31h": a later 31h is for the next search."""
-    send(bench, board, 0x39, 0, seconds=0.3)
-    default(bench, board, 500, 20_000)
-    bench.run(0.02)
-    assert board.axes["motor"].velocity == 5000
-    assert over(bench, board) == 2003
-    complete(bench, board, 0x33, *i32(-3))
-    assert position(bench, board, 0x82) == -3

@@ -1,7 +1,5 @@
 """Chapter Sequence buffers: definition, memory, trigger levels, and commands during a sequence."""
 
-import pytest
-
 from ..scripts import scripts
 from .programs import sequence
 from .scripts import play
@@ -19,6 +17,11 @@ from .talking import ask, send
         "default 10000 at_once; sequence 1: 28 00; sequence 2: 08 07; 41 01; 33 =100; 41 02; 12 01; D9 01; 92 01; "
         "next nothing; SB 50; at 0; shutdown is low; 90 -> 50",
         "an undefined sequence or move is ignored": "41 04; sequence 5: 40 09, 08 01; 41 05; idle; SB & 7 is 1",
+        "wait for a level":
+        "{trigger2|trigger3|trigger4|trigger5} {low|high|low|high}; sequence 1: 2C {02|03|04|05} {01|00|01|"
+        "00}, 08 01; 41 01; 1 s; {trigger2|trigger3|trigger4|trigger5} {high|low|high|low}; 0.001 s; {trigger2|"
+        "trigger3|trigger4|trigger5} {low|high|low|high}; 0.1 s; SB & 1 is 0; {trigger2|trigger3|trigger4|"
+        "trigger5} {high|low|high|low}; 0.005 s; SB & 1 is 1",
     }
 )  # fmt: skip
 def test_sequence_buffers(bench, script):
@@ -33,18 +36,3 @@ def test_all_sequences_share_one_memory(bench, board):
     assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 0
     send(bench, board, 0xDA, 1)
     assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 42
-
-
-@pytest.mark.parametrize(("trigger", "level"), [(2, 1), (3, 0), (4, 1), (5, 0)])
-def test_wait_for_a_level(bench, board, trigger, level):
-    board.pins[f"trigger{trigger}"].drive(not level)
-    sequence(bench, board, 1, (0x2C, trigger, level), (0x08, 1))
-    send(bench, board, 0x41, 1, seconds=1)
-    board.pins[f"trigger{trigger}"].drive(bool(level))
-    bench.run(0.001)
-    board.pins[f"trigger{trigger}"].drive(not level)  # too short to act
-    bench.run(0.1)
-    assert board.bus.read(1) & 1 == 0
-    board.pins[f"trigger{trigger}"].drive(bool(level))
-    bench.run(0.005)
-    assert board.bus.read(1) & 1 == 1

@@ -6,7 +6,7 @@ from axistwin.errors import UsageError
 
 from ..scripts import scripts
 from .scripts import play
-from .talking import ask, complete, default, i32, messages, ready, send, send_all
+from .talking import default, i32, messages, ready, send, send_all
 
 AT_ONCE = 0x7FFF_FFFF
 PINS = ("step", "cw_step", "ccw_step")
@@ -117,48 +117,6 @@ def test_leaving_zero_velocity_is_the_start_of_a_move(bench, board):
     assert messages(bench, board) == []
 
 
-def test_a_joystick_that_is_deflected_when_it_is_enabled_begins_a_move(bench, board):
-    armed(bench, board)
-    board.pins["at_zero"].drive(False)
-    assert messages(bench, board) == []
-    send(bench, board, 0x11)
-    assert messages(bench, board) == ["a0 00", "a1 00"]
-
-
-@pytest.mark.parametrize("opcode", [0x10, 0x73])
-def test_what_takes_the_motor_from_a_moving_joystick_is_an_end_of_motion(bench, board, opcode):
-    """10h: "Disabling of the Joystick occurs whether or not the motor is moving"; A4h: "arrives at zero velocity"."""
-    armed(bench, board, 0xA4, 0xA5)
-    send(bench, board, 0x11)
-    board.pins["at_zero"].drive(False)
-    bench.run(0.05)
-    send(bench, board, opcode)
-    assert messages(bench, board) == ["a4 00", "a5 00"]
-    board.pins["at_zero"].drive(True)
-    assert messages(bench, board) == []
-
-
-def test_what_is_asked_for_during_a_joysticks_move_is_for_the_next_one(bench, board):
-    """A0h: "the current move will not cause an interrupt"; the request is for the joystick's next move."""
-    send(bench, board, 0x11)
-    board.pins["at_zero"].drive(False)
-    bench.run(0.01)
-    armed(bench, board)
-    board.pins["at_zero"].drive(True)
-    assert messages(bench, board) == ["a4 00", "a5 00"]
-    board.pins["at_zero"].drive(False)
-    assert messages(bench, board) == ["a0 00", "a1 00"]
-
-
-def test_a_joystick_at_constant_velocity_is_not_told(bench, board):
-    """A2h, A3h: the joystick's pulses pass through the board, which has no constant velocity of its own to report."""
-    armed(bench, board, 0xA2, 0xA3)
-    send(bench, board, 0x11, seconds=0.02)
-    board.joystick.deflect(1_000)
-    bench.run(1)
-    assert messages(bench, board) == []
-
-
 def test_a_power_cut_under_the_joystick_sends_nothing(bench, board):
     armed(bench, board)
     send(bench, board, 0x11)
@@ -178,21 +136,6 @@ def test_a_power_cut_under_the_joystick_sends_nothing(bench, board):
 def test_a_reading_that_does_not_exist(bench, option):
     with pytest.raises(UsageError, match=f"{option}='none': expected one of"):
         bench.add("1811", **{option: "none"})
-
-
-@pytest.mark.parametrize(("trigger", "hold_us"), [(1, 500), (6, 1000)])
-def test_an_edge_may_have_to_hold(bench, trigger, hold_us):
-    """Trigger inputs: "a hold time of 500 microseconds to be recognized, and Trigger 6 requires 1 millisecond"."""
-    board = ready(bench, **{f"trigger{trigger}_hold_us": hold_us})
-    pin = board.pins[f"trigger{trigger}"]
-    send(bench, board, 0xAC, trigger, 1)
-    for high_us in (hold_us - 1, hold_us + 1):
-        pin.drive(False)
-        bench.run(0.003)
-        pin.drive(True)
-        bench.run(high_us / 1e6)
-        pin.drive(False)
-        assert messages(bench, board) == ([f"ac {trigger:02x}"] if high_us > hold_us else [])
 
 
 # What the board has set, and what is at the terminal
@@ -216,20 +159,28 @@ def test_an_edge_may_have_to_hold(bench, trigger, hold_us):
         'Specifications: "response will be within 200 microseconds for #1"':
         "AC 01 01; trigger1 low; 0.003 s; trigger1 high; 0.000199 s; trigger1 low; says nothing; trigger1 low; "
         "0.003 s; trigger1 high; 0.0003 s; trigger1 low; says AC 01; idle",
+        "a joystick that is deflected when it is enabled begins a move":
+        "A0 01; A1 01; A4 01; A5 01; at_zero low; says nothing; 11; says A0 00, A1 00",
+        '10h: "Disabling of the Joystick occurs whether or not the motor is moving"; A4h: "arrives at zero velocity"':
+        "A4 01; A5 01; 11; at_zero low; 0.05 s; {10|73}; says A4 00, A5 00; at_zero high; says nothing",
+        "A0h: \"the current move will not cause an interrupt\"; the request is for the joystick's next move":
+        "11; at_zero low; 0.01 s; A0 01; A1 01; A4 01; A5 01; at_zero high; says A4 00, A5 00; at_zero low; "
+        "says A0 00, A1 00",
+        "A2h, A3h: the joystick's pulses pass through the board, which has no constant velocity of its own to report":
+        "A2 01; A3 01; 11; 0.02 s; stick 1000; 1 s; says nothing",
+        'Trigger inputs: "a hold time of 500 microseconds to be recognized, and Trigger 6 requires 1 millisecond"':
+        "1811 {trigger1_hold_us=500|trigger6_hold_us=1000}; AC {01|06} 01; {trigger1|trigger6} low; 0.003 s; "
+        "{trigger1|trigger6} high; {0.000499|0.000999} s; {trigger1|trigger6} low; says nothing; {trigger1|"
+        "trigger6} low; 0.003 s; {trigger1|trigger6} high; {0.000501|0.001001} s; {trigger1|trigger6} low; "
+        "says AC {01|06}",
+        '86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move '
+        "0 (1)": "default 1000 7000 17; 85 -> 00; 33 =5; idle; 85 -> 11",
+        '86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move '
+        "0 (2)": "default 1000 7000 17; 86 -> 00; 33 =5; idle; 86 -> 11 00 00 1B 58",
     }
 )  # fmt: skip
 def test_step_outputs(bench, script):
     play(bench, script)
-
-
-@pytest.mark.parametrize("opcode", [0x85, 0x86])
-def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcode):
-    """86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move 0."""
-    default(bench, board, 1_000, 7_000, ranges=0x11)
-    assert ask(bench, board, opcode) == bytes([opcode]).ljust(16, b"\0")
-    complete(bench, board, 0x33, *i32(5))
-    number = 0 if opcode == 0x85 else 7_000
-    assert ask(bench, board, opcode)[1:6] == bytes((0x11, *i32(number)))
 
 
 @pytest.mark.parametrize(("pin", "code", "cw"), [("cw_limit", 0xA9, True), ("ccw_limit", 0xAB, False)])
