@@ -41,12 +41,13 @@ def play(script: str | Sequence[str]) -> None:
     encoder, to counts; the shaft's positions there), `turn 5 by 1` (counts per sample), `power off`, `power on`,
     `power cycle`, `clear` (the faults of power-up), `air 71` (°C), `pins 90` (all seven), `dip 0.2 0.05` (the supply,
     for seconds), `mend`, `host parity E`, `flip 1`, `break 0.01 s`.
-    Checks: `at 500`, `at > 5`, `commanded 500` (the shaft), `still`, `positions 1 3 6` (in the next samples), `20 steps
-    of -10` (too), `mark`, and then `moved 30` or `onwards 1 3 6` (counts since), `a is 5`, `a > 5`, `a != 5` (an
-    expression), `keep a`, and then `a kept`, `a grew`, `a grew by 5`, `C is low`, `C is 5.0 V`, `C is output`, `W orp`
-    (the bits of the status word, without Bi, or their sum), `Bits orp` (all bits, in the order trliwehoxpmdusak, and
-    that all reports of the status agree), `watch C`, and then `C unchanged` or `C went low @0 high @8` (samples since),
-    `line 2`, `no line`, `watch lines`, and then `lines 1 2` or `lines 1@1 2@2` (those that have begun, and when).
+    Checks: `at 500`, `at > 5`, `commanded 500` (the shaft), `still`, `positions 1 3 6` (in the next samples), `steps
+    1 2 3`, `20 steps of -10` (counts in each), `mark`, and then `moved 30` or `onwards 1 3 6` (counts since), `a is 5`,
+    `a > 5`, `a != 5` (an expression), `keep a`, and then `a kept`, `a grew`, `a grew by 5`, `C is low`, `C is 5.0 V`,
+    `C is output`, `W orp` (the bits of the status word, without Bi, or their sum), `Bits orp` (all bits, in the order
+    trliwehoxpmdusak, and that all reports of the status agree), `watch C`, and then `C unchanged` or `C went low @0
+    high @8` (samples since), `line 2`, `no line`, `watch lines`, and then `lines 1 2` or `lines 1@1 2@2` (those that
+    have begun, and when), `lists a=1 / END` (the stored program).
     """
     for one in [script] if isinstance(script, str) else script:
         bench, motor, acts = _begun(one.split("; "))
@@ -92,7 +93,12 @@ class Kept:
             case ["watch", "lines"]:
                 self.lines = []
                 zero = self.bench.now
-                self.motor.subscribe_lines(lambda _, n: self.lines.append((self._samples(zero), n + 1)))
+
+                def begins(program: str, n: int) -> None:
+                    assert self.motor.registers["line"].read() == n + 1
+                    self.lines.append((self._samples(zero), n + 1))
+
+                self.motor.subscribe_lines(begins)
             case ["lines", *lines]:
                 found = [f"{line}@{at:g}" if "@" in act else str(line) for at, line in self.lines]
                 expected = lines
@@ -240,12 +246,18 @@ def _holds(bench: Bench, motor: Controller, act: str) -> bool:
         case ["line", number]:
             running = motor.programs["program"].running
             found, expected = (motor.registers["line"].read(), running), (int(number), int(number) - 1)
+        case ["lists", *_]:
+            found, expected = motor.programs["program"].lines, tuple(act[6:].split(" / "))
+        case ["title", *words]:
+            found, expected = motor.programs["program"].title, " ".join(words)
         case ["no", "line"]:
             found, expected = motor.programs["program"].running, None
         case ["commanded", counts]:
             found, expected = shaft.commanded, int(counts)
         case ["positions", *counts]:
             found, expected = talking.positions(bench, motor, len(counts)), [int(count) for count in counts]
+        case ["steps", *counts]:
+            found, expected = talking.steps(bench, motor, len(counts)), [int(count) for count in counts]
         case [number, "steps", "of", counts]:
             found, expected = talking.steps(bench, motor, int(number)), [int(counts)] * int(number)
         case ["turn", *_]:

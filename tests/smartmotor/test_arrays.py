@@ -1,13 +1,12 @@
 """Chapter 8: variables and arrays."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
 
 from .playing import play, scripts
-from .talking import load, ready, send, value, values
+from .talking import ready, send, value
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 LONGS = [2 * letter for letter in LETTERS] + [3 * letter for letter in LETTERS[:25]]
@@ -65,52 +64,33 @@ LAST = {"ab": 203, "aw": 101, "al": 50}
         # Beyond
         "they are lost when the power is cut":
         "aw[0] 1 2 3. zz=4 zzz=5 a=6; power cycle; 0.5 s; aw[0] is 0; aw[1] is 0; al[25] is 0; zzz is 0; a is 0",
+        '8.1: "A100 is no longer accepted": the command is a syntax error (base 3) and has no other effect':
+        [f"keep {name}; {name}100 RBs -> 1; {name} kept"
+         for name in (
+             "A", "V", "P", "D", "E", "T", "KP", "x", "aa", "ab[0]", "BASE", "SIZE", "AMPS", "SLN", "aw[0]",
+         )],
+        "6: the arrays share memory with 51 variables, aa…zz (26) and aaa…yyy (25); zzz and a…z are not among them":
+        "zzz=9 a=8 z=7; " + "; ".join(f"al[{n}] is 0" for n in range(51)) + "; zzz is 9; a is 8; z is 7",
+        # Lists
+        '1.1: "aw[0] 0 100 500 700." sets four consecutive elements':
+        "aw[4]=9 aw[0] 0 100 500 700.; aw[0] is 0; aw[1] is 100; aw[2] is 500; aw[3] is 700; aw[4] is 9",
+        "lists of every kind begin where their index says":
+        [f"n=3 {kind}[n+1] -1 2 -3.; {kind}[3] is 0; {kind}[4] is -1; {kind}[5] is 2; {kind}[6] is -3; {kind}[7] is 0; "
+         "RBs RBu -> 0 0"
+         for kind in WIDTH],
+        '1.1: "aw[0] 0 100 500 700." is one assignment. 3: a space ends a command, so an open bracket ends there':
+        [f"load ZS / CLK=0 / {text} / a=CLK / END; RUN; 0.05 s; Ra RBs Raw[0] Raw[1] -> {answers}"
+         for text, answers in (("aw[0] 5 6.", "2 0 5 6"), ("aw[0 5 6.", "4 1 0 0"), ("aw[0]5 6.", "3 1 0 0"))],
+        "Base 6: GETCHR of an empty buffer is 0. A statement with a seventeenth such value only sets Bs":
+        [f"load a=7 / a=a+{'+'.join(['GETCHR1'] * most)}+1 / b=1 / END; ZS RUN; 0.05 s; Ra RBs Rb -> {answers}"
+         for most, answers in ((16, "8 0 1"), (17, "7 1 1"))],
     }
 )  # fmt: skip
 def test_arrays(script):
     play(script)
 
 
-# 8.1 Forced equal sign
-
-
-@pytest.mark.parametrize(
-    "words",
-    ["A100", "V100", "P100", "D100", "E100", "T100", "KP100", "x5", "aa5", "ab[0]5", "BASE8", "SIZE8", "AMPS9", "SLN0",
-     "P1000", "aw[0]5"],
-)  # fmt: skip
-def test_the_equal_sign_must_be_present(bench, motor, words):
-    """8.1: "A100 is no longer accepted": the command is a syntax error (base 3) and has no other effect."""
-    name = words.rstrip("0123456789")
-    before = value(bench, motor, name)
-    assert send(bench, motor, f"{words} RBs", 0) == b"1\r"
-    assert value(bench, motor, name) == before
-
-
-# 8.2 Multiple arrays, table 8.1
-
-
-def test_zzz_and_single_letters_lie_elsewhere(bench, motor):
-    """6: the arrays share memory with 51 variables, aa…zz (26) and aaa…yyy (25); zzz and a…z are not among them."""
-    send(bench, motor, "zzz=9 a=8 z=7", 0)
-    assert {value(bench, motor, f"al[{index}]") for index in range(51)} == {0}
-    assert values(bench, motor, ["zzz", "a", "z"]) == [9, 8, 7]
-
-
 # Lists
-
-
-def test_the_summarys_list(bench, motor):
-    """1.1: "aw[0] 0 100 500 700." sets four consecutive elements."""
-    send(bench, motor, "aw[4]=9 aw[0] 0 100 500 700.", 0)
-    assert values(bench, motor, (f"aw[{index}]" for index in range(5))) == [0, 100, 500, 700, 9]
-
-
-@pytest.mark.parametrize("kind", WIDTH)
-def test_lists_of_every_kind_begin_where_their_index_says(bench, motor, kind):
-    send(bench, motor, f"n=3 {kind}[n+1] -1 2 -3.", 0)
-    assert values(bench, motor, (f"{kind}[{index}]" for index in range(3, 8))) == [0, -1, 2, -3, 0]
-    assert send(bench, motor, "RBs RBu", 0) == b"0\r0\r"
 
 
 def test_the_whole_array_in_one_list(bench, motor):
@@ -144,22 +124,3 @@ def test_the_three_arrays_are_one_memory_of_204_bytes(written):
         found = send(bench, motor, "".join(f"R{kind}[{index}] " for index in range(LAST[kind] + 1)), 0)
         elements = [memory[at : at + width] for at in range(0, 204, width)]
         assert found.split() == [b"%d" % int.from_bytes(element, signed=True) for element in elements]
-
-
-@pytest.mark.parametrize(
-    ("text", "statements", "wrong"), [("aw[0] 5 6.", 1, 0), ("aw[0 5 6.", 3, 1), ("aw[0]5 6.", 2, 1)]
-)
-def test_values_in_a_row_are_one_statement_and_without_their_bracket_none(bench, motor, text, statements, wrong):
-    """1.1: "aw[0] 0 100 500 700." is one assignment.  3: a space ends a command, so an open bracket ends there."""
-    load(bench, motor, f"ZS\nCLK=0\n{text}\na=CLK\nEND\n")
-    send(bench, motor, "RUN", 0.05)
-    assert send(bench, motor, "Ra RBs", 0) == f"{statements + 1}\r{wrong}\r".encode()
-    assert send(bench, motor, "Raw[0] Raw[1]", 0) == (b"0\r0\r" if wrong else b"5\r6\r")
-
-
-@pytest.mark.parametrize(("values", "taken"), [(16, True), (17, False)])
-def test_sixteen_values_from_outside_in_one_statement(bench, motor, values, taken):
-    """Base 6: GETCHR of an empty buffer is 0.  A statement with a seventeenth such value only sets Bs."""
-    load(bench, motor, "a=7\na=a+{}+1\nb=1\nEND\n".format("+".join(["GETCHR1"] * values)))
-    send(bench, motor, "ZS RUN", 0.05)
-    assert send(bench, motor, "Ra RBs Rb", 0) == (b"8\r0\r1\r" if taken else b"7\r1\r1\r")

@@ -1,7 +1,5 @@
 """Chapter 5: the static brake, its signals on pins C and G, and the mode torque brake."""
 
-import pytest
-
 from axistwin import Bench
 from axistwin.bench import Controller
 
@@ -162,21 +160,12 @@ HOLD = "MP D=0 G"
          f"BRKI BRKENG BRKRLS BRKSRV; {name} is {'high' if engaged else 'low'}; {name} unchanged; U{name}O; "
          f"{name} is {'low' if engaged else 'high'}"
          for brake, name in PINS for engaged in (True, False)],
+        # the changes are those of HOLD, UG=1, BRKG, OFF and HOLD
+        '5.1: "The I/O pin is set to 5 Vdc when brake engaged": no pulse of 0 V when UGO (UCO) is repeated':
+        [f"U{name}=0 {brake} U{name}O; {name} is 5.0 V; watch {name}; U{name}O; {name} unchanged; {HOLD}; "
+         f"U{name}=1 {brake} OFF U{name}O {HOLD}; {name} went low high low high low"
+         for brake, name in PINS],
     }
 )  # fmt: skip
 def test_brakes(script):
     play(script)
-
-
-@pytest.mark.parametrize(("brake", "name"), PINS)
-def test_an_output_given_again_or_late_shows_the_signal_at_once(bench, motor, brake, name):
-    """5.1: "The I/O pin is set to 5 Vdc when brake engaged": no pulse of 0 V when UGO (UCO) is repeated."""
-    pin = motor.pins[name]
-    send(bench, motor, f"U{name}=0 {brake} U{name}O")
-    assert pin.volts == 5.0
-    found = changes(bench, motor, name)
-    send(bench, motor, f"U{name}O")
-    assert found == []
-    send(bench, motor, HOLD)
-    send(bench, motor, f"U{name}=1 {brake} OFF U{name}O {HOLD}")
-    assert [level for _, level in found] == [False, True, False, True, False]  # HOLD, UG=1, BRKG, OFF, HOLD

@@ -8,10 +8,10 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .playing import play, scripts
-from .scenarios import cam, start_cam, turn_through, turn_to
+from .scenarios import cam, start_cam, turn_to
 from .talking import SAMPLE_NS, advance, load, ready, send, value
 
-OLD = {11_000: 750, 12_000: 1000, 18_000: 1000, 18_100: 1000, 20_000: 1000, 21_000: 1250}
+OLD = "turn 11000 12000 18000 18100 20000 21000: 750 1000 1000 1000 1000 1250"
 
 
 @pytest.fixture
@@ -21,73 +21,6 @@ def motor(bench: Bench) -> Controller:
     start_cam(bench, motor)
     turn_to(bench, motor, 3000)
     return motor
-
-
-def see(bench, motor, expected):
-    assert turn_through(bench, motor, list(expected)) == list(expected.values())
-
-
-CHANGES = {
-    "without ci the dwell stays": ("D=100", OLD),
-    # 9.3: a dwell that changes only at the boundary prevents abrupt moves.
-    "if the boundary is never crossed the dwell never changes": (
-        "D=0 CI",
-        {9999: 500, 1: 0, 8000: 500, 5000: 500, 9998: 500, 1000: 250},
-    ),
-    "ci takes nothing that has not been changed": ("CI", OLD),
-    # 9.5: the first four intervals of the table now extend over all of BASE; the last position is aw[4]=0.
-    "size is changed with mc and ci": (
-        "SIZE=4 MC CI",
-        {10_000: 500, 12_000: 750, 14_000: 1000, 18_000: 500, 20_000: 500, 22_000: 750},
-    ),
-    # 9.5: from the next zero point MC2 passes BASE in 4000 counts and D in 1000.
-    "the multiplier is changed with ci": (
-        "MC2 CI",
-        {8000: 500, 10_000: 500, 11_000: 1000, 14_000: 1000, 15_000: 1000, 15_500: 1250},
-    ),
-    # 9.5: neither the BASE sent before CI nor the D sent after CI takes effect.
-    "no partial initialisation takes place": ("BASE=4000 MC CI D=0", OLD),
-    # After a second crossing, backwards, the new dwell stays and no other parameter changes.
-    "one ci serves one crossing": ("D=100 CI", {10_500: 625, 10_000: 500, 9_900: 500, 8_900: 750}),
-}
-"""Commands at 3000 counts, and the positions of the shaft at further counts."""
-
-
-@pytest.mark.parametrize(("commands", "expected"), CHANGES.values(), ids=CHANGES)
-def test_a_change(bench, motor, commands, expected):
-    send(bench, motor, commands, 0)
-    see(bench, motor, expected)
-
-
-# BASE, SIZE, MCn
-
-
-@pytest.mark.parametrize("words", ["BASE=4000 ", "BASE=4000 CI ", "SIZE=4 CI ", "BASE=4000 MC ", "MC2 ", "MC8 D=1 "])
-def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
-    """9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"."""
-    send(bench, motor, words, 0)
-    see(bench, motor, OLD)
-
-
-# What invalidates a CI
-
-
-@pytest.mark.parametrize(
-    "words", ["D=300 ", "D=100 ", "BASE=4000 ", "BASE=8000 ", "SIZE=8 ", "MC ", "MC2 ", "F=144 ", "F=128 ", "F=0 "]
-)
-def test_anything_issued_between_ci_and_the_zero_point_invalidates_it(bench, motor, words):
-    """9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, but
-    before the next zero point crossing occurs, will invalidate the CI command"."""
-    send(bench, motor, "D=100 CI", 0)
-    turn_to(bench, motor, 5000)
-    send(bench, motor, words, 0)
-    see(bench, motor, OLD)
-
-
-@pytest.mark.parametrize("words", ["F=144 F=16 ", "F=0 F=16 "])
-def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, words):
-    send(bench, motor, "D=100 CI " + words, 0)
-    see(bench, motor, OLD)
 
 
 # The programs
@@ -171,6 +104,29 @@ END
         f"A low; B low; load {EXAMPLE_4}; MF4 SIZE=10 aw[0] 0 100 200 300 400 500 600 700 800 900 1000. RUN; 0.1 s; "
         "RMODE RBs -> C 0; "
         "turn 500 1000 1049 1050 3550 6050 59812 59813 62313 by 100: 500 1000 1000 1000 1500 2000 2000 2000 2500",
+        # 9.3: a dwell that changes only at the boundary prevents abrupt moves
+        "9.2, 9.3: without CI the dwell stays, and CI takes nothing that has not been changed":
+        [f"{cam()}; turn 3000; {words}; {OLD}" for words in ("D=100", "CI")],
+        "9.3: if the boundary is never crossed the dwell never changes":
+        f"{cam()}; turn 3000; D=0 CI; turn 9999 1 8000 5000 9998 1000: 500 0 500 500 500 250",
+        "9.5: SIZE=4 MC CI: the first four intervals extend over all of BASE; the last position is aw[4]=0":
+        f"{cam()}; turn 3000; SIZE=4 MC CI; turn 10000 12000 14000 18000 20000 22000: 500 750 1000 500 500 750",
+        "9.5: from the next zero point MC2 passes BASE in 4000 counts and D in 1000":
+        f"{cam()}; turn 3000; MC2 CI; turn 8000 10000 11000 14000 15000 15500: 500 500 1000 1000 1000 1250",
+        "9.5: neither the BASE sent before CI nor the D sent after CI takes effect":
+        f"{cam()}; turn 3000; BASE=4000 MC CI D=0; {OLD}",
+        "After a second crossing, backwards, the new dwell stays and no other parameter changes":
+        f"{cam()}; turn 3000; D=100 CI; turn 10500 10000 9900 8900: 625 500 500 750",
+        '9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"':
+        [f"{cam()}; turn 3000; {words}; {OLD}"
+         for words in ("BASE=4000", "BASE=4000 CI", "SIZE=4 CI", "BASE=4000 MC", "MC2", "MC8 D=1")],
+        '9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, '
+        'but before the next zero point crossing occurs, will invalidate the CI command"':
+        [f"{cam()}; turn 3000; D=100 CI; turn 5000; {words}; {OLD}"
+         for words in (
+             "D=300", "D=100", "BASE=4000", "BASE=8000", "SIZE=8", "MC", "MC2", "F=144", "F=128", "F=0", "F=144 F=16",
+             "F=0 F=16",
+         )],
     }
 )  # fmt: skip
 def test_cam_on_the_fly(script):

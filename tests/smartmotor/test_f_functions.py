@@ -8,19 +8,16 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .playing import play, scripts
-from .talking import advance, ask, load, ready, send, steps, wired
+from .talking import advance, ask, ready, send, wired
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
+CAM = "D=200 BASE=1000 SIZE=4 aw[0] 0 100 200 300 400."
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
 
 
 @pytest.fixture
 def motor(bench: Bench) -> Controller:
     return wired(bench)
-
-
-def f_of(bench: Bench, motor: Controller) -> int:
-    return int(send(bench, motor, "x=F Rx", 0))
 
 
 @scripts(
@@ -55,76 +52,41 @@ def f_of(bench: Bench, motor: Controller) -> int:
         "RUN -> a 0 c in 0.3 s; 485 receives b<CR>0<CR>1<CR>",
         "7.1, F=4: only a *program's* output goes to channel 1; a host receives answers on its own channel (6.2)":
         f"wired; {OPEN} F=4; RP -> 0; 485 writes RP<CR>; 0.1 s; 485 receives 0<CR>",
+        # Bit 0: deceleration to a stop
+        '7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here in 9+8+…+1 counts':
+        [f"wired; F={functions} {CRUISE}; 50 samples; C high; steps 10 9 8 7 6 5 4 3 2 1 0; 9 steps of 0"
+         for functions in (1, 33)],
+        '4.2, F=1: "With MTB enabled, the motor will decelerate to a stop and then switch to MTB"':
+        f"wired; F=1 {CRUISE}; 50 samples; C high; 5 samples; RMODE -> V; 10 samples; RMODE RBt -> B 0",
+        '3.2: "at the acceleration value set by "A"": A of two counts per sample² gives 8+6+4+2 counts':
+        f"wired; F=1 {CRUISE}; 50 samples; A=65536*2; C high; steps 10 8 6 4 2 0 0",
+        "7.1, F=0: at a limit an ideal shaft stops at once, Bo is 1, and MTB is active":
+        f"wired; F=1 F=0 {CRUISE}; 50 samples; C high; steps 10 0; 8 steps of 0; RBo RMODE -> 1 B",
+        # Bit 1: the direction of the shaft
+        "7.1, F=2: with the same movement of the master, the shaft turns in the opposite direction":
+        [f"wired; F={functions} A=65536 V=65536*50 {mode}; 0.01 s; master 400 in 0.5 s; 1 s; at {way * counts}"
+         for mode, counts in (("MF4", 400), ("MS", 400), ("MFMUL=2 MFDIV=1 MFR G", 800))
+         for functions, way in ((0, 1), (2, -1))],
+        # F=16 and F=128
+        "7.1, F=16; 9.3: a cycle of 1000 counts and 200 of dwell moves by 400; 2500 counts are 2 cycles and 100":
+        [f"MF4 F=16 {CAM} O=0 MC G; 0.01 s; master {counts} in 1 s; 1.1 s; at {place}; RP RCTR -> {place} {counts}"
+         for counts, place in ((500, 200), (1000, 400), (1100, 400), (1700, 600), (2500, 840))],
+        '7.1, F=128: "set to zero at modulo "BASE" plus dwell "D""; 1700 is a cycle and 500, where the table is 200':
+        f"MF4 F=128 {CAM} O=0 MC G; 0.01 s; master 1700 in 1 s; 1.1 s; RP RCTR -> 200 500",
+        # Together, and nonsense
+        '7.0: "F=35 activates F=1, F=2, and F=32 functions"':
+        f"wired; load F=35 / {CRUISE} / WHILE 1 / LOOP / END / C1 / i=i+1 / RETURNF; RUN; 60 samples; 3 steps of -10; "
+        "C high; D high; steps -10 -9 -8 -7 -6 -5 -4 -3 -2 -1 0; i > 0",
+        "7 and 8.1: F= without a valid expression sets a flag and returns nothing":
+        [f"wired; F=9 ZS; {text}; a=Bs|Bd Ra -> 1; F is {0 if text == 'F=x y' else 9}"
+         for text in ("F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0")],
     }
 )  # fmt: skip
 def test_f_functions(script):
     play(script)
 
 
-# Bit 0: deceleration to a stop
-
-
-@pytest.mark.parametrize("functions", [1, 33, 35 - 2])
-def test_f_1_decelerates_to_a_stop_at_a_limit(bench, motor, functions):
-    """7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here in 9+8+…+1 counts."""
-    send(bench, motor, f"F={functions} {CRUISE}", 0)
-    advance(bench, 50)
-    motor.pins["C"].drive(True)
-    found = steps(bench, motor, 20)
-    assert found[:2].count(10) <= 2
-    rest = [way for way in found if way != 10]
-    assert rest[:10] == [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]
-    assert not any(rest[10:])
-    assert found.count(10) <= 1
-
-
-def test_f_1_with_mtb_ends_in_mtb(bench, motor):
-    """4.2, F=1: "With MTB enabled, the motor will decelerate to a stop and then switch to MTB"."""
-    send(bench, motor, f"F=1 {CRUISE}", 0)
-    advance(bench, 50)
-    motor.pins["C"].drive(True)
-    advance(bench, 5)
-    assert ask(bench, motor, "RMODE", 0) != "B"
-    advance(bench, 10)
-    assert send(bench, motor, "RMODE RBt", 0) == b"B\r0\r"
-
-
-def test_f_1_decelerates_at_the_newest_a(bench, motor):
-    """3.2: "at the acceleration value set by "A"": A of two counts per sample² gives 8+6+4+2 counts."""
-    send(bench, motor, f"F=1 {CRUISE}", 0)
-    advance(bench, 50)
-    send(bench, motor, "A=65536*2", 0)
-    motor.pins["C"].drive(True)
-    found = [way for way in steps(bench, motor, 20) if way != 10]
-    assert found[:6] == [8, 6, 4, 2, 0, 0]
-
-
-def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
-    """7.1, F=0: at a limit an ideal shaft stops at once, Bo is 1, and MTB is active."""
-    send(bench, motor, f"F=1 F=0 {CRUISE}", 0)
-    advance(bench, 50)
-    motor.pins["C"].drive(True)
-    found = steps(bench, motor, 10)
-    assert set(found) <= {10, 0}
-    assert found.count(10) <= 1
-    assert send(bench, motor, "RBo RMODE", 0) == b"1\rB\r"
-
-
 # Bit 1: the direction of the shaft
-
-
-@pytest.mark.parametrize("mode", ["MF4", "MS", "MFMUL=2 MFDIV=1 MFR G"])
-def test_f_2_reverses_following(mode):
-    """7.1, F=2: with the same movement of the master, the shaft turns in the opposite direction."""
-    found = []
-    for functions in (0, 2):
-        bench = Bench()
-        motor = wired(bench)
-        send(bench, motor, f"F={functions} A=65536 V=65536*50 {mode}", 0.01)
-        motor.master.move(400, 0.5)
-        bench.run(1.0)
-        found.append(motor.axes["shaft"].position)
-    assert found[0] == -found[1] != 0
 
 
 def test_f_2_reverses_torque_mode(bench):
@@ -175,57 +137,7 @@ def test_f_8_clears_the_integral_at_the_end_of_a_trajectory():
     assert largest_error_after_the_end(8) > largest_error_after_the_end(0) + 4
 
 
-# F=16 and F=128
-
-CAM = "D=200 BASE=1000 SIZE=4 aw[0] 0 100 200 300 400."
-
-
-def cam_after(functions: int, counts: int) -> tuple[int, int, int]:
-    """Return shaft position, RP and CTR after a movement of the master."""
-    bench = Bench()
-    motor = ready(bench)
-    send(bench, motor, f"MF4 F={functions} {CAM} O=0 MC G", 0.01)
-    motor.master.move(counts, 1.0)
-    bench.run(1.1)
-    position, counter = send(bench, motor, "RP RCTR", 0).split()
-    return motor.axes["shaft"].position, int(position), int(counter)
-
-
-@pytest.mark.parametrize(("counts", "place"), [(500, 200), (1000, 400), (1100, 400), (1700, 600), (2500, 850 - 10)])
-def test_f_16_each_cycle_begins_where_the_last_has_ended(counts, place):
-    """7.1, F=16; 9.3: a cycle of 1000 counts and 200 of dwell moves by 400; 2500 counts are 2 cycles and 100."""
-    assert cam_after(16, counts) == (place, place, counts)
-
-
-def test_f_128_resets_position_and_counter_at_base_plus_dwell():
-    """7.1, F=128: "set to zero at modulo "BASE" plus dwell "D""; 1700 is a cycle and 500, where the table is 200."""
-    _, position, counter = cam_after(128, 1700)
-    assert (position, counter) == (200, 500)
-
-
 # Together, and nonsense
-
-
-def test_f_35_is_1_2_and_32(bench, motor):
-    """7.0: "F=35 activates F=1, F=2, and F=32 functions"."""
-    load(bench, motor, f"F=35\n{CRUISE.replace(' ', chr(10))}\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n")
-    send(bench, motor, "RUN", 0)
-    advance(bench, 60)
-    assert steps(bench, motor, 3) == [-10, -10, -10]
-    motor.pins["C"].drive(True)
-    motor.pins["D"].drive(True)
-    rest = [way for way in steps(bench, motor, 20) if way != -10]
-    assert rest[:10] == [-9, -8, -7, -6, -5, -4, -3, -2, -1, 0]
-    assert int(ask(bench, motor, "Ri", 0)) >= 1
-
-
-@pytest.mark.parametrize("text", ["F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0"])
-def test_an_invalid_value_of_f_changes_nothing(bench, motor, text):
-    """7 and 8.1: F= without a valid expression sets a flag and returns nothing."""
-    send(bench, motor, "F=9 ZS", 0)
-    assert send(bench, motor, f"{text} ") == b""
-    assert send(bench, motor, "a=Bs|Bd Ra") == b"1\r" or text == "F=x y"
-    assert f_of(bench, motor) == (0 if text == "F=x y" else 9)
 
 
 @settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])

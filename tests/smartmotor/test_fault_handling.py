@@ -12,8 +12,8 @@ from axistwin import Bench
 from . import talking
 from .bits import BA, BE, BI, BO, BP, BR, BT
 from .playing import play, scripts
-from .scenarios import jam, open_limit
-from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send, steps, wired
+from .scenarios import open_limit
+from .talking import SAMPLE_NS, UNIT, ask, load, ready, send, steps, wired
 
 status_word = partial(talking.status_word, ignored=BI | BA)
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
@@ -21,7 +21,9 @@ WITH_C1 = "F={f}\n" + COUNTING + "C1\nc=c+1\nRETURNF\n"
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 
-FAULTS = {"limit": (open_limit, BR + BP, "Zr"), "position error": (jam, BE, "Ze")}
+LIMIT = "C released; 3 samples", BR + BP, BR, "Zr"
+ERROR = "jam; 110 samples; free", BE, BE, "Ze"
+"""What causes a fault, its flags, those that are latched, and the command that clears them."""
 
 
 @scripts(
@@ -45,89 +47,34 @@ FAULTS = {"limit": (open_limit, BR + BP, "Zr"), "position error": (jam, BE, "Ze"
         [f"wired; {setup} {MOVE}; {signal} is low; C released; 3 samples; {signal} is high; Zr V=-{UNIT} G; "
          f"{signal} is low"
          for signal, setup in (("G", "UGO BRKG"), ("brake", "BRKI"), ("brake", "UGO BRKG"))],
+        "4.1 items 1 to 3: the servo amplifier goes off, both brakes act, and table 4.1's bit is set and latched":
+        [f"wired; {MOVE}; 0.1 s; {cause}; W {BO + bits}; RMODE -> B; brake is high; 10 steps of 0; C low; 3 samples; "
+         f"W {BO + latched}; {clear}; W o"
+         for cause, bits, latched, clear in (LIMIT, ERROR)],
+        '4.1 note: "no action occurs when these commands are received. The fault has to be cleared before"':
+        [f"wired; {MOVE}; 0.1 s; {cause}; C low; 3 samples; mark; master 3000 in 0.01 s; G high; {command}; 0.1 s; "
+         f"moved 0; W {BO + latched}; RMODE -> B; {clear} MV G; 0.1 s; W t; 10 steps of 10"
+         for cause, _, latched, clear in (LIMIT, ERROR)
+         for command in (
+             "G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MP P=0 G", "G low", "T=900", "MV MP MV G",
+         )],
+        '4.2: "reset by ZS or clear the fault bits individually by Zr, Zl, Ze, and Zh"':
+        [f"wired; {MOVE}; 0.1 s; {fault[0]}; C low; 3 samples; {clear}; W {BO + left}"
+         for fault, clear, left in (
+             (LIMIT, "ZS", 0), (LIMIT, "Zr", 0), (LIMIT, "Zl", BR), (LIMIT, "Ze Zh Zs", BR), (ERROR, "ZS", 0),
+             (ERROR, "Ze", 0), (ERROR, "Zr Zl Zh", BE), (ERROR, "G", BE),
+         )],
+        'Table 4.2: the motor stops at "A" in 9+8+…+1 = 45 counts, then MTB; with MTB disabled (BRKRLS, OFF) it holds':
+        [f"wired; {disable}F={f} {MOVE}; 0.1 s; C released; steps 10 9 8 7 6 5 4 3 2 1 0; 20 steps of 0; "
+         f"W {flags}; brake is {brake}; RMODE -> {letter}"
+         for f in (1, 33)
+         for disable, flags, brake, letter in (("", "rop", "high", "B"), ("BRKRLS OFF ", "rp", "low", "V"))],
+        "Without power the load turns the shaft; at power-up the counts begin at 0":
+        "with frame23; power off; torque 0.1; 0.2 s; at > 10; torque 0; 1 s; power on; 0.5 s; RP -> 0",
     }
 )  # fmt: skip
 def test_fault_handling(script):
     play(script)
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-def test_the_sequence_of_a_fault(bench, fault):
-    """4.1 items 1 to 3: the servo amplifier goes off, both brakes act, and table 4.1's bit is set and latched."""
-    motor = wired(bench)
-    cause, bits, clear = FAULTS[fault]
-    send(bench, motor, MOVE, 0.1)
-    cause(bench, motor)
-    assert status_word(bench, motor) == BO + bits
-    assert ask(bench, motor, "RMODE") == "B"
-    assert motor.pins["brake"].level
-    assert steps(bench, motor, 10) == [0] * 10
-    motor.pins["C"].drive(0.0)
-    advance(bench, 3)
-    assert status_word(bench, motor) == BO + bits & ~BP
-    send(bench, motor, clear)
-    assert status_word(bench, motor) == BO
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize(
-    "command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MP P=0 G", "pin G", "T=900", "MV MP MV G"]
-)
-def test_what_is_inhibited_by_a_fault(bench, fault, command):
-    """4.1 note: "no action occurs when these commands are received. The fault has to be cleared before"."""
-    motor = wired(bench)
-    cause, bits, clear = FAULTS[fault]
-    send(bench, motor, MOVE, 0.1)
-    cause(bench, motor)
-    motor.pins["C"].drive(0.0)
-    advance(bench, 3)
-    stood = motor.axes["shaft"].position
-    motor.master.move(3000, 0.01)
-    motor.pins["G"].drive(command != "pin G")
-    send(bench, motor, "" if command == "pin G" else command, 0.1)
-    assert motor.axes["shaft"].position == stood
-    assert status_word(bench, motor) == BO + bits & ~BP
-    assert ask(bench, motor, "RMODE") == "B"
-    send(bench, motor, f"{clear} MV G", 0.1)
-    assert status_word(bench, motor) == BT
-    assert motor.axes["shaft"].position > stood
-
-
-@pytest.mark.parametrize(
-    ("fault", "clear", "left"),
-    [
-        ("limit", "ZS", 0), ("limit", "Zr", 0), ("limit", "Zl", BR), ("limit", "Ze Zh Zs", BR),
-        ("position error", "ZS", 0), ("position error", "Ze", 0), ("position error", "Zr Zl Zh", BE),
-        ("position error", "G", BE),
-    ],
-)  # fmt: skip
-def test_what_clears_a_fault(bench, fault, clear, left):
-    """4.2: "reset by ZS or clear the fault bits individually by Zr, Zl, Ze, and Zh"."""
-    motor = wired(bench)
-    send(bench, motor, MOVE, 0.1)
-    FAULTS[fault][0](bench, motor)
-    motor.pins["C"].drive(0.0)
-    advance(bench, 3)
-    send(bench, motor, clear)
-    assert status_word(bench, motor) == BO + left
-
-
-@pytest.mark.parametrize("f", [1, 33])
-@pytest.mark.parametrize("mtb", [True, False])
-def test_f_1_decelerates_to_a_stop(bench, f, mtb):
-    """Table 4.2: the motor stops at "A" in 9+8+…+1 = 45 counts, then MTB; with MTB disabled (BRKRLS, OFF) it holds."""
-    motor = wired(bench)
-    send(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F={f} {MOVE}", 0.1)
-    motor.pins["C"].release()
-    path = steps(bench, motor, 30)
-    begin = path.index(9)
-    assert path[:begin] == [10] * begin
-    assert begin <= 2
-    assert path[begin:] == [9, 8, 7, 6, 5, 4, 3, 2, 1] + [0] * (30 - begin - 9)
-    assert status_word(bench, motor) == BR + BP + (BO if mtb else 0)
-    assert motor.pins["brake"].level is mtb
-    if mtb:
-        assert ask(bench, motor, "RMODE") == "B"
 
 
 def test_while_decelerating_the_servo_is_on_and_nothing_else_is_obeyed(bench):
@@ -230,18 +177,3 @@ def test_a_power_cut_leaves_the_shaft_turning_where_it_is(bench, cut):
     motor.power(True)
     bench.run(1.0)
     assert shaft.position == stood
-
-
-def test_a_load_turns_a_motor_that_has_no_power(bench):
-    """Without power the load turns the shaft; at power-up the counts begin at 0."""
-    motor = ready(bench, shaft={"motor": "frame23"})
-    motor.power(False)
-    motor.axes["shaft"].load(0.1)
-    bench.run(0.2)
-    turned = motor.axes["shaft"].position
-    motor.axes["shaft"].load(0.0)
-    bench.run(1.0)
-    assert turned > 10
-    motor.power(True)
-    bench.run(0.5)
-    assert ask(bench, motor, "RP") == "0"

@@ -2,16 +2,10 @@
 
 from functools import partial
 
-import pytest
-
-from axistwin import Bench
-from axistwin.bench import Controller
-
 from . import talking
 from .bits import BA, BE, BI, BL, BM, BO, BP, BR, BS
 from .playing import play, scripts
-from .scenarios import jam, open_limit
-from .talking import UNIT, advance, ask, load, ready, send, wired
+from .talking import UNIT, advance, ask, load, ready, send
 
 status_word = partial(talking.status_word, ignored=BI | BA)
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
@@ -37,13 +31,6 @@ C200
   PRINT("POSTION ERROR= ",pp,#13)
 RETURN
 """
-
-
-def counts(bench: Bench, motor: Controller) -> bool:
-    """True if the program that counts `a` is running."""
-    before = ask(bench, motor, "Ra")
-    advance(bench, 20)
-    return ask(bench, motor, "Ra") != before
 
 
 @scripts(
@@ -78,61 +65,33 @@ def counts(bench: Bench, motor: Controller) -> bool:
         '7.1: WAIT is truncated only "when GOSUB2 is called"':
         "wired; load F=32 / CLK=0 / WAIT=1000 / END / C1 / c=CLK / RETURNF; RUN; 0.1 s; C released; 3 samples; "
         "0.1 s; Rc -> 0; 0.1 s; c > 999; c < 1006",
+        '4.1 item 4, limits: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1"':
+        [f"wired; load {WITH_C1.format(f=f)}; RUN; 0.1 s; C released; 33 samples; keep a; 20 samples; a grew; "
+         f"c is {f // 32}"
+         for f in (0, 1, 32, 33)],
+        '4.1 item 4: "End program execution, if F=32 is not issued. If F=32 is issued, program goes to label "C1""':
+        [f"load {WITH_C1.format(f=f)}; RUN {MOVE}; 0.1 s; keep a; 20 samples; a grew; jam; 110 samples; free; "
+         "30 samples; "
+         f"keep a; 20 samples; a {how}; c is {f // 32}"
+         for f, how in ((0, "kept"), (1, "kept"), (32, "grew"), (33, "grew"))],
+        "F=32 without a label C1: the motor stops at a fault and still answers":
+        [f"wired; {program}RUN F=32 {MOVE}; 0.1 s; C released; 8 samples; W rop"
+         for program in ("", "load F=32 / END; ", f"load {COUNTING}; ")],
+        '7.1: "C1 will be called and return to C2"':
+        f"wired; UGI; load F=96 / {COUNTING}C1 / c=b / RETURNF / C2 / WHILE b<400 / b=b+1 / LOOP / d=1 / RETURNI; RUN; "
+        "0.1 s; G low; 0.05 s; C released; 0.5 s; c > 30; c < 120; Rb Rd RBs -> 400 1 0; keep a; 20 samples; a grew",
+        "However C1 has ended, with RETURNF or END, a new fault calls it again (as 7.1 says of C2)":
+        [f"wired; load F=32 / C9 / WHILE 1 / a=a+1 / LOOP / C1 / c=c+1 / {ending}; RUN; 0.05 s; "
+         + "; ".join(
+             f"C released; 0.05 s; c is {times}; keep a; 20 samples; a {how}; C low; ZS; 0.01 s" for times in (1, 2, 3)
+         )
+         for ending, how in (("RETURNF", "grew"), ("END", "kept"), ("STACK / GOTO9", "grew"), ("", "kept"))],
+        "C1 is not called for the open limits of power-up, because F=32 is set after they were found":
+        f"load {WITH_C1.format(f=32)}; power cycle; 0.5 s; keep a; 20 samples; a grew; c is 0",
     }
 )  # fmt: skip
 def test_fault_program(script):
     play(script)
-
-
-@pytest.mark.parametrize(("f", "ends"), [(0, False), (1, False), (32, False), (33, False)])
-def test_a_limit_does_not_end_the_program(bench, f, ends):
-    """4.1 item 4, limits: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1"."""
-    motor = wired(bench)
-    load(bench, motor, WITH_C1.format(f=f))
-    send(bench, motor, "RUN", 0.1)
-    open_limit(bench, motor)
-    advance(bench, 30)
-    assert counts(bench, motor) is not ends
-    assert ask(bench, motor, "Rc") == str(f // 32)
-
-
-@pytest.mark.parametrize(("f", "ends"), [(0, True), (1, True), (32, False), (33, False)])
-def test_a_position_error_ends_the_program_or_calls_c1(bench, motor, f, ends):
-    """4.1 item 4: "End program execution, if F=32 is not issued. If F=32 is issued, program goes to label "C1""."""
-    load(bench, motor, WITH_C1.format(f=f))
-    send(bench, motor, f"RUN {MOVE}", 0.1)
-    assert counts(bench, motor)
-    jam(bench, motor)
-    advance(bench, 30)
-    assert counts(bench, motor) is not ends
-    assert ask(bench, motor, "Rc") == str(f // 32)
-
-
-@pytest.mark.parametrize("program", ["", "F=32\nEND\n", COUNTING])
-def test_f_32_without_a_label_c1(bench, program):
-    """F=32 without a label C1: the motor stops at a fault and still answers."""
-    motor = wired(bench)
-    if program:
-        load(bench, motor, program)
-    send(bench, motor, f"RUN F=32 {MOVE}", 0.1)
-    open_limit(bench, motor)
-    advance(bench, 5)
-    assert status_word(bench, motor) & ~BS == BO + BR + BP
-
-
-def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):
-    """7.1: "C1 will be called and return to C2"."""
-    motor = wired(bench)
-    send(bench, motor, "UGI")
-    load(bench, motor, "F=96\n" + COUNTING + "C1\nc=b\nRETURNF\nC2\nWHILE b<400\nb=b+1\nLOOP\nd=1\nRETURNI\n")
-    send(bench, motor, "RUN", 0.1)
-    motor.pins["G"].drive(False)
-    bench.run(0.05)
-    open_limit(bench, motor)
-    bench.run(0.5)
-    assert 30 < int(ask(bench, motor, "Rc")) < 120
-    assert send(bench, motor, "Rb Rd RBs") == b"400\r1\r0\r"
-    assert counts(bench, motor)
 
 
 def test_the_sample_program_tells_a_position_error(bench, motor):
@@ -167,29 +126,3 @@ def test_the_sample_program_survives_a_jammed_motor(bench):
     assert status_word(bench, motor) & BS == 0
     send(bench, motor, "ZS RUN", 4.0)
     assert ask(bench, motor, "RP") == "20000"
-
-
-@pytest.mark.parametrize(
-    ("ending", "runs_on"), [("RETURNF", True), ("END", False), ("STACK\nGOTO9", True), ("", False)]
-)
-def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on):
-    """However C1 has ended, with RETURNF or END, a new fault calls it again (as 7.1 says of C2)."""
-    motor = wired(bench)
-    load(bench, motor, f"F=32\nC9\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\n{ending}\n")
-    send(bench, motor, "RUN", 0.05)
-    for times in (1, 2, 3):
-        open_limit(bench, motor)
-        bench.run(0.05)
-        assert ask(bench, motor, "Rc") == str(times)
-        assert counts(bench, motor) is runs_on
-        motor.pins["C"].drive(0.0)
-        send(bench, motor, "ZS", 0.01)
-
-
-def test_the_boot_fault_is_not_a_new_occurrence(bench, motor):
-    """C1 is not called for the open limits of power-up, because F=32 is set after they were found."""
-    load(bench, motor, WITH_C1.format(f=32))
-    motor.power_cycle()
-    bench.run(0.5)
-    assert counts(bench, motor)
-    assert ask(bench, motor, "Rc") == "0"

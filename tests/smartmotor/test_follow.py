@@ -10,8 +10,11 @@ from hypothesis import strategies as st
 from axistwin import Bench
 
 from .playing import play, scripts
-from .scenarios import turn_through, turn_to
-from .talking import SAMPLE_NS, advance, ready, send, value
+from .scenarios import turn_to
+from .talking import SAMPLE_NS, ready, send
+
+QUADRATURE = ("A high; B low", "A high; B high", "A low; B high", "A low; B low")
+TEN_STEPS = "; ".join(10 * ["A high; 1 sample; A low; 3 samples"])
 
 
 @scripts(
@@ -64,120 +67,41 @@ from .talking import SAMPLE_NS, advance, ready, send, value
          for steps, b in ((3, True), (-3, False))],
         "the encoder turns while the motor has no power":
         "power off; master 1 in 0 s; A is low; B is high; power on; 0.001 s; RU RCTR -> 126 0",
+        "5: MF4 during a move follows at once, without a ramp from the old velocity":
+        "A=65536*5 V=65536*5 MV G; 10 samples; MF4 RMODE -> F; 1 sample; at 50; turn 7 by 1: 57",
+        "MV and G change the velocity from that of the master (3 counts per sample) to 5, with A=1":
+        "MF4 A=65536 V=5*65536; master 3000 in 1000 samples; 100 samples; mark; RV MV G RMODE -> 196608 V; "
+        "onwards 4 9 14 19",
+        "5: the shaft moves by counts times MFMUL/MFDIV; both are signed 16-bit numbers":
+        [f"{mode} MFMUL={mul} MFDIV={div} {go} G; RMODE RBs -> X 0; turn {counts} by 500: {expected}; "
+         f"CTR is {counts.split()[-1]}"
+         for mode, go in (("MF4", "MFR"), ("MS0", "MSR"))
+         for mul, div, counts, expected in (
+             (3, 2, "2 100 1000 -2000", "3 150 1500 -3000"), (1, 3, "3 300 300000 0 -3", "1 100 100000 0 -1"),
+             (-1, 1, "5 -5", "-5 5"), (1, -2, "100", "-50"), (-3, -4, "400", "300"), (0, 5, "1000", "0"),
+             (32_767, 32_767, "1234", "1234"), (-32_768, 32_767, "32767", "-32768"),
+         )],
+        # Pins A and B
+        "12: the encoder's signals are wired to A and B; here forwards means that A changes before B":
+        "A low; B low; 2 samples; MF4; "
+        + "; ".join(
+            f"{QUADRATURE[(n - 1) % 4]}; 3 samples; CTR is {n}; at {n}" for n in (*range(1, 13), *range(11, -2, -1))
+        ),
+        "5, 12: MF1 counts every fourth edge, MF2 every second":
+        [f"A low; B low; 2 samples; {mode}; "
+         + "; ".join(f"{levels}; 1 sample" for levels in 5 * QUADRATURE)
+         + f"; CTR is {counts}"
+         for mode, counts in (("MF1", 5), ("MF2", 10))],
+        "5: A is the step input, B the direction; only one of the two edges of A counts":
+        f"A low; B low; 2 samples; MS; {TEN_STEPS}; CTR is -10; B high; {TEN_STEPS}; CTR is 0; at 0",
+        "Between two samples the bench sees the present level":
+        "master 4 in 0.4 s; 0.05 s; A is high; B is high; 0.1 s; A is low; B is high; 0.1 s; A is low; B is low; "
+        "0.1 s; "
+        "A is high; B is low",
     }
 )  # fmt: skip
 def test_follow(script):
     play(script)
-
-
-def test_mf4_in_a_move_takes_over_at_once(bench, motor):
-    """5: MF4 during a move follows at once, without a ramp from the old velocity."""
-    send(bench, motor, "A=65536*5 V=65536*5 MV G", 0)
-    advance(bench, 10)
-    assert send(bench, motor, "MF4 RMODE", 0) == b"F\r"
-    advance(bench, 1)
-    here = motor.axes["shaft"].position
-    assert here == 50
-    assert turn_to(bench, motor, 7, 1) == 57
-
-
-def test_leaving_follow_mode_for_a_velocity(bench, motor):
-    """MV and G change the velocity from that of the master (3 counts per sample) to 5, with A=1."""
-    send(bench, motor, "MF4 A=65536 V=5*65536", 0)
-    motor.master.move(3000, 1000 * 245_760 / 1e9)
-    advance(bench, 100)
-    assert send(bench, motor, "RV MV G RMODE", 0) == b"196608\rV\r"
-    at = motor.axes["shaft"].position
-    found = []
-    for _ in range(4):
-        advance(bench)
-        found.append(motor.axes["shaft"].position - at)
-    assert found == [4, 9, 14, 19]
-
-
-# Ratios
-
-
-@pytest.mark.parametrize(
-    ("mul", "div", "counts", "expected"),
-    [
-        (3, 2, [2, 100, 1000, -2000], [3, 150, 1500, -3000]),
-        (1, 3, [3, 300, 300_000, 0, -3], [1, 100, 100_000, 0, -1]),
-        (-1, 1, [5, -5], [-5, 5]),
-        (1, -2, [100], [-50]),
-        (-3, -4, [400], [300]),
-        (0, 5, [1000], [0]),
-        (32_767, 32_767, [1234], [1234]),
-        (-32_768, 32_767, [32_767], [-32_768]),
-    ],
-)
-@pytest.mark.parametrize("mode", ["MF4 {} MFR G", "MS0 {} MSR G"])
-def test_the_ratio_is_mfmul_by_mfdiv(bench, motor, mul, div, counts, expected, mode):
-    """5: the shaft moves by counts times MFMUL/MFDIV; both are signed 16-bit numbers."""
-    send(bench, motor, mode.format(f"MFMUL={mul} MFDIV={div}") + "", 0)
-    assert send(bench, motor, "RMODE RBs", 0) == b"X\r0\r"
-    assert turn_through(bench, motor, counts, 500) == expected
-    assert value(bench, motor, "CTR") == counts[-1]
-
-
-# Pins A and B
-
-
-def test_quadrature_on_the_pins_themselves(bench, motor):
-    """12: the encoder's signals are wired to A and B; here forwards means that A changes before B."""
-    quadrature(
-        bench,
-        motor,
-        [(1, 0), (1, 1), (0, 1), (0, 0)] * 3 + [(0, 1), (1, 1), (1, 0), (0, 0)] * 3 + [(0, 1)],
-        "MF4",
-        [1] * 12 + [-1] * 13,
-    )
-
-
-@pytest.mark.parametrize(("mode", "edges"), [("MF1", 4), ("MF2", 2)])
-def test_quadrature_counted_in_halves_and_quarters(bench, motor, mode, edges):
-    for pin in "AB":
-        motor.pins[pin].drive(False)
-    advance(bench, 2)
-    send(bench, motor, mode + "", 0)
-    for a, b in [(1, 0), (1, 1), (0, 1), (0, 0)] * 5:
-        motor.pins["A"].drive(bool(a))
-        motor.pins["B"].drive(bool(b))
-        advance(bench)
-    assert abs(value(bench, motor, "CTR")) == 20 // edges
-
-
-def quadrature(bench, motor, levels, mode, steps):
-    for pin in "AB":
-        motor.pins[pin].drive(False)
-    advance(bench, 2)
-    send(bench, motor, mode + "", 0)
-    count = 0
-    for (a, b), step in zip(levels, steps, strict=True):
-        motor.pins["A"].drive(bool(a))
-        motor.pins["B"].drive(bool(b))
-        advance(bench, 3)
-        count += step
-        assert value(bench, motor, "CTR") == motor.axes["shaft"].position == count
-
-
-def test_steps_and_direction_on_the_pins_themselves(bench, motor):
-    """5: A is the step input, B the direction; only one of the two edges of A counts."""
-    motor.pins["A"].drive(False)
-    motor.pins["B"].drive(False)
-    advance(bench, 2)
-    send(bench, motor, "MS", 0)
-    found = []
-    for direction in (False, True):
-        motor.pins["B"].drive(direction)
-        for _ in range(10):
-            motor.pins["A"].drive(True)
-            advance(bench)
-            motor.pins["A"].drive(False)
-            advance(bench, 3)
-        found.append(value(bench, motor, "CTR"))
-    assert abs(found[0]) == 10
-    assert found[1] == motor.axes["shaft"].position == 0
 
 
 # Any ratio, any path
@@ -220,13 +144,3 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
         report = send(bench, motor, "RUA RUB RUAA RUBA RU")
         assert report == f"{a:d}\r{b:d}\r{1023 * a}\r{1023 * b}\r{124 + a + 2 * b}\r".encode()
     assert send(bench, motor, "RCTR") == b"%d\r" % (8 * sign)
-
-
-def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):
-    motor.master.move(4, 0.4)
-    seen = []
-    for _ in range(4):
-        bench.run(0.05)
-        seen.append(levels(motor))
-        bench.run(0.05)
-    assert seen == [(True, True), (False, True), (False, False), (True, False)]

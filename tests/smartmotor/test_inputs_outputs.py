@@ -1,32 +1,18 @@
 """Chapter 6, and 12 of the base language: the seven user pins as a host and a program read and set them."""
 
-from itertools import pairwise, product
+from itertools import product
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from axistwin import AxistwinError, Bench
-from axistwin.bench import Controller
 
 from .playing import play, scripts
-from .talking import SAMPLE_NS, ask, load, ready, send
+from .talking import ask, ready, send
 
 PINS = "ABCDEFG"
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
-
-
-def wire(motor: Controller, word: int) -> None:
-    """Set all pins from a word; in table 6.1 A is bit 0 and G is bit 6."""
-    for bit, name in enumerate(PINS):
-        motor.pins[name].drive(bool(word >> bit & 1))
-
-
-def flag(bench: Bench, motor: Controller, text: str) -> bool:
-    """True if a command is a syntax error, which returns nothing."""
-    send(bench, motor, "ZS", 0)
-    assert send(bench, motor, text) == b""
-    return ask(bench, motor, "RBs") == "1"
 
 
 @scripts(
@@ -91,39 +77,27 @@ def flag(bench: Bench, motor: Controller, text: str) -> bool:
         "12: after a power cut pins are inputs with latches 0, pins C and D are limits, and G is the go input":
         "UCO UC=1 UGO UG=1 UAO UA=1; power off; 0.01 s; power on; 0.3 s; RU RBr RBl -> 127 1 1; clear; "
         "UAO UCO UGO; A is low; C is low; G is low",
+        "6.1, 6.2: reports of single pins agree with U, in words where each bit is once high and once low":
+        [f"pins {word}; RUA RUB RUC RUD RUE RUF RUG -> {answers}"
+         for word, answers in (
+             (0b1010101, "1 0 1 0 1 0 1"), (0b0101010, "0 1 0 1 0 1 0"), (0b1110000, "0 0 0 0 1 1 1"),
+             (0b0001111, "1 1 1 1 0 0 0"),
+         )],
+        '6.1: "To current communication channel"; 6.2: "the active RS232 or RS485 channel"':
+        [f"{OPEN}; {said}{word} => *<CR>; {other}receives nothing"
+         for said, other in (("", "485 "), ("485: ", "")) for word in ("RU", "RUA", "RUAA", "RUD")],
+        "Assigning U or an analog value, or naming an eighth pin, is a syntax error":
+        [f"{text}; RBs -> 1"
+         for text in ("U=5", "RUH", "RUU", "RUAB", "RU1", "UHI", "UAX", "UAA=5", "UAI=1", "Rua", "U")],
+        "Host commands are executed on arrival (ruling 14)":
+        "UBO; watch B; UB=1; 1 sample; UB=0; B went high @0 low @1",
+        "Ruling 14, one statement per sample: after UA=1 pin A is high for one sample; after UA=0, low for three":
+        "load UAO / WHILE 1 / UA=1 / UA=0 / LOOP / END; 1 sample; watch A; RUN; 12 samples; "
+        "A went low @1 high @3 low @4 high @7 low @8 high @11 low @12",
     }
 )  # fmt: skip
 def test_inputs_outputs(script):
     play(script)
-
-
-# U
-
-
-def test_single_reports_and_u_agree(bench, motor):
-    """6.1, 6.2: reports of single pins agree with U, in words where each bit is once high and once low."""
-    for word in (0b1010101, 0b0101010, 0b1110000, 0b0001111):
-        wire(motor, word)
-        answers = send(bench, motor, " ".join(f"RU{name}" for name in PINS)).split()
-        assert [int(answer) for answer in answers] == [word >> bit & 1 for bit in range(7)]
-
-
-@pytest.mark.parametrize("channel", [0, 1])
-@pytest.mark.parametrize("word", ["RU", "RUA", "RUAA", "RUD"])
-def test_reports_go_to_the_current_channel(bench, motor, channel, word):
-    """6.1: "To current communication channel"; 6.2: "the active RS232 or RS485 channel"."""
-    send(bench, motor, OPEN)
-    ports = motor.serial, motor.rs485
-    ports[channel].write(word.encode() + b"\r")
-    bench.run(0.2)
-    assert ports[channel].read().endswith(b"\r")
-    assert ports[1 - channel].read() == b""
-
-
-@pytest.mark.parametrize("text", ["U=5", "RUH", "RUU", "RUAB", "RU1", "UHI", "UAX", "UAA=5", "UAI=1", "Rua", "U"])
-def test_read_only_values_and_missing_pins_are_not_commands(bench, motor, text):
-    """Assigning U or an analog value, or naming an eighth pin, is a syntax error."""
-    assert flag(bench, motor, text)
 
 
 # Digital levels
@@ -168,29 +142,6 @@ def test_outputs_are_independent(bench, motor):
     for levels in list(product([0, 1], repeat=7))[::5]:
         send(bench, motor, " ".join(f"U{name}={level}" for name, level in zip(PINS, levels, strict=True)), 0)
         assert [motor.pins[name].level for name in PINS] == [bool(level) for level in levels]
-
-
-def test_an_output_is_set_at_the_time_of_its_command(bench, motor):
-    """Host commands are executed on arrival (ruling 14)."""
-    send(bench, motor, "UBO")
-    found: list[tuple[int, bool]] = []
-    motor.pins["B"].subscribe(lambda pin: found.append((bench.now, pin.level)))
-    start = bench.now
-    send(bench, motor, b"UB=1 ", 0.001)
-    send(bench, motor, b"UB=0 ", 0.001)
-    assert found == [(start, True), (start + 1_000_000, False)]
-
-
-def test_a_program_makes_pulses_of_whole_samples(bench, motor):
-    """Ruling 14, one statement per sample: after UA=1 pin A is high for one sample; after UA=0, low for three."""
-    load(bench, motor, "UAO\nWHILE 1\nUA=1\nUA=0\nLOOP\nEND\n")
-    found: list[tuple[int, bool]] = []
-    motor.pins["A"].subscribe(lambda pin: found.append((bench.now, pin.level)))
-    send(bench, motor, "RUN", 0.01)
-    times = [at for at, _ in found]
-    assert all(at % SAMPLE_NS == 0 for at in times)
-    gaps = [(later - earlier) // SAMPLE_NS for earlier, later in pairwise(times)]
-    assert gaps[:9] == [2, 1, 3, 1, 3, 1, 3, 1, 3]  # the first pulse follows UAO, WHILE and UA=1
 
 
 WORDS = [f"U{pin}{rest}" for pin in "ABCDEFGH" for rest in ("I", "O", "=0", "=1", "=-1", "=U", "A", "P", "M", "")]

@@ -85,6 +85,40 @@ def started(bench: Bench, motor: Controller, count: int, command: str = "RUN") -
         "An invalid statement sets Bs when reached":
         "load a=1 / NONSENSE / b=GETCHR / END; 1 sample; watch lines; RUN; 10 samples; lines 1@1 2@2 3@3 4@4; "
         "RBs -> 1",
+        # Lines
+        "3 and 15: comments and needless blanks are not stored; line numbers count stored lines":
+        "load ' a table<CR><LF>A=100   V=200 ' slowly<CR><LF><CR><LF>  C5<CR><LF>a=a+1<CR>GOTO5; "
+        "lists A=100 V=200 / C5 / a=a+1 / GOTO5",
+        "a program in one line has a line for each statement":
+        'load A=100 IF a==3 PRINT("two words",a) aw[0] 1 2 3. ENDIF END; '
+        'lists A=100 / IF a==3 / PRINT("two words",a) / aw[0] 1 2 3. / ENDIF / END',
+        "LOCKP prevents uploads; the listing still shows the program":
+        "load a=1 / END; LOCKP; title stored program, locked; lists a=1 / END",
+        # Running
+        "Ruling 14: the first statement is executed in the sample after RUN; LOOP and WHILE take a sample, C5 none":
+        "load a=0 / WHILE a<2 / a=a+1 / GOSUB5 / LOOP / END / C5 / b=b+1 / RETURN; 1 sample; watch lines; RUN; "
+        "20 samples; "
+        "lines 1@1 2@2 3@3 4@4 8@5 9@6 5@7 2@8 3@9 4@10 8@11 9@12 5@13 2@14 6@15; no line; b is 2",
+        "WAIT=40 is executed in sample 2, so the next statement is executed in sample 42":
+        "load a=1 / WAIT=40 / b=1 / END; 1 sample; watch lines; RUN; 3 samples; "
+        + 38 * "line 2; 1 sample; "
+        + "lines 1@1 2@2; 1 sample; line 3; lines 1@1 2@2 3@42",
+        # the move takes 30 samples, at one count per sample, and begins in the sample of G
+        "Bt becomes 0 in the sample that commands the target; the next sample executes the statement after TWAIT":
+        "load A=65536 V=65536 P=30 MP / G / TWAIT / b=1 / END; 1 sample; watch lines; RUN; 6 samples; line 3; "
+        "40 samples; "
+        "lines 1@1 2@5 3@6 4@35 5@36",
+        "Base 8: `!` holds the program in its line until the host sends a character":
+        "load a=1 / ! / b=1 / END; 1 sample; RUN; 100 samples; line 2; sends <SP>; 0.01 s; no line",
+        "host commands are no lines":
+        "load a=1 / END; 1 sample; watch lines; b=1 WAIT=3 A=100 Rb -> 1; 10 samples; lines",
+        "what ends the program ends its line":
+        [f"load a=1 / WAIT=4000 / END; 1 sample; RUN; 10 samples; line 2; {how}; no line"
+         for how in ("END", "sends LOAD<SP> -> *", "Z", "power off")],
+        "15: LOAD ends the running program; the subscriber then receives the lines of the new program":
+        "load WHILE 1 / a=a+1 / LOOP; 1 sample; RUN; 10 samples; a > 0; load b=1 / b=2 / b=3 / b=4 / END; "
+        "watch lines; RUN; "
+        "0.01 s; lines 1 2 3 4 5",
     }
 )  # fmt: skip
 def test_listing(script):
@@ -101,30 +135,12 @@ def test_a_motor_that_was_never_programmed_has_an_empty_program(bench):
     assert running(motor) is None
 
 
-def test_the_lines_are_those_that_were_loaded_without_comments_and_blank_ones(bench):
-    """3 and 15: comments and needless blanks are not stored; line numbers count stored lines."""
-    motor = motor_with(bench, "' a table\r\nA=100   V=200 ' slowly\r\n\r\n  C5\r\na=a+1\rGOTO5\n")
-    assert listing(motor).lines == ("A=100 V=200", "C5", "a=a+1", "GOTO5")
-
-
-def test_a_program_in_one_line_has_a_line_for_each_statement(bench):
-    motor = motor_with(bench, 'A=100 IF a==3 PRINT("two words",a) aw[0] 1 2 3. ENDIF END')
-    assert listing(motor).lines == ("A=100", "IF a==3", 'PRINT("two words",a)', "aw[0] 1 2 3.", "ENDIF", "END")
-
-
 def test_lines_that_take_no_time_are_marked(bench):
     """Labels, ENDIF, ENDS and DEFAULT take no sample; a CASE, ELSE, LOOP or BREAK that is reached takes one."""
     text = "C1\nIF a\nELSE\nENDIF\nSWITCH a\nCASE 1\nBREAK\nDEFAULT\nENDS\nWHILE 0\nLOOP\nC2 END\n"
     motor = motor_with(bench, text)
     lines = listing(motor).lines
     assert [lines[n] for n in sorted(listing(motor).silent)] == ["C1", "ENDIF", "DEFAULT", "ENDS"]
-
-
-def test_a_locked_program_is_listed_and_marked(bench):
-    """LOCKP prevents uploads; the listing still shows the program."""
-    motor = motor_with(bench, "a=1\nEND\n")
-    send(bench, motor, "LOCKP")
-    assert (listing(motor).title, listing(motor).lines) == ("stored program, locked", ("a=1", "END"))
 
 
 def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
@@ -175,43 +191,6 @@ def test_a_broken_memory_on_disk(tmp_path):
 # Running
 
 
-def test_a_statement_begins_in_each_sample(bench):
-    """Ruling 14: the first statement is executed in the sample after RUN; LOOP and WHILE take a sample, C5 none."""
-    motor = motor_with(bench, "a=0\nWHILE a<2\na=a+1\nGOSUB5\nLOOP\nEND\nC5\nb=b+1\nRETURN\n")
-    found = started(bench, motor, 20)
-    assert [line for _, line in found] == [1, 2, 3, 4, 8, 9, 5, 2, 3, 4, 8, 9, 5, 2, 6]
-    assert [sample for sample, _ in found] == list(range(1, 16))
-    assert running(motor) is None
-    assert ask(bench, motor, "Rb") == "2"
-
-
-def test_wait_runs_as_long_as_it_waits(bench):
-    """WAIT=40 is executed in sample 2, so the next statement is executed in sample 42."""
-    motor = motor_with(bench, "a=1\nWAIT=40\nb=1\nEND\n")
-    found = started(bench, motor, 3)
-    for _ in range(38):
-        assert running(motor) == 2
-        assert motor.registers["line"].read() == 2
-        advance(bench, 1)
-    assert found == [(1, 1), (2, 2)]
-    advance(bench, 1)
-    assert (running(motor), found[2:]) == (3, [(42, 3)])
-
-
-def test_twait_runs_as_long_as_the_motor_moves(bench):
-    """The move takes 30 samples, at one count per sample (A and V 65536), and begins in the sample of G.
-
-    Bt becomes 0 in the sample that commands the target; the next sample executes the statement after TWAIT.
-    """
-    motor = motor_with(bench, "A=65536 V=65536 P=30 MP\nG\nTWAIT\nb=1\nEND\n")
-    found = started(bench, motor, 6)
-    assert running(motor) == 3
-    went = 5  # the sample of G
-    bench.run_until(lambda: ask(bench, motor, "RBt", 0) == "0", 1)
-    advance(bench, 3)
-    assert found[:4] == [(1, 1), (went, 2), (went + 1, 3), (went + 30, 4)]
-
-
 def test_a_report_holds_the_program_in_its_line(bench):
     """While its 100 characters wait for the transmitter at 9600 baud, the line of a report is the running line."""
     motor = motor_with(bench, f'a=1\nPRINT("{"x" * 100}")\nPRINT("y")\nEND\n')
@@ -222,20 +201,6 @@ def test_a_report_holds_the_program_in_its_line(bench):
     advance(bench, 5)
     assert found == [(1, 1), (2, 2), (426, 3), (427, 4)], "104,166,667 ns behind sample 2 is in sample 426"
     assert running(motor) is None
-
-
-def test_a_pause_holds_the_program_until_a_character_comes(bench):
-    """Base 8: `!` holds the program in its line until the host sends a character."""
-    motor = motor_with(bench, "a=1\n!\nb=1\nEND\n")
-    started(bench, motor, 100)
-    assert running(motor) == 2
-    send(bench, motor, b" ", 0.01)
-    assert running(motor) is None
-
-
-def test_host_commands_are_no_lines(bench):
-    motor = motor_with(bench, "a=1\nEND\n")
-    assert started(bench, motor, 10, "b=1 WAIT=3 A=100 Rb") == []
 
 
 def test_c1_and_c2_run_their_bodies(bench):
@@ -251,29 +216,6 @@ def test_c1_and_c2_run_their_bodies(bench):
     calls = [line for _, line in found if line > 4]
     assert calls == [6, 7, 9, 10]
     assert [sample for sample, _ in found[1:]] == list(range(3, 3 + len(found) - 1)), "a statement in each sample"
-
-
-@pytest.mark.parametrize("how", ["END", "LOAD ", "Z", "power"])
-def test_what_ends_the_program_ends_its_line(bench, how):
-    motor = motor_with(bench, "a=1\nWAIT=4000\nEND\n")
-    started(bench, motor, 10)
-    assert running(motor) == 2
-    if how == "power":
-        motor.power(False)
-    else:
-        send(bench, motor, how.encode() + b" ", 0)
-    assert running(motor) is None
-
-
-def test_another_program_is_loaded_over_one_that_runs(bench):
-    """15: LOAD ends the running program; the subscriber then receives the lines of the new program."""
-    motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
-    found = started(bench, motor, 10)
-    assert running(motor) is not None
-    load(bench, motor, "b=1\nb=2\nb=3\nb=4\nEND\n")
-    found.clear()
-    send(bench, motor, "RUN", 0.01)
-    assert [line for _, line in found] == [1, 2, 3, 4, 5]
 
 
 def test_a_protection_fault_ends_the_program_in_its_line(bench):

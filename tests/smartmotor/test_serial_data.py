@@ -1,6 +1,5 @@
 """Section 2 of the base language, chapters 6 and 10: received characters, channels and replies."""
 
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -8,62 +7,10 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .playing import play, scripts
+from .scenarios import points
 from .talking import clear, load, ready, send
 
 CHARACTER_S = 10 / 9600
-
-
-CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
-    # 2: hosts send lines such as `z=V Rz`.
-    "several commands on one line": [("V=-5 z=V Rz a=3 Ra", b"-5\r3\r")],
-    "empty commands mean nothing": [(b" \r\n\0\r\r  RBs\r\n", b"0\r")],
-    # 2: quotes protect spaces.
-    "quotes keep the space in a command": [('PRINT("a b  c",#13)', b"a b  c\r")],
-    # 3: an unknown command is ignored and sets Bs.
-    "an unknown command sets bs and nothing is returned": [("HELLO", b""), ("RBs", b"1\r")],
-    # 1.1: `aw[0] 0 100 500 700.` sets consecutive elements; the period ends the list.
-    "a list of array values comes as words": [
-        ("aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs", b"100\r-500\r700\r0\r")
-    ],
-    "a list is cut short by a word that is too long": [(f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]", b"1\r1\r0\r")],
-    # 2: the echo includes address bytes and terminators.
-    "echo sends every byte back before the answer": [
-        (b"ECHO ", b""),
-        (b"\x80RP\r\n", b"\x80RP\r0\r\n"),
-        (b"ECHO_OFF ", b"ECHO_OFF "),
-        (b"RP\r", b"0\r"),
-    ],
-    # 2: the byte is 80h + address; 80h addresses all motors.
-    "an address byte holds until the next one": [
-        ("SADDR5 RADDR", b"5\r"),
-        (b"\x86RP RP ", b""),
-        (b"RP ", b""),
-        (b"\x85RP RP ", b"0\r0\r"),
-        (b"\x86RP \x80RP ", b"0\r"),
-    ],
-    # 2: a daisy chain needs this echo.
-    "echo includes the commands of others": [(b"SADDR1 ECHO \x82RP ", b"\x82RP ")],
-    # 2: a sleeping motor still echoes.
-    "sleep executes only wake": [
-        ("SLEEP a=1 Ra HELLO WAKE Ra RBs", b"0\r0\r"),
-        (b"ECHO SLEEP Ra WAKE ", b"SLEEP Ra WAKE "),
-    ],
-    # 10.1: a record is 0xFA, four bytes, CR.
-    "the bytes of a record are neither addresses nor terminators": [
-        (b"SADDR1 \x81MD \xfa\x82\x0d\x20\x83\r\xfb\x00\x00\x0d\x00\r", b""),
-        (b"RADDR RBs ", b"1\r0\r"),
-    ],
-    "getchr of nothing is 0": [("a=5 a=GETCHR Ra a=GETCHR1 Ra RBs", b"0\r0\r0\r")],
-    # the data of `FE 00 00 53 20` contain 53h 20h, the command S.
-    "the data of a direct binary command are not commands": [
-        (b"A=65536 V=65536 MV G ", b""),
-        (b"\xfe\x00\x00\x53\x20z=P Rz RBt RMODE ", b"%d\r1\rV\r" % 0x5320),
-    ],
-    "a sleeping motor takes no direct binary command": [(b"P=7 SLEEP \xfe\x00\x00\x00\x64WAKE z=P Rz ", b"7\r")],
-    # as with an address, the incomplete command is dropped and sets Bs.
-    "a direct binary command drops an incomplete command": [(b"a=1\xfe\x00\x00\x00\x64Ra z=P Rz RBs ", b"0\r100\r1\r")],
-}
-"""Lines of the host and the motor's answers."""
 
 
 @scripts(
@@ -160,35 +107,77 @@ CONVERSATIONS: dict[str, list[tuple[str | bytes, bytes]]] = {
         # OCHN's time-out
         "a time out that ends without power does nothing":
         "OCHN(RS2,0,N,9600,1,8,C,100); sends a=; 0.05 s; power off; 0.02 s; power on; sends RBs<SP> -> 0 in 0.2 s",
+        # Commands
+        "2: several commands may stand on one line, such as `z=V Rz`":
+        "V=-5 z=V Rz a=3 Ra -> -5 3",
+        "Empty commands mean nothing":
+        "sends <SP><CR><LF><00><CR><CR><SP><SP>RBs<CR><LF> -> 0",
+        "2: quotes keep the blanks in a command":
+        'PRINT("a b  c",#13) => a b  c<CR>',
+        "3: an unknown command is ignored and sets Bs; nothing is returned":
+        "HELLO; RBs -> 1",
+        "1.1: `aw[0] 0 100 500 700.` sets consecutive elements; the period ends the list":
+        "aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs -> 100 -500 700 0",
+        "A list is cut short by a word that is too long":
+        f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0] -> 1 1 0",
+        "2: the echo, before the answer, includes address bytes and terminators":
+        "sends ECHO<SP>; sends <80>RP<CR><LF> => <80>RP<CR>0<CR><LF>; sends ECHO_OFF<SP> => ECHO_OFF<SP>; "
+        "sends RP<CR> -> 0",
+        "2: an address byte is 80h + address, and holds until the next one; 80h addresses all motors":
+        "SADDR5 RADDR -> 5; sends <86>RP RP<SP>; sends RP<SP>; sends <85>RP RP<SP> -> 0 0; "
+        "sends <86>RP <80>RP<SP> -> 0",
+        "2: the echo includes the commands for others; a daisy chain needs it":
+        "sends SADDR1 ECHO <82>RP<SP> => <82>RP<SP>",
+        "2: a sleeping motor executes only WAKE, but it still echoes":
+        "SLEEP a=1 Ra HELLO WAKE Ra RBs -> 0 0; sends ECHO SLEEP Ra WAKE<SP> => SLEEP Ra WAKE<SP>",
+        "10.1: a record is 0xFA, four bytes, CR; its bytes are neither addresses nor terminators":
+        "sends SADDR1 <81>MD <FA><82><0D><20><83><CR><FB><00><00><0D><00><CR>; sends RADDR RBs<SP> -> 1 0",
+        "GETCHR of nothing is 0":
+        "a=5 a=GETCHR Ra a=GETCHR1 Ra RBs -> 0 0 0",
+        "The data of a direct binary command are not commands: 53h 20h are the command S":
+        f"A=65536 V=65536 MV G; sends <FE><00><00><53><20>z=P Rz RBt RMODE<SP> -> {0x5320} 1 V",
+        "A sleeping motor takes no direct binary command":
+        "sends P=7 SLEEP <FE><00><00><00><64>WAKE z=P Rz<SP> -> 7",
+        "As an address, a direct binary command drops an incomplete command and sets Bs":
+        "sends a=1<FE><00><00><00><64>Ra z=P Rz RBs<SP> -> 0 100 1",
+        "2: a command of more than 64 characters is dropped up to its terminator and sets Bc; later ones are executed":
+        'PRINT("' + "x" * 55 + '") => ' + "x" * 55
+        + '; PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0 -> 1 1 1 1',
+        "Addresses go up to 120":
+        "sends SADDR1 <81>RBs<SP> -> 0; sends SADDR120 <F8>RBs<SP> -> 0",
+        "Base 10: Bf. The host sends 8 data bits and a parity bit, which the motor reads as the stop bit":
+        "line 9600 8N1; host parity S; a=1; 0.1 s; host parity N; sends <CR>Ra RBf RCHN RBs<CR> -> 0 1 2 0 in 0.2 s; "
+        "Zf RBf RCHN -> 0 0 in 0.2 s",
+        # 11: the first point is reached, two are left; 4F79h samples are 5 s
+        "11: F9h or Q returns status, free places (of 32) and clock: 01h G pending; 80h running, with 24 bits of clock":
+        f"sends MD <F9> => <F9><01><20><00><00>; {points((0, 0), (1024, 256))}Q => <F9><01><1E><00><00>; "
+        f"{points((262_144, 65_536))}G; 5 s; sends <F9> => <F9><9E><00><4F><79>",
+        # 10.2: one point is an underflow, 40h
+        "11: 20h overflow, as a real motor answered `F9 20 00 00 00` to too many points; 04h a clock that goes back":
+        f"MD; {points(*((n, 256 + n) for n in range(33)))}; Q => <F9><21><00><00><00>; "
+        f"{points((0, 0))}Q => <F9><25><00><00><00>; MD Q => <F9><01><20><00><00>; {points((0, 0))}G; 4 samples; "
+        "Q => <F9><40>*; MD Q => <F9><01><20><00><00>",
+        "2: LEN1 counts and GETCHR1 reads the bytes of channel 1; a seventeenth byte sets Bc":
+        f"OCHN(RS4,1,N,9600,1,8,D); 485 writes {''.join(map(chr, range(0x80, 0x90)))}; "
+        "a=LEN1 Ra b=GETCHR1 Rb b=GETCHR1 Rb a=LEN1 Ra RBc -> 16 128 129 14 0; 485 writes <FA>RP; "
+        "a=LEN1 Ra RBc RCHN1 RCHN0 -> 16 1 1 0",
+        'Later guides: milliseconds "between issuing a command and detecting a delimiter"; else it is dropped, Bs':
+        [f"OCHN(RS2,0,N,9600,1,8,C{timeout}); sends a=; {pause} s; sends 12<SP>; {reports}"
+         for timeout, pause, reports in (
+             (",100", 0.099, "Ra RBs -> 12 0"), (",100", 0.101, "RBs -> 1"), (",0", 10, "Ra RBs -> 12 0"),
+             ("", 10, "Ra RBs -> 12 0"),
+         )],
+        "A space does not start the time-out, and each command has its own time-out":
+        "OCHN(RS2,0,N,9600,1,8,C,100); sends a=1<SP>; 0.06 s; sends b=2<SP>; 0.06 s; sends <SP>; 0.06 s; sends c; "
+        "0.06 s; sends =3<SP>; 0.06 s; Ra Rb Rc RBs -> 1 2 3 0; sends d; 0.06 s; sends =; 0.06 s; sends 4; 0.06 s; "
+        "sends <SP>Rd RBs<SP> -> 0 1",
     }
 )  # fmt: skip
 def test_serial_data(script):
     play(script)
 
 
-@pytest.mark.parametrize("lines", CONVERSATIONS.values(), ids=CONVERSATIONS)
-def test_a_conversation(bench, motor, lines):
-    for sent, received in lines:
-        assert send(bench, motor, sent) == received
-
-
-# Long commands
-
-
-def test_a_command_has_64_characters_at_most(bench, motor):
-    """2: a longer command is dropped up to its terminator and sets Bc; later commands are executed."""
-    longest = 'PRINT("' + "x" * 55 + '")'
-    assert len(longest) == 64
-    assert send(bench, motor, longest) == b"x" * 55
-    assert send(bench, motor, 'PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0') == b"1\r1\r1\r1\r"
-
-
 # Addresses
-
-
-@pytest.mark.parametrize("number", [1, 120])
-def test_addresses_go_up_to_120(bench, motor, number):
-    assert send(bench, motor, f"SADDR{number} ".encode() + bytes([0x80 + number]) + b"RBs ") == b"0\r"
 
 
 def test_a_chain_is_addressed_from_power_up(bench):
@@ -209,56 +198,11 @@ def test_a_chain_is_addressed_from_power_up(bench):
         assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
 
 
-# Line errors
-
-
-def other_format(bench: Bench, **differences: object) -> Controller:
-    motor = clear(bench, bench.add("smartmotor"))
-    for name, value in differences.items():
-        setattr(motor.serial.host, name, value)
-    return motor
-
-
-def test_a_framing_error_sets_bf_and_spoils_the_command(bench):
-    """Base 10: Bf.  The host sends 8 data bits and a parity bit, which the motor reads as the stop bit."""
-    motor = other_format(bench, parity="S")
-    send(bench, motor, "a=1", 0.1)
-    motor.serial.host.parity = "N"
-    assert send(bench, motor, "\rRa RBf RCHN RBs", 0.2) == b"0\r1\r2\r0\r"
-    assert send(bench, motor, "Zf RBf RCHN", 0.2) == b"0\r0\r"
-
-
 # Host mode records and direct binary commands
 
 
 FIRST, SECOND = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r", b"\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
 """Points of host mode: 0 at 0, 1024 at 256."""
-
-
-def test_host_mode_reports_its_status(bench, motor):
-    """11: F9h or Q returns status, free places (of 32) and clock: 01h G pending; 80h running, with 24 bits of clock."""
-    assert send(bench, motor, b"MD \xf9") == b"\xf9\x01\x20\x00\x00"
-    assert send(bench, motor, FIRST + SECOND + b"Q ") == b"\xf9\x01\x1e\x00\x00"
-    later = b"\xfa\x00\x04\x00\x00\r\xfb\x00\x01\x00\x00\r"  # 262144 at 65536, 16 s later
-    assert send(bench, motor, later + b"G ") == b""
-    bench.run(5)
-    answer = send(bench, motor, b"\xf9")
-    assert answer[:2] == b"\xf9\x9e"  # the first point has been reached, two are left
-    # 20,344 samples in 5 s, and those until the answer is sent; the sent characters take 26 ms
-    assert 20_344 < int.from_bytes(answer[2:], "big") < 20_800
-
-
-def test_host_mode_keeps_its_errors_until_the_next_md(bench, motor):
-    """11: 20h overflow, as a real motor answered `F9 20 00 00 00` to too many points; 04h a clock that goes back."""
-    points = b"".join(b"\xfa\x00\x00\x00%c\r\xfb\x00\x00\x01%c\r" % (n, n) for n in range(33))
-    send(bench, motor, b"MD ")
-    send(bench, motor, points, 1)
-    assert send(bench, motor, b"Q ") == b"\xf9\x21\x00\x00\x00"
-    assert send(bench, motor, b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\rQ ") == b"\xf9\x25\x00\x00\x00"
-    assert send(bench, motor, b"MD Q ") == b"\xf9\x01\x20\x00\x00"
-    send(bench, motor, FIRST + b"G ")
-    assert send(bench, motor, b"Q ")[:2] == b"\xf9\x40"  # 10.2: one point is an underflow
-    assert send(bench, motor, b"MD Q ") == b"\xf9\x01\x20\x00\x00"
 
 
 def test_the_answer_of_host_mode_wakes_no_motor_down_the_chain(bench):
@@ -334,16 +278,6 @@ def test_a_reply_begins_when_the_terminator_has_been_received(bench):
 # Channel 1
 
 
-def test_data_mode_keeps_sixteen_bytes(bench, motor):
-    """2: LEN1 counts and GETCHR1 reads the bytes of channel 1; a seventeenth byte sets Bc."""
-    port = motor.rs485
-    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)")
-    port.write(bytes(range(0x80, 0x90)))
-    assert send(bench, motor, "a=LEN1 Ra b=GETCHR1 Rb b=GETCHR1 Rb a=LEN1 Ra RBc") == b"16\r128\r129\r14\r0\r"
-    port.write(b"\xfaRP")
-    assert send(bench, motor, "a=LEN1 Ra RBc RCHN1 RCHN0") == b"16\r1\r1\r0\r"
-
-
 def test_rs4_takes_pin_g_as_its_direction_line(bench):
     """5.1: RS4 or OCHN(RS4,0,…) makes pin G the direction line, which is high while the motor transmits."""
     motor = clear(bench, bench.add("smartmotor"))
@@ -401,36 +335,6 @@ def test_any_bytes_are_handled_and_pieces_make_no_difference(data):
 
 
 # OCHN's time-out
-
-
-def open_with(bench, motor, timeout):
-    send(bench, motor, f"OCHN(RS2,0,N,9600,1,8,C{timeout})")
-
-
-@pytest.mark.parametrize(("timeout", "pause_s", "answer"), [
-    (",100", 0.099, b"12\r0\r"),
-    (",100", 0.101, b"1\r"),
-    (",0", 10.0, b"12\r0\r"),
-    ("", 10.0, b"12\r0\r"),
-])  # fmt: skip
-def test_a_command_must_end_within_the_time_out_of_ochn(bench, motor, timeout, pause_s, answer):
-    """Later guides: milliseconds "between issuing a command and detecting a delimiter"; else it is dropped, Bs."""
-    open_with(bench, motor, timeout)
-    send(bench, motor, b"a=", pause_s)
-    assert send(bench, motor, b"12 ") == b""
-    reports = b"Ra RBs " if answer.startswith(b"12") else b"RBs "
-    assert send(bench, motor, reports) == answer
-
-
-def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor):
-    """A space does not start the time-out, and each command has its own time-out."""
-    open_with(bench, motor, ",100")
-    for part in (b"a=1 ", b"b=2 ", b" ", b"c", b"=3 "):
-        send(bench, motor, part, 0.06)
-    assert send(bench, motor, b"Ra Rb Rc RBs ") == b"1\r2\r3\r0\r"
-    for part in (b"d", b"=", b"4"):
-        send(bench, motor, part, 0.06)
-    assert send(bench, motor, b" Rd RBs ") == b"0\r1\r"
 
 
 def test_the_first_motors_program_addresses_the_chain(bench):
