@@ -168,8 +168,7 @@ class _LineSender:
         else:
             interface, baud_rate = self.controller.name, wanted.baudrate
             raise ProgramError(
-                f"{interface} does not answer '(' at {baud_rate} baud: expected the answer 'U'",
-                file=self.file,
+                f"{interface} does not answer '(' at {baud_rate} baud: expected the answer 'U'", file=self.file
             )
         unsubscribe()
         self.port.write(message)

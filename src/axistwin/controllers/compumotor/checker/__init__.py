@@ -8,10 +8,6 @@ if TYPE_CHECKING:
     from axistwin.controllers.compumotor.checker.program import acceptable
     from axistwin.controllers.compumotor.checker.texts import LAYOUTS, SPECIAL, Words, name_of
 else:
-    __getattr__ = lazy(
-        __name__,
-        program="acceptable",
-        texts="LAYOUTS SPECIAL Words name_of",
-    )
+    __getattr__ = lazy(__name__, program="acceptable", texts="LAYOUTS SPECIAL Words name_of")
 
 __all__ = ["LAYOUTS", "SPECIAL", "Words", "acceptable", "name_of"]

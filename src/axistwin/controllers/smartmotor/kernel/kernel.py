@@ -18,14 +18,7 @@ from axistwin.controllers.smartmotor.kernel.machine import Floats, Ints
 from axistwin.controllers.smartmotor.kernel.position import commanded_shaft, position
 from axistwin.controllers.smartmotor.kernel.servo import ideal, overloaded, rotate
 from axistwin.controllers.smartmotor.kernel.servo_law import control
-from axistwin.controllers.smartmotor.kernel.trajectory import (
-    counted,
-    follow,
-    master_turns,
-    profile,
-    show_master,
-    wrap,
-)
+from axistwin.controllers.smartmotor.kernel.trajectory import counted, follow, master_turns, profile, show_master, wrap
 
 # Events, e.g. a fault, that interrupt the computation of servo samples; each event is one bit.
 ALL_DONE = 0

@@ -258,8 +258,7 @@ class Reader:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
             raise Malformed(
-                f"too many inputs such as GETCHR or AINA1 in one statement: expected at most {s.HIDDEN_MOST}",
-                self.at,
+                f"too many inputs such as GETCHR or AINA1 in one statement: expected at most {s.HIDDEN_MOST}", self.at
             )
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)
