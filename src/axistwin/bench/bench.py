@@ -172,8 +172,7 @@ class Bench:
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
         fit_switches(made, device, axes)
-        plug = fit_plug(self.clock, device.abilities, line, made.line)
-        controller = Controller(name, made, device, axes, plug)
+        controller = Controller(name, made, device, axes, fit_plug(self.clock, device.abilities, line, made.line))
         controller.bench, controller.given, controller.store = self, given, store
         self.controllers[name] = controller
         controller.power(True)
@@ -209,9 +208,8 @@ class Bench:
             if self.controllers.get(motor.name) is not motor:
                 raise UsageError(f"motor {motor.name} belongs to another Bench: expected motors of one Bench")
             if channel in motor._lines:
-                line = motor._lines[channel]
                 raise UsageError(
-                    f"motor {motor.name} is already connected to the serial line {line!r}: "
+                    f"motor {motor.name} is already connected to the serial line {motor._lines[channel]!r}: "
                     f"expected each motor in only one call of {method}()"
                 )
             if motors.count(motor) > 1:

@@ -8,9 +8,7 @@ NAMES = {
 
 def word(byte: int) -> str:
     """Return a readable text for a byte: the character, its name such as `<CR>`, or its code such as `<9F>`."""
-    if 0x20 <= byte < 0x7F:
-        return chr(byte)
-    return f"<{NAMES.get(byte) or f'{byte:02X}'}>"
+    return chr(byte) if 0x20 <= byte < 0x7F else f"<{NAMES.get(byte) or f'{byte:02X}'}>"
 
 
 def show_controls(text: str) -> str:

@@ -165,9 +165,7 @@ class _Comparer(Player):
     # Methods that replay a recorded exchange between a host and a controller
 
     def _played(self, act: Act) -> "partial[None]":
-        if self._is_skipped(act):
-            return partial(self._pass, act)
-        return partial(self._do, act, super()._played(act))
+        return partial(self._pass, act) if self._is_skipped(act) else partial(self._do, act, super()._played(act))
 
     def _is_skipped(self, act: Act) -> bool:
         """True for a `= clock` line, which `recorded_times` reads, and for a control line that the twin lacks."""

@@ -120,8 +120,7 @@ def load_text(path: Path) -> str:
     encoding = encoding_of(data)
     if encoding == "utf-16" or b"\0" in data:
         raise ProgramError("the file is not text: expected UTF-8, Latin-1, or code page 437 or 850", file=str(path))
-    text = data.decode(encoding, "replace")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return data.decode(encoding, "replace").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:

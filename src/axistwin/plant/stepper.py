@@ -452,8 +452,7 @@ class StepperAxis:
             return 0.0
         inertia = self._motor.inertia + self._load.inertia
         outside = self.outside_torque * self.train.move.direction
-        needed = abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
-        return needed / self.strength
+        return abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside) / self.strength
 
     def _replan(self) -> None:
         if self._loses_no_steps and not self._held:

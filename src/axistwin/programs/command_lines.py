@@ -135,9 +135,8 @@ class _LineSender:
     def _only_interface(self) -> Controller:
         interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
         if len(interfaces) != 1:
-            number_of_interfaces = len(interfaces)
             raise ProgramError(
-                f"the simulation has {number_of_interfaces} controllers of the type IF1 or IF2, "
+                f"the simulation has {len(interfaces)} controllers of the type IF1 or IF2, "
                 "but an .if1 file contains commands for exactly one: for several controllers, use a .talk file",
                 file=self.file,
             )
@@ -177,8 +176,7 @@ class _LineSender:
         self.port.host.format = wanted
 
     def _wait(self, ns: int) -> bool:
-        until_ns = min(self.bench.now + ns, self.deadline_ns)
-        self.bench.clock.run_to(max(until_ns, self.bench.now))
+        self.bench.clock.run_to(max(min(self.bench.now + ns, self.deadline_ns), self.bench.now))
         return self.bench.now < self.deadline_ns
 
     def _do(self, do: Callable[[], object]) -> bool:

@@ -85,9 +85,8 @@ def _prepared(act: Act, controller: Controller, host: Host, file: str) -> Callab
 def _only_board(bench: Bench, file: str) -> Controller:
     boards = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
     if len(boards) != 1:
-        number_of_boards = len(boards)
         raise ProgramError(
-            f"the simulation has {number_of_boards} boards, but a .181x file needs exactly one 1810 or 1811: "
+            f"the simulation has {len(boards)} boards, but a .181x file needs exactly one 1810 or 1811: "
             "use a .talk file",
             file=file,
         )

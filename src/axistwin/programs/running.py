@@ -114,8 +114,7 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     The header lines `; options:` and `; line:` of the file set the options.  Raises UsageError if the conversation is
     for a serial line and `target` is on a bus, or the other way round.
     """
-    headers = conversation.headers
-    model = headers.get("model", "")
+    model = conversation.headers.get("model", "")
     if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
         bus_or_line = "a serial line" if _on_a_line(model) else "a bus"
         file = conversation.file
@@ -157,8 +156,7 @@ def _send(send: Send, acts: tuple[Act, ...], file: str, bench: Bench, until_ns: 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
     """Run the stored program by RUN; characters in the first 200 ms after power-up prevent the automatic start."""
-    motor = only_motor(bench, file)
-    motor.serial.write(b"RUN\r")
+    only_motor(bench, file).serial.write(b"RUN\r")
     deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns
     return _finish_run(bench, None, until_ns, deadline_ns)
 

@@ -36,8 +36,7 @@ def read_source(path: Path) -> str:
     try:
         return _lines(data.decode(encoding_of(data)))
     except UnicodeDecodeError as error:
-        encoding = error.encoding
-        raise UsageError(f"{path} cannot be read as {encoding}: expected a text file") from None
+        raise UsageError(f"{path} cannot be read as {error.encoding}: expected a text file") from None
 
 
 def as_sent(text: str) -> bytes:
@@ -74,8 +73,7 @@ def check(source: bytes, file: str, controller: Controller) -> None:
         raise UsageError(
             f"{controller.name} shares its serial line with other motors: expected a motor with its own serial line"
         )
-    alike = Bench().add(controller.product.model, controller.name, **controller.given)
-    store(source, file, alike)
+    store(source, file, Bench().add(controller.product.model, controller.name, **controller.given))
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
@@ -108,9 +106,8 @@ def only_motor(bench: Bench, file: str) -> Controller:
     """Return the only SmartMotor.  Raises ProgramError if there is none, or several."""
     motors = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(motors) != 1:
-        number_of_motors = len(motors)
         raise ProgramError(
-            f"the simulation has {number_of_motors} SmartMotors, but an .sms file needs exactly one: use a .talk file",
+            f"the simulation has {len(motors)} SmartMotors, but an .sms file needs exactly one: use a .talk file",
             file=file,
         )
     motor = motors[0]
@@ -138,9 +135,8 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     sent = _without_comments(source)
     port.write(sent + END + b"RCKS\r")
     if not port.read().endswith(b"P\r"):
-        number_of_bytes = len(sent)
         raise ProgramError(
-            f"the program has {number_of_bytes} bytes, too many for the program memory of the motor: "
+            f"the program has {len(sent)} bytes, too many for the program memory of the motor: "
             "shorten the program, or increase the option program_bytes",
             file=file,
         )

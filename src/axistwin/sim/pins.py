@@ -231,9 +231,7 @@ class SensedPin(Pin):
     @property
     def level(self) -> bool:
         """The sensor's level, unless a test lead or a defect forces another level."""
-        if self._read is None or self._holds or self.driven:
-            return super().level
-        return self._read()
+        return super().level if self._read is None or self._holds or self.driven else self._read()
 
     @property
     def undriven(self) -> bool:

@@ -99,9 +99,7 @@ class SmartMotor:
         if self._motor is None:
             return f"{self.ignoring()}: raise it, or lower the option reset_below_v" if self._switched_on else ""
         self._motor.catch_up(changing=False)
-        if self._motor.channels[0].asleep:
-            return f"{ASLEEP}: WAKE"
-        return inhibition(self._motor)
+        return f"{ASLEEP}: WAKE" if self._motor.channels[0].asleep else inhibition(self._motor)
 
     def ignoring(self) -> str:
         """Return the reason why the motor ignores the commands on serial channel 0.

@@ -98,8 +98,7 @@ def home_switch(board: State) -> bytes:
 
 def _at_home_switch(board: State) -> bool:
     """True while the home input is active.  The active level is high, unless 38h defines low as active."""
-    active_high = board.home_definition is None or board.home_definition.active_high
-    return board.pins["home"].level is active_high
+    return board.pins["home"].level is (board.home_definition is None or board.home_definition.active_high)
 
 
 def moving(board: State) -> bytes:
@@ -123,9 +122,7 @@ def move_parameters(board: State, number: int) -> bytes | None:
     Move 0 is defined after reset, with velocity and acceleration 0.  While streaming, only move 0 is reported.
     """
     move = board.library[number]
-    if move is None or (number and board.in_streaming_mode):
-        return None
-    return move.definition(number)
+    return None if move is None or (number and board.in_streaming_mode) else move.definition(number)
 
 
 def crunched(board: State) -> bytes:

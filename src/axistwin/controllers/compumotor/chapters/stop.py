@@ -82,9 +82,7 @@ def on_trigger(
     If `message` is True, a message is sent, too.
     """
     busy = board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
-    if busy is None:
-        return None
-    return f"trigger {trigger} already has the function {busy:02X}: disable it first"
+    return None if busy is None else f"trigger {trigger} already has the function {busy:02X}: disable it first"
 
 
 def _respond(board: State, opcode: int, trigger: int, action: Callable[[State], None] | None, message: bool) -> None:

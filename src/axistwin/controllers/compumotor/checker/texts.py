@@ -53,10 +53,9 @@ class Words:
             )
         found = _hex(words) if _HEX.fullmatch(words[0][0]) else self._named(words)
         if len(found) > language.LONGEST:
-            column = found[language.LONGEST].column + 1
             raise ProgramError(
                 f"the command is too long: expected at most {language.LONGEST} bytes",
-                column=column,
+                column=found[language.LONGEST].column + 1,
                 code=rules.TOO_LONG.code,
             )
         return found
@@ -94,9 +93,8 @@ class Words:
         fields = [field for field in command.fields if not isinstance(field, language.DontCare)]
         if len(words) - 1 != len(fields):
             value_names = " ".join(field.name.replace(" ", "_") for field in fields) or "no value"
-            command_name = words[0][0]
             raise _wrong(
-                f"wrong number of values for the command {command_name}: expected {value_names}",
+                f"wrong number of values for the command {words[0][0]}: expected {value_names}",
                 rules.NUMBER_OF_VALUES,
                 words[0],
             )

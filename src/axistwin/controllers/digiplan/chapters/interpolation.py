@@ -60,6 +60,5 @@ def interpolate(state: State, step: Step) -> Procedure:
     table = ramp(parameters)
     ratio = Fraction(parameters.minor_distance, parameters.distance) if parameters.distance else Fraction(0)
     minor = step.minor if ratio else {}
-    profile = table.index(parameters.distance)
-    generator.begin(profile, table, {**step.major, **minor}, dict.fromkeys(minor, ratio))
+    generator.begin(table.index(parameters.distance), table, {**step.major, **minor}, dict.fromkeys(minor, ratio))
     yield generator.ended

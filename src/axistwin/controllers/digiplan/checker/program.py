@@ -200,8 +200,7 @@ class _Checker:
         else:
             problem = problem._replace(message=f"step {number}: {problem.message}")
         step = message.steps[number - 1] if message.steps else Step()
-        set_by_sequence = {name for each in self.sequence.steps for name in each.settings}
-        self._values(text, step, problem, set_by_sequence)
+        self._values(text, step, problem, {name for each in self.sequence.steps for name in each.settings})
 
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()

@@ -126,15 +126,13 @@ class _Host:
                 self._begin = self._at
             if self._loading:
                 self._load()
-        rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
-        if rest.strip(b" \r\n\0"):
+        if bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY).strip(b" \r\n\0"):
             self._report(rules.UNENDED, self._begin, "this command has no end: a space or <CR> is missing")
 
     def _command(self, text: str) -> None:
         sent = bytes(sent.byte for sent in self._characters[self._begin : self._at])
         begin = self._begin + max(sent.find(text.encode("ascii", "replace")), len(sent) - len(sent.lstrip(b" \r\n\0")))
-        statement = command(text)
-        for problem in _problems(statement):
+        for problem in _problems(command(text)):
             end = min(begin + len(text), self._at - 1)
             fix = fixes.of(self._characters[begin:end], text, problem)
             self.found.append(located(self._characters, begin, end, problem, fix))

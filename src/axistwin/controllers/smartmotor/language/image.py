@@ -52,8 +52,7 @@ def labels(text: str) -> dict[int, int]:
 
 def sums(text: str) -> tuple[int, int]:
     """Return both checksums of RCKS: sums of 24 bits over the label addresses and over the text."""
-    addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
-    return addresses & 0xFFFFFF, _sum(text)
+    return sum((place >> 8) + (place & 0xFF) for place in labels(text).values()) & 0xFFFFFF, _sum(text)
 
 
 def _sum(text: str) -> int:

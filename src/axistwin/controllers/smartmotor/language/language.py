@@ -330,8 +330,7 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
 
 
 def _constant(value: int) -> tuple[int, ...]:
-    fits = ops.LOWEST <= value <= HIGHEST
-    return (ops.CONSTANT, value, ops.RESULT) if fits else (ops.OVERFLOW, ops.RESULT)
+    return (ops.CONSTANT, value, ops.RESULT) if ops.LOWEST <= value <= HIGHEST else (ops.OVERFLOW, ops.RESULT)
 
 
 def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
