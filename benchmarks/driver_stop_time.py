@@ -17,7 +17,7 @@ from contextlib import suppress
 
 import axistwin
 from axistwin.drivers import DriverError, connect
-from axistwin.sim import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 LIMIT_S = 0.05
 CASES = {

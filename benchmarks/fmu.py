@@ -23,7 +23,7 @@ from fmpy.validation import validate_fmu
 
 from axistwin import Bench, Scene
 from axistwin.fmu import Machine, export
-from axistwin.plant import ServoAxis
+from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sweeps import Recording, Series
 
 EXAMPLES = ("winder/scene.toml", "cut-to-length/scene.toml", "gains/scene.toml")

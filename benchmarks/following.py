@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.plant import ServoAxis
+from axistwin.plant.servo_axis import ServoAxis
 
 RUNS = 3
 SHAFT = {"motor": "frame23", "load": {"inertia_kg_m2": 3e-5}}

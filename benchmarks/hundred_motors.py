@@ -17,7 +17,7 @@ from smartmotor_speed import moving, switched_on
 
 from axistwin import Bench
 from axistwin.bench import Controller, product
-from axistwin.plant import Samples
+from axistwin.plant.counts import Samples
 
 MOTORS, SECONDS, RUNS, GOAL = 100, 20, 5, 90
 ALONE = (0, 41, 99)

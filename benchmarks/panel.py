@@ -30,7 +30,7 @@ from axistwin.panel import page
 from axistwin.panel.views.scope import scope
 from axistwin.panel.web import Address, Panel
 from axistwin.sessions import Session
-from axistwin.sim import Procedure
+from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
 SIGNALS = (

@@ -29,7 +29,8 @@ import hashlib, json, tempfile, time
 from pathlib import Path
 from axistwin.bench import Bench
 from axistwin.bench.options import read_options
-from axistwin.conversations import load, play
+from axistwin.conversations.conversation import load
+from axistwin.conversations.player import play
 from axistwin.playground import Playground
 from axistwin.programs.running import options
 

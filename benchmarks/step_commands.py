@@ -24,7 +24,7 @@ import numpy as np
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.motion import plan
+from axistwin.motion.step_queue import plan
 from axistwin.standin import Motor, motor
 
 MHZ, MOST_COMMANDS, MOST_PER_LEVEL = 16, 150, 2.5

@@ -12,7 +12,8 @@ import click
 
 from axistwin.bench import product, show_controls
 from axistwin.cli import axistwin
-from axistwin.controllers import Lamp, Rule
+from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.front import Lamp
 from axistwin.diagnostics import codes
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

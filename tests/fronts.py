@@ -1,7 +1,7 @@
 """The front panel of a controller as the user sees it."""
 
 from axistwin.bench import Controller
-from axistwin.controllers import Item, Lamp
+from axistwin.controllers.front import Item, Lamp
 
 
 def items(controller: Controller) -> dict[tuple[str, str], Item]:

@@ -15,9 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.controllers.smartmotor.kernel import Engine, jit, kernel
+from axistwin.controllers.smartmotor.kernel import jit, kernel
+from axistwin.controllers.smartmotor.kernel.core import Engine
 from axistwin.links import Pacer
-from axistwin.sim import connect
+from axistwin.sim.pins import connect
 from axistwin.traces.trace import tracing
 from axistwin.units import S
 

@@ -1,6 +1,6 @@
-"""Pages, examples and tools import names from `axistwin` or from a package, never from a module in a package.
+"""Pages and examples import names from `axistwin` or from a package, never from a module in a package.
 
-Tests and benchmarks import the module that defines a name.
+Tests, benchmarks and tools import the module that defines a name.
 """
 
 import ast
@@ -12,16 +12,19 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PLACES = "docs", "examples", "tools"
+PLACES = "docs", "examples"
 DEEP = re.compile(r"\baxistwin\.\w+\.\w")
 """Name of a module in a package; most sources contain none, and need not be parsed."""
 SNIPPET = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def sources(place: str) -> Iterator[tuple[Path, str]]:
-    """Yield each Python file and each Python snippet of a page with the name of a module in a package."""
+    """Yield each example and each Python snippet of a page with the name of a module in a package.
+
+    The files in `docs` itself build the site.
+    """
     for path in sorted((ROOT / place).rglob("*.py")):
-        if DEEP.search(source := path.read_text(encoding="utf-8")):
+        if path.parent != ROOT / "docs" and DEEP.search(source := path.read_text(encoding="utf-8")):
             yield path, source
     for path in sorted((ROOT / place).rglob("*.md")):
         for snippet in filter(DEEP.search, SNIPPET.findall(path.read_text(encoding="utf-8"))):

@@ -12,7 +12,7 @@ import gc
 from time import process_time
 
 from axistwin.links import PortUrl, Server, parse
-from axistwin.sim import Clock
+from axistwin.sim.clock import Clock
 from fuzz import BAUD_RATES, PORTS, arguments, garbage, motors
 
 BYTES = 1000

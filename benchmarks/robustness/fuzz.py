@@ -19,7 +19,9 @@ from typing import Self
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench
-from axistwin.sim import Break, Line, LineError, SerialPort, Uart, UartFormat
+from axistwin.sim.frames import Break, LineError, UartFormat
+from axistwin.sim.serial import Line, Uart
+from axistwin.sim.serial_port import SerialPort
 
 BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600, 19_200, 38_400, 115_200, 460_800, 1_000_000, 4_000_000)
 MATCHED = 9600

@@ -30,8 +30,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 from axistwin import Bench, Scene
 from axistwin.bench import FAMILIES, Controller, host_at, product
 from axistwin.errors import AxistwinError
-from axistwin.fault_injection import KINDS
-from axistwin.plant import SERVO_MOTORS, EncoderData, Load, ServoLoad, StepperMotor, axes, servo, servo_axis
+from axistwin.fault_injection.kinds import KINDS
+from axistwin.plant import axes, servo
+from axistwin.plant.axes import servo_axis
+from axistwin.plant.encoder import EncoderData
+from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
+from axistwin.plant.torque import Load, StepperMotor
 
 BOUND_S = 20.0
 """Processor time of a case, unless it asks for more virtual time."""

@@ -28,9 +28,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.controllers import Product
-from axistwin.controllers.digiplan import Accept, interface
-from axistwin.controllers.smartmotor.language import Statement, language, program
+from axistwin.controllers.digiplan import interface
+from axistwin.controllers.digiplan.language import Accept
+from axistwin.controllers.product import Product
+from axistwin.controllers.smartmotor.language import language, program
+from axistwin.controllers.smartmotor.language.language import Statement
 from axistwin.errors import AxistwinError
 from axistwin.probing import Motion, Probe, Settings, Twin, Verdict, VirtualEnd, dialect, other_values, probe
 

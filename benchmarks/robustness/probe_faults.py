@@ -22,10 +22,10 @@ from unittest.mock import patch
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import Bench, Controller, product
-from axistwin.controllers.smartmotor import Nonvolatile
+from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
 from axistwin.errors import LinkError
 from axistwin.probing import Settings, Verdict, VirtualEnd, dialect, probe
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 from probe import FULL, PLUGGED, changed, clear_caches, twin
 
 Handler = Callable[..., Any]

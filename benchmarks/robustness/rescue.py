@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
 from axistwin.bench import FAMILIES
-from axistwin.controllers.digiplan.chapters import BAUD_RATES as INTERFACE_RATES
-from axistwin.controllers.smartmotor.serial import BAUD_RATES as MOTOR_RATES
+from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES as INTERFACE_RATES
+from axistwin.controllers.smartmotor.serial.serial_data import BAUD_RATES as MOTOR_RATES
 from axistwin.errors import AxistwinError
 from axistwin.probing import VirtualEnd
 from axistwin.probing.rescue import Rescue, find, rescue
 from axistwin.programs import stored_programs
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 from states import random_state
 
 MODELS = ("if1", "1811", "smartmotor")

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 from axistwin.units import S
 
 from .hosting import Session, perform

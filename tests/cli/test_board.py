@@ -4,7 +4,9 @@ import json
 
 from axistwin import Bench
 from axistwin.bench import Hear, host_of
-from axistwin.conversations import parse, play, recording, write
+from axistwin.conversations.conversation import parse, write
+from axistwin.conversations.player import play
+from axistwin.conversations.recorder import recording
 
 from ..command import run
 

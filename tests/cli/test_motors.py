@@ -6,13 +6,16 @@ import re
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.conversations import parse, play, recording, write
+from axistwin.conversations.conversation import parse, write
+from axistwin.conversations.player import play
+from axistwin.conversations.recorder import recording
 from axistwin.errors import ProgramError, SceneError
-from axistwin.plant import Samples, ServoAxis
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plots.picture import save
 from axistwin.plots.trace_chart import of_trace
 from axistwin.reports import ServoMoves
-from axistwin.sim import Clock
+from axistwin.sim.clock import Clock
 from axistwin.traces.memory import tracing_in_memory
 from axistwin.traces.trace import tracing
 

@@ -9,7 +9,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli.serving import preparing as module
-from axistwin.controllers.smartmotor.kernel import advance, core, jit
+from axistwin.controllers.smartmotor.kernel import core, jit
+from axistwin.controllers.smartmotor.kernel.kernel import advance
 from axistwin.errors import UsageError
 
 from ..command import PATIENCE_S

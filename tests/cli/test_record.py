@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from axistwin.bench import Do, Expect, Hear, Say
 from axistwin.cli import axistwin
-from axistwin.conversations import load
+from axistwin.conversations.conversation import load
 
 from ..command import PATIENCE_S, ended, refused, serving
 from ..links.serving import Served, ask, dial

@@ -17,7 +17,7 @@ from functools import partial
 import pytest
 
 from axistwin.cli import execute
-from axistwin.programs import to_codes, to_glyphs
+from axistwin.programs.keyboards import to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
 
 from ..command import PATIENCE_S, PROGRAM, run, running

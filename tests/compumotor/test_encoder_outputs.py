@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.bench import terminals
 from axistwin.errors import UsageError
-from axistwin.plant import PositionSwitch, in_series
+from axistwin.plant.switches import PositionSwitch, in_series
 
 from .talking import ask, complete, default, i32, position, ready, send, send_all, until_idle
 

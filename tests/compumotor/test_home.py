@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.plant import PositionSwitch, in_series
+from axistwin.plant.switches import PositionSwitch, in_series
 
 from ..scripts import scripts
 from .scripts import play

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from axistwin.bench import product
-from axistwin.controllers.compumotor import Accept
+from axistwin.controllers.compumotor.language import Accept
 
 from .talking import position, ready
 

@@ -8,7 +8,9 @@ from click.testing import CliRunner
 
 from axistwin import Bench
 from axistwin.cli import axistwin
-from axistwin.conversations import Comparison, compare, parse, recorded_times, recording, write
+from axistwin.conversations.comparison import Comparison, compare, recorded_times
+from axistwin.conversations.conversation import parse, write
+from axistwin.conversations.recorder import recording
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS, S
 

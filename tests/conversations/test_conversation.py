@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.bench import Comment, Do, Expect, Hear, Say, Wait
-from axistwin.conversations import load, parse, seconds, write
+from axistwin.conversations.conversation import load, parse, seconds, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 

@@ -6,8 +6,11 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.conversations import parse, play
-from axistwin.programs import command_strings, language_of, read_command_lines, running, send_commands, send_lines
+from axistwin.conversations.conversation import parse
+from axistwin.conversations.player import play
+from axistwin.programs import running
+from axistwin.programs.command_lines import read_command_lines, send_lines
+from axistwin.programs.hex_commands import command_strings, language_of, send_commands
 from axistwin.units import S
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -11,8 +11,9 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import CHARACTERS, Expect, Hear
 from axistwin.cli.common.target import bench_for
-from axistwin.conversations import Conversation, Difference, load, play, write
-from axistwin.programs import options
+from axistwin.conversations.conversation import Conversation, load, write
+from axistwin.conversations.player import Difference, play
+from axistwin.programs.running import options
 
 FILES = sorted((Path(__file__).parent).glob("*.talk"))
 MOST_CORRECTIONS = 1000

@@ -3,7 +3,8 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.conversations import Difference, parse, play
+from axistwin.conversations.conversation import parse
+from axistwin.conversations.player import Difference, play
 from axistwin.errors import ProgramError
 
 

@@ -8,10 +8,13 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Do, Expect, Hear
-from axistwin.conversations import Conversation, parse, play, recording, write
+from axistwin.conversations.conversation import Conversation, parse, write
+from axistwin.conversations.player import play
+from axistwin.conversations.recorder import recording
 from axistwin.errors import UsageError
 from axistwin.scenes import Scene, loader
-from axistwin.sim import Flow, by_itself
+from axistwin.sim.manual_actions import by_itself
+from axistwin.sim.serial_port import Flow
 
 
 def replayed(conversation: Conversation) -> object:

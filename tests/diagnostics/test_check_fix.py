@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from axistwin.bench import product
 from axistwin.cli import axistwin
-from axistwin.controllers import Edit
+from axistwin.controllers.diagnostics import Edit
 from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics import fix as check_fix
 from axistwin.errors import AxistwinError

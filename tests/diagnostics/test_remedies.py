@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from axistwin.bench import Bench, product
-from axistwin.controllers import Diagnostic
-from axistwin.controllers.compumotor.checker import name_of
+from axistwin.controllers.compumotor.checker.texts import name_of
+from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.diagnostics import codes, diagnose_scene, diagnose_text
 from axistwin.diagnostics import fix as check_fix
 

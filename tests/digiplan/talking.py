@@ -9,8 +9,9 @@ from typing import Any, cast
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.plant import StepperAxis
-from axistwin.sim import LineError, Parity, Pin
+from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.frames import LineError, Parity
+from axistwin.sim.pins import Pin
 from axistwin.units import MS, S
 
 Segment = tuple[int | Fraction, Fraction]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.sim import LineError
+from axistwin.sim.frames import LineError
 
 from .talking import (
     arrivals,

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
 from ..scripts import scripts

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.controllers import Diagnostic, Sent, Session
+from axistwin.controllers.diagnostics import Diagnostic, Sent, Session
 
 from .talking import ask, ready
 

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin.sim import LineError
+from axistwin.sim.frames import LineError
 from axistwin.units import MS, S
 
 from ..scripts import scripts

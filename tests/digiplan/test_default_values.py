@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.sim import LineError
+from axistwin.sim.frames import LineError
 from axistwin.units import MS
 
 from ..scripts import scripts

@@ -6,7 +6,9 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.controllers.digiplan import COMMANDS, listed, parse, typed
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.language import parse
+from axistwin.controllers.digiplan.listing import listed, typed
 from axistwin.units import MS
 
 from .talking import ask, command, number, play, ready, write

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench, Session
 from axistwin.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
-from axistwin.motion import Profile, Segment
+from axistwin.motion.profile import Profile, Segment
 
 TRAVEL = {"limits": (-1000, 9000)}
 HALF = Fraction(1, 2)

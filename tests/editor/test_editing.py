@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import codec_of, product
-from axistwin.controllers.compumotor.checker import acceptable
-from axistwin.controllers.smartmotor.language import OPENS, digits, word
+from axistwin.controllers.compumotor.checker.program import acceptable
+from axistwin.controllers.smartmotor.language.program import OPENS, digits, word
 from axistwin.diagnostics import read_acts, sessions
 from axistwin.editor.compumotor import Commands
 from axistwin.editor.digiplan import CommandLines

@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.fault_injection import KINDS, Sort
+from axistwin.fault_injection.kinds import KINDS
+from axistwin.fault_injection.table import Sort
 
 PLACES = {
     "LINE": ("if1.serial", "motor.serial"),

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.fault_injection import KINDS
+from axistwin.fault_injection.kinds import KINDS
 
 from ..told import raises
 

@@ -4,8 +4,9 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES
-from axistwin.controllers import Abilities
-from axistwin.conversations import parse, play
+from axistwin.controllers.product import Abilities
+from axistwin.conversations.conversation import parse
+from axistwin.conversations.player import play
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences, triggers
 

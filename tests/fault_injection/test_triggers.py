@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench, play, recording
-from axistwin.conversations import parse, write
+from axistwin.conversations.conversation import parse, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences
 

@@ -9,7 +9,7 @@ from typing import Any, Self
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.links import PortUrl, Server, parse
-from axistwin.sim import Flow
+from axistwin.sim.serial_port import Flow
 
 HOST_TIMEOUT_S = 10
 """Timeout in seconds after which a test fails."""

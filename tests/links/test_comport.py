@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.links import ComPort, Control, Purge, SetBreak, SetFlow, SetLines, Suspend, escape
-from axistwin.sim import LineError, SetFormat, UartFormat
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.serial_port import SetFormat
 
 WILL, WONT, DO, DONT = (bytes((0xFF, verb)) for verb in (0xFB, 0xFC, 0xFD, 0xFE))
 BINARY, ECHO, SGA, STATUS, COM_PORT = (bytes((option,)) for option in (0, 1, 3, 5, 44))

@@ -10,20 +10,12 @@ from axistwin.bench import Do, Say
 from axistwin.errors import UsageError
 from axistwin.links import FULL, Gate, Pacer, Plug, Server
 from axistwin.sessions import Cursor, ExternalInput, RecordedPort
-from axistwin.sim import (
-    Clock,
-    Flow,
-    Hold,
-    Pin,
-    SendBreak,
-    SerialPort,
-    SetFlow,
-    SetFormat,
-    SetLine,
-    Uart,
-    UartFormat,
-    direct,
-)
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import Flow, Hold, SendBreak, SerialPort, SetFlow, SetFormat, SetLine
+from axistwin.sim.wirings import direct
 from axistwin.units import S
 
 from .serving import HOST_TIMEOUT_S, Served, ask, dial, initialise, receive

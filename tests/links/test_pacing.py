@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.links import ManualPacer, Pacer, pacing, read_speed
-from axistwin.sim import Clock
+from axistwin.sim.clock import Clock
 from axistwin.units import MOST_NS, MS, S
 
 from .fake_loop import Loop

@@ -13,7 +13,7 @@ import serial
 
 from axistwin.errors import LinkError
 from axistwin.links import CHUNK, FULL
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 
 from .serving import HOST_TIMEOUT_S, dial, receive
 

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.links import Pacer, Plug
 from axistwin.sessions import RecordedPort
-from axistwin.sim import Flow, UartFormat
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.serial_port import Flow
 
 from ..sessions.test_recorded_port import perform
 from .fake_loop import Loop

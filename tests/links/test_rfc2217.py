@@ -4,7 +4,7 @@ import pytest
 import serial
 import serialx
 
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 
 from .serving import Served, dial, receive
 from .test_comport import COM_PORT, DO, WILL, sub

@@ -8,7 +8,7 @@ import pytest
 
 from axistwin.errors import LinkError
 from axistwin.links import SerialDevice
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 
 from .serving import Served, dial, receive
 

@@ -8,7 +8,8 @@ import pytest
 
 from axistwin.errors import LinkError, UsageError
 from axistwin.links import CHUNK, FULL, STALLED, PortUrl, resolved
-from axistwin.sim import Flow, LineError
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
 
 from .serving import Served, ask, dial, receive
 

@@ -6,7 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from axistwin.motion import Profile, Ramp, Segment, Train, expansion
+from axistwin.motion import expansion
+from axistwin.motion.profile import Profile, Segment
+from axistwin.motion.ramp import Ramp
+from axistwin.motion.train import Train
 
 RAMP = Ramp(Fraction(400), Fraction(10_000), Fraction(100), Fraction(1, 100))
 

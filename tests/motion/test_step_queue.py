@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.motion import MOST_INTERVAL, Profile, Segment, Steps, plan
+from axistwin.motion.profile import Profile, Segment
+from axistwin.motion.step_queue import MOST_INTERVAL, Steps, plan
 
 MHZ, TOLERANCE = 16, 8.0  # the clock of an AVR; half a microsecond in its ticks
 

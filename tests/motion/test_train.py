@@ -5,7 +5,8 @@ from fractions import Fraction
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.motion import Profile, Segment, Train
+from axistwin.motion.profile import Profile, Segment
+from axistwin.motion.train import Train
 
 S = 10**9
 

@@ -3,7 +3,8 @@
 import pytest
 
 from axistwin.bench import FAMILIES, Bench
-from axistwin.fault_injection import KINDS, On, Sort
+from axistwin.fault_injection.kinds import KINDS
+from axistwin.fault_injection.table import On, Sort
 from axistwin.panel.views.faults import faults, power
 
 from .showing import bench_of, show

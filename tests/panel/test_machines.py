@@ -4,7 +4,7 @@ import re
 from fractions import Fraction
 
 from axistwin import Bench
-from axistwin.motion import Profile, Segment
+from axistwin.motion.profile import Profile, Segment
 from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.views.machines import machines
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Session
-from axistwin.motion import Profile, Segment
+from axistwin.motion.profile import Profile, Segment
 from axistwin.panel.context import Common, Context
 from axistwin.panel.people import People
 from axistwin.panel.scope.frames import frame

@@ -6,7 +6,7 @@ import pytest
 from nicegui.elements.scene import Scene
 
 from axistwin.drawings.table import PIECE, PIECES
-from axistwin.motion import Profile, Segment
+from axistwin.motion.profile import Profile, Segment
 from axistwin.panel.views.machines import machines
 
 from .showing import bench_of, show

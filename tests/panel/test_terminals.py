@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.panel.views.pins import pins
-from axistwin.sim import connect
+from axistwin.sim.pins import connect
 
 from .showing import bench_of, show
 

@@ -3,8 +3,9 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.plant import Joystick, JoystickInputs
-from axistwin.sim import Clock, Pin
+from axistwin.plant.joystick import Joystick, JoystickInputs
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin
 from axistwin.units import MS, US
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench, Scene
 from axistwin.cli import main
 from axistwin.errors import SceneError, UsageError
-from axistwin.plant import MachineUnits, position, rate
+from axistwin.plant.machine_units import MachineUnits, position, rate
 from axistwin.traces.reading import read
 
 MM = MachineUnits.given({"per": 80, "of": "mm"})

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.plant import Master, Run
-from axistwin.sim import Clock, Signal
+from axistwin.plant.master import Master, Run
+from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
 
 S = 10**9
 

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.plant import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
+from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
 
 
 def test_the_data_sheets_are_those_of_such_motors():

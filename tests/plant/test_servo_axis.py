@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.plant import FAR, FRAME23, PositionSwitch, Samples, ServoAxis, in_series, servo_axis
-from axistwin.sim import Clock, UserPin
+from axistwin.plant.axes import servo_axis
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo import FRAME23
+from axistwin.plant.servo_axis import FAR, ServoAxis
+from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import UserPin
 
 MS = 10**6
 

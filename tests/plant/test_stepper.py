@@ -5,9 +5,12 @@ from fractions import Fraction
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.motion import Profile, Segment
-from axistwin.plant import EncoderData, Load, StepperAxis, StepperMotor, stepper_axis
-from axistwin.sim import Clock
+from axistwin.motion.profile import Profile, Segment
+from axistwin.plant.axes import stepper_axis
+from axistwin.plant.encoder import EncoderData
+from axistwin.plant.stepper import StepperAxis
+from axistwin.plant.torque import Load, StepperMotor
+from axistwin.sim.clock import Clock
 
 S = 10**9
 

@@ -2,9 +2,11 @@
 
 from fractions import Fraction
 
-from axistwin.motion import Profile, Segment
-from axistwin.plant import PositionSwitch, StepperAxis, in_series
-from axistwin.sim import Clock, Pin
+from axistwin.motion.profile import Profile, Segment
+from axistwin.plant.stepper import StepperAxis
+from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin
 
 S = 10**9
 PERIOD = 10_000_000

@@ -9,7 +9,7 @@ from axistwin import Bench
 from axistwin.bench import product
 from axistwin.errors import LinkError, UsageError
 from axistwin.probing import Motion, Settings, Verdict, VirtualEnd, dialect, html, open_end, probe
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 from axistwin.testing import serve
 
 from ..command import run

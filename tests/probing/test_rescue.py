@@ -7,12 +7,13 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.bench import action, product
-from axistwin.conversations import parse, play
+from axistwin.conversations.conversation import parse
+from axistwin.conversations.player import play
 from axistwin.errors import LinkError, UsageError
 from axistwin.probing import VirtualEnd, open_end
 from axistwin.probing.rescue import Found, find, rescue
 from axistwin.programs import stored_programs
-from axistwin.sim import UartFormat
+from axistwin.sim.frames import UartFormat
 from axistwin.testing import serve
 
 from ..command import run

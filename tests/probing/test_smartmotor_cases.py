@@ -10,7 +10,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.controllers.smartmotor import Nonvolatile
+from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
 from axistwin.probing import Motion, Settings, Twin, Verdict, VirtualEnd, dialect, probe
 from axistwin.probing.smartmotor import memory, moving, still
 

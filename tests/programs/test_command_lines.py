@@ -7,7 +7,8 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
-from axistwin.programs import Outcome, load, read_command_lines, send_lines
+from axistwin.programs.command_lines import read_command_lines, send_lines
+from axistwin.programs.running import Outcome, load
 from axistwin.reports import RunRecord, recording_run
 from axistwin.units import S
 

@@ -9,7 +9,7 @@ import pytest
 
 from axistwin import Bench, Scene, tracing
 from axistwin.cli import execute
-from axistwin.controllers.smartmotor.kernel import Engine
+from axistwin.controllers.smartmotor.kernel.core import Engine
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
 from axistwin.traces.reading import read

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench, Scene, tracing
-from axistwin.controllers.smartmotor.kernel import Engine
+from axistwin.controllers.smartmotor.kernel.core import Engine
 from axistwin.errors import TraceError
 from axistwin.traces.reading import read
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import axistwin
 from axistwin import Bench
-from axistwin.sim import connect
+from axistwin.sim.pins import connect
 
 from ..digiplan.talking import ask, initialise, ready, write
 

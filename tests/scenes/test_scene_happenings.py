@@ -11,7 +11,7 @@ from axistwin import Scene
 from axistwin.cli import axistwin
 from axistwin.cli.authoring.faults import rows
 from axistwin.errors import AxistwinError, SceneError, UsageError
-from axistwin.fault_injection import KINDS
+from axistwin.fault_injection.kinds import KINDS
 
 IF1 = '[[controller]]\nmodel = "if1"\n'
 SHAFT = '[[controller]]\nmodel = "smartmotor"\naxes.shaft = '

@@ -6,31 +6,25 @@ from hypothesis import strategies as st
 
 from axistwin.errors import UsageError
 from axistwin.sessions import RecordedBus, RecordedPort
-from axistwin.sim import (
-    CONTROL,
-    DATA,
-    NOBODY_DRIVES,
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, Init, ReadData, RegisterPort, WriteRegister
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import (
     X_OFF,
     X_ON,
-    Clock,
     DropPending,
     Flow,
     Hold,
-    Init,
-    Pin,
-    ReadData,
-    RegisterPort,
     SendBreak,
     SerialPort,
     SetFlow,
     SetFormat,
     SetLine,
-    Uart,
-    UartFormat,
     Write,
-    WriteRegister,
-    direct,
 )
+from axistwin.sim.wirings import direct
 
 FORMAT = UartFormat(9600, 8, "N", 1)
 SLOW = UartFormat(4800, 8, "N", 1)

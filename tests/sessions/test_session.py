@@ -8,7 +8,8 @@ import pytest
 
 from axistwin import Bench, Session
 from axistwin.errors import ProgramError, UsageError
-from axistwin.sim import Flow, UartFormat
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.serial_port import Flow
 from axistwin.units import MS, to_ns
 
 from .driving import drive, until

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
 
-from axistwin.sim import LineError
+from axistwin.sim.frames import LineError
 
 
 @dataclass(frozen=True)

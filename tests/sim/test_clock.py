@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from simpy import Interrupt
 
 from axistwin import Bench
-from axistwin.sim import Clock, interrupt, kill
+from axistwin.sim.clock import Clock, interrupt, kill
 
 
 def test_time_is_an_integer_and_stands_at_the_end_of_a_run():

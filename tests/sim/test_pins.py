@@ -3,7 +3,8 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sim import Clock, Pin, SensedPin, UserPin, connect
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin, SensedPin, UserPin, connect
 
 
 @pytest.fixture

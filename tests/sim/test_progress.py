@@ -1,6 +1,6 @@
 """Subscriptions to the beginning of program lines."""
 
-from axistwin.sim import Progress
+from axistwin.sim.progress import Progress
 
 
 def test_everybody_is_told_what_he_wants_to_know():

@@ -3,7 +3,8 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sim import DATA, NOBODY_DRIVES, Clock, RegisterPort
+from axistwin.sim.clock import Clock
+from axistwin.sim.registers import DATA, NOBODY_DRIVES, RegisterPort
 
 
 @pytest.fixture

@@ -5,7 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.errors import UsageError
-from axistwin.sim import FASTEST_BAUD, MANY, Break, Clock, Levels, Pair, Space, Uart, UartFormat, join
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import FASTEST_BAUD, Break, UartFormat
+from axistwin.sim.levels import Levels, Space
+from axistwin.sim.serial import MANY, Uart
+from axistwin.sim.wirings import Pair, join
 
 from . import reference_line as reference
 

@@ -6,7 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.sim import Clock, LineError, Uart, UartFormat, join
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.serial import Uart
+from axistwin.sim.wirings import join
 
 NONE, PARITY, FRAMING, BREAK = LineError.NONE, LineError.PARITY, LineError.FRAMING, LineError.BREAK
 

@@ -4,7 +4,12 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.sim import X_OFF, X_ON, Clock, Flow, Pin, SerialPort, Uart, UartFormat, direct
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
+from axistwin.sim.wirings import direct
 
 FORMAT = UartFormat(9600, 8, "N", 1)
 FRAME = FORMAT.frame_ns  # 10 bits at 9600 baud: 1,041,667 ns

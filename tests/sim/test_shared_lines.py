@@ -4,7 +4,11 @@ from itertools import product
 
 import pytest
 
-from axistwin.sim import Clock, LineError, SerialPort, Uart, UartFormat, daisy_chain, direct, shared_pair
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.wirings import daisy_chain, direct, shared_pair
 
 FORMAT = UartFormat(9600, 8, "N", 1)
 FRAME = FORMAT.frame_ns  # 10 bits at 9600 baud: 1,041,667 ns

@@ -1,4 +1,4 @@
-from axistwin.sim import Signal
+from axistwin.sim.signal import Signal
 
 
 def test_callbacks_run_in_the_order_of_their_subscription():

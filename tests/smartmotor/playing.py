@@ -9,7 +9,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.sim import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 from . import scenarios, talking
 from .bits import BITS

@@ -3,22 +3,12 @@
 from array import array
 from math import pi
 
-from axistwin.controllers.smartmotor.kernel import (
-    FETCH,
-    HELD,
-    STACK,
-    TRAP,
-    advance,
-    jit,
-    machine,
-    next_velocity,
-    servo,
-    servo_law,
-    state,
-    statement,
-)
-from axistwin.controllers.smartmotor.language import Program
-from axistwin.plant import ServoLoad
+from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
+from axistwin.controllers.smartmotor.kernel.kernel import advance
+from axistwin.controllers.smartmotor.kernel.trajectory import next_velocity
+from axistwin.controllers.smartmotor.language.program import Program
+from axistwin.plant.servo import ServoLoad
 
 from .talking import SAMPLE_S
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.sim import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 from .bits import BI
 

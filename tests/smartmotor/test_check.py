@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.controllers import Sent, Session
-from axistwin.controllers.smartmotor import COMMANDS
-from axistwin.controllers.smartmotor.checker import check
+from axistwin.controllers.diagnostics import Sent, Session
+from axistwin.controllers.smartmotor.checker.program import check
+from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.language import class5
 from axistwin.diagnostics import diagnose_text, fix
 from axistwin.programs import stored_programs

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from axistwin.controllers.smartmotor import COMMANDS
-from axistwin.controllers.smartmotor.language import Accept, Form, command, read
+from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.language.forms import Accept, Form
+from axistwin.controllers.smartmotor.language.language import command, read
 
 LIST = Path(__file__).parents[1] / "manual" / "smartmotor.txt"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.controllers.smartmotor.kernel import machine, state
-from axistwin.plant import FRAME17
+from axistwin.plant.servo import FRAME17
 
 from .playing import play, scripts
 from .rig import Rig

@@ -4,9 +4,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.chapters import TABLE, find
-from axistwin.controllers.smartmotor.kernel import STACK, evaluate, state
-from axistwin.controllers.smartmotor.language import Malformed, Reader
+from axistwin.controllers.smartmotor.chapters.variables import TABLE, find
+from axistwin.controllers.smartmotor.kernel import state
+from axistwin.controllers.smartmotor.kernel.interpreter import STACK, evaluate
+from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
 LOWEST, HIGHEST = -2147483648, 2147483647
 

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.language import Decoder, encode, labels, strip, sums
+from axistwin.controllers.smartmotor.language.image import Decoder, encode, labels, strip, sums
 
 SOURCE = """\
    a=1          ' the start

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.kernel import ALL_DONE, jit, state
+from axistwin.controllers.smartmotor.kernel import jit, state
+from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE
 
 from .rig import Processor, Rig, Whole
 

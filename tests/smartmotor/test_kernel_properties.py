@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.kernel import ALL_DONE, STACK, TRAJECTORY, evaluate, jit, state
+from axistwin.controllers.smartmotor.kernel import jit, state
+from axistwin.controllers.smartmotor.kernel.interpreter import STACK, evaluate
+from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, TRAJECTORY
 
 from .reference import inventing
 from .reference.bridge import Kernel
@@ -125,7 +127,7 @@ def test_both_give_up_where_they_should(text, flag):
 @pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_the_stack_fits_the_longest_expression():
     """The parser limits the length of an expression so that the stack suffices; Numba does not check array bounds."""
-    from axistwin.controllers.smartmotor.language import Malformed, Reader
+    from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
     deep = "a+(" * 20 + "a" + ")" * 20
     code = Reader(deep).expression().code

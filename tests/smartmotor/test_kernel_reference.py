@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.kernel import interpreter, jit, state
-from axistwin.plant import SERVO_MOTORS, ServoLoad
+from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
 from .reference import inventing
 from .reference.bridge import CALLS, POINTS, REASONS, Kernel, shown

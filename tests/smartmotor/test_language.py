@@ -4,8 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor import COMMANDS
-from axistwin.controllers.smartmotor.language import Accept, Expression, command, lexer, read
+from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.language import lexer
+from axistwin.controllers.smartmotor.language.expressions import Expression
+from axistwin.controllers.smartmotor.language.forms import Accept
+from axistwin.controllers.smartmotor.language.language import command, read
 
 
 def told(text):

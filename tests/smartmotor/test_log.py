@@ -4,8 +4,10 @@ import ast
 import inspect
 
 from axistwin import Bench
-from axistwin.controllers.smartmotor import numbers
-from axistwin.controllers.smartmotor.kernel import COMPUTED, SAMPLE_NS, SLOT, VARIABLE, jit, log, state
+from axistwin.controllers.smartmotor.kernel import jit, log, state
+from axistwin.controllers.smartmotor.kernel.core import SAMPLE_NS
+from axistwin.controllers.smartmotor.kernel.interpreter import COMPUTED, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.registers import numbers
 
 SAMPLES = 600
 PROGRAM = b"C1 a=a+1 P=a*90 E=900+a ab[3]=a G TWAIT IF a&1 WAIT=2 ENDIF GOSUB5 GOTO1 C5 bbb=@P RETURN "

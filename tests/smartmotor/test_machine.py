@@ -8,7 +8,7 @@ import pytest
 
 from axistwin.controllers.smartmotor.kernel import machine, servo, state
 from axistwin.errors import UsageError
-from axistwin.plant import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
+from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
 
 from .rig import Rig
 from .talking import SAMPLE_S

@@ -6,7 +6,7 @@ from random import Random
 import pytest
 
 from axistwin import Bench
-from axistwin.plant import ServoAxis
+from axistwin.plant.servo_axis import ServoAxis
 
 SHAFT = {"motor": "frame23", "load": {"inertia_kg_m2": 3e-5}}
 SAYS = (

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.kernel import advance, core, jit
+from axistwin.controllers.smartmotor.kernel import core, jit
+from axistwin.controllers.smartmotor.kernel.kernel import advance
 
 from .pieces import Day, by_chance, watched, whole
 

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.controllers.smartmotor.kernel import state
-from axistwin.controllers.smartmotor.language import Program
+from axistwin.controllers.smartmotor.language.program import Program
 
 from .rig import Processor
 

@@ -5,7 +5,8 @@ import json
 import pytest
 
 from axistwin import Bench
-from axistwin.controllers.smartmotor.language import Statement, program, read
+from axistwin.controllers.smartmotor.language import program
+from axistwin.controllers.smartmotor.language.language import Statement, read
 from axistwin.errors import UsageError
 from axistwin.units import S
 

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.bench import product
-from axistwin.controllers.smartmotor.language import Accept
+from axistwin.controllers.smartmotor.language.forms import Accept
 
 from .talking import send, value
 

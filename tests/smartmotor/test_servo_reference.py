@@ -6,7 +6,7 @@ from random import Random
 import pytest
 
 from axistwin.controllers.smartmotor.kernel import machine, state
-from axistwin.plant import SERVO_MOTORS, ServoLoad
+from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
 from .reference.machine import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
 from .rig import Rig, tune

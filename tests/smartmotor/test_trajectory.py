@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.kernel import max_stoppable_speed, next_velocity, stopping_distance
+from axistwin.controllers.smartmotor.kernel.trajectory import max_stoppable_speed, next_velocity, stopping_distance
 
 from .playing import play, scripts
 from .talking import positions, send

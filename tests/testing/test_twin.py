@@ -11,7 +11,7 @@ import serial
 
 import axistwin
 from axistwin import play
-from axistwin.conversations import load
+from axistwin.conversations.conversation import load
 from axistwin.errors import LinkError, UsageError
 from axistwin.units import S
 

@@ -30,9 +30,9 @@ class Collector:
     def pytest_sessionstart(self) -> None:
         """Record each look-up in a command table, and each character from a host to a Digiplan."""
         from axistwin.bench import product
-        from axistwin.controllers import CommandSet
+        from axistwin.controllers.commandset import CommandSet
         from axistwin.controllers.smartmotor.language import language
-        from axistwin.sim import SerialPort
+        from axistwin.sim.serial_port import SerialPort
         from fidelity.rows import FAMILIES as MODELS
         from fidelity.rows import code
 

@@ -18,7 +18,7 @@ FAMILIES = {
 def product(model: str) -> Product:
     """Return the controller model with the given name, e.g. "1811".  Raises UsageError for an unknown name."""
     try:
-        family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
+        family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}.card")
     except (KeyError, AttributeError):
         raise UsageError(f"no model {model!r}: expected one of {', '.join(FAMILIES)}{_similar(str(model))}") from None
     found: Product = family.PRODUCTS[model.lower()]

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from axistwin.bench import Comment, Hear, Say, Wait, product
 from axistwin.bench.acts import Act
 from axistwin.bench.codec import codec_of
-from axistwin.conversations import write
+from axistwin.conversations.conversation import write
 from axistwin.errors import LinkError
 from axistwin.hosts.end import MESSAGE, End
 from axistwin.sim.frames import UartFormat

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
 from axistwin.bench import Bench
-from axistwin.sim import Pin
+from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
 from axistwin.standin.events import Event, Failed, InputChanged, Ready, Stopped
 from axistwin.standin.motors import Motor, motor

@@ -4,7 +4,9 @@ from collections.abc import Callable, Iterator
 from math import floor
 from typing import TYPE_CHECKING
 
-from axistwin.plant import Samples, ServoAxis, StepperAxis
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.stepper import StepperAxis
 from axistwin.standin.step_stream import TOLERANCE_S
 from axistwin.units import MS, S
 

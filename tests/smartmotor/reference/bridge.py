@@ -5,7 +5,7 @@ from struct import unpack
 
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel import jit, kernel, machine, state
-from axistwin.controllers.smartmotor.language import Program
+from axistwin.controllers.smartmotor.language.program import Program
 
 from .motor import FLAGS, PINS
 from .program import no_value
