@@ -74,15 +74,16 @@ def play(bench: Bench, script: str) -> None:
     (a continuous move, up to its velocity), `start 35 =100` (until its motion has just begun), `velocities 1000 2000`
     and so on (data of a stream), `0.5 s` (run), `idle` (until the motion has ended), `until CHECK`, `trigger 1` (an
     edge), `home low`, `home released` (drive a terminal), `IDB 09 02`, `CB 20` (write to a register), `power off`,
-    `power cycle`, `jam`, `free`, `displace 5` (turn the encoder), `stick 500` (deflect the joystick), `joystick -5`
-    (pulses of a joystick, 1 kHz), `mark` (keep the position for `moved`), `clock` (keep the moment for `later`).
-    Checks: `8C -> FF` (the answer, without the opcode and the zeros at its end), `8C -> nothing`, `8C answers`,
-    `says 01 A1, 28 00`
-    (all messages that wait), `says nothing`, `next 01 A1` (the next one), `83: -100` (the number of an answer),
-    `at 25`, `moved 25`, `pulses 25`, `velocity 10000`, `encoder at 5`, `98 ms later`, each with a number or `1 to 9`,
-    `over 1`, `under 9`; `moving`, `at rest`, `SB 50`, `SB & 7 is 2`, `88 & F0 is 00` (of an
-    answer), `ODB 01` (the next byte), `moves 2` (motions so far), `led is high`, `interrupt`, `no interrupt`,
-    `nothing planned` (no event is to come).
+    `power cycle`, `bus init`, `load -2.0` (N·m), `jam`, `free`, `displace 5` (turn the encoder), `stick 500` (deflect
+    the joystick), `joystick -5` (pulses of a joystick, 1 kHz), `mark` (keep the position for `moved` and `marked`),
+    `clock` (keep the moment for `later`).
+    Answers: `8C -> FF` (the answer, without the opcode and the zeros at its end), `8C -> nothing`, `8C answers`,
+    `88 & F0 is 00` (bits of its second byte), `says 01 A1, 28 00` (all messages that wait), `says nothing`,
+    `next 01 A1` (the next one), `ODB 01` (the next byte).
+    States: `83: -100` (the number of an answer), `at 25`, `moved 25`, `pulses 25`, `steps 900` (all pulses so far),
+    `moves 2` (all motions so far), `velocity 10000`, `encoder at 5`, `98 ms later`, each with a number or `1 to 9`,
+    `over 1`, `under 9`, `not 5`, `marked`; `moving`, `at rest`, `SB 50`, `SB & 7 is 2`, `led is high`, `interrupt`,
+    `no interrupt`, `nothing planned` (no event is to come).
     """
     first, *rest = script.split("; ")
     match first.split():
@@ -159,6 +160,10 @@ def _by_hand(state: Play, words: list[str]) -> bool:
     """Do something at the terminals, the motor, the joystick or the power; return False if it is no such action."""
     board, motor = state.board, state.board.axes["motor"]
     match words:
+        case ["bus", "init"]:
+            board.bus.init()
+        case ["load", torque]:
+            motor.load(float(torque))
         case ["power", "cycle"]:
             board.power_cycle()
         case ["power", level]:
@@ -223,8 +228,10 @@ def _state(state: Play, words: list[str]) -> tuple[Any, Any]:
             return ask(state.bench, board, int(opcode, 16))[1] & int(mask, 16), int(value, 16)
         case ["ODB", value]:
             return board.bus.read(DATA), int(value, 16)
+        case ["steps", *expected]:
+            return len(motor.pulse_times()), Numbers(expected, state.place)
         case ["moves", *expected]:
-            return len(motor.train.moves), Numbers(expected)
+            return len(motor.train.moves), Numbers(expected, state.place)
         case [pin, "is", level]:
             return board.pins[pin].level, level == "high"
         case ["interrupt"]:
@@ -234,17 +241,17 @@ def _state(state: Play, words: list[str]) -> tuple[Any, Any]:
         case ["nothing", "planned"]:
             return state.bench.clock.next_event_ns(), None
         case [*expected, "ms", "later"]:
-            return Fraction(state.bench.now - state.since_ns, MS), Numbers(expected)
+            return Fraction(state.bench.now - state.since_ns, MS), Numbers(expected, state.place)
         case [what, *expected] if what[-1] == ":":
-            return _number(state, int(what[:-1], 16)), Numbers(expected)
+            return _number(state, int(what[:-1], 16)), Numbers(expected, state.place)
         case ["encoder", "at", *expected]:
-            return motor.encoder.count, Numbers(expected)
+            return motor.encoder.count, Numbers(expected, state.place)
         case ["at", *expected]:
-            return motor.position, Numbers(expected)
+            return motor.position, Numbers(expected, state.place)
         case ["moved", *expected]:
-            return motor.position - state.place, Numbers(expected)
+            return motor.position - state.place, Numbers(expected, state.place)
         case ["pulses" | "velocity" as what, *expected]:
-            return getattr(motor, what), Numbers(expected)
+            return getattr(motor, what), Numbers(expected, state.place)
         case _:
             raise AssertionError(f"neither an action nor a check: {' '.join(words)!r}")
 
@@ -258,10 +265,10 @@ def _number(state: Play, opcode: int) -> int:
 
 
 class Numbers:
-    """The numbers that are equal to `5`, `1 to 9`, `over 1`, `under 9` or `about 5` (within a millionth)."""
+    """The numbers equal to `5`, `1 to 9`, `over 1`, `under 9`, `not 5`, `about 5` (within a millionth) or `marked`."""
 
-    def __init__(self, words: list[str]) -> None:
-        self._words = words
+    def __init__(self, words: list[str], place: int) -> None:
+        self._words = [str(place) if word == "marked" else word for word in words]
 
     def __eq__(self, found: object) -> bool:
         assert isinstance(found, int | float | Fraction)
@@ -272,6 +279,8 @@ class Numbers:
                 return found > Fraction(low)
             case ["under", high]:
                 return found < Fraction(high)
+            case ["not", number]:
+                return found != Fraction(number)
             case ["about", number]:
                 return bool(found == pytest.approx(float(number)))
         (number,) = self._words

@@ -111,6 +111,8 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
         "maintenance goes on to no error at all whatever the deadband":
         "tracked; 18 01; B5 00 00 00 32; displace -20; 10 s; 99: 0",
         "an 1810 has no deadband": "tracked 1810; B5 00 00 00 05; 0F 00 80 FF; 0.1 s; SB & 1 is 0",
+        "a continuous move is not and where it ends is the desired position":
+        "tracked; 18 01; 32 00; 1 s; 78; mark; at over 4000; 1 s; moved 0; 99: 0",
     }
 )  # fmt: skip
 def test_position_maintenance(bench, script):
@@ -151,15 +153,6 @@ def test_it_costs_nothing_while_there_is_no_error_and_no_motion(bench, board):
     assert bench.clock.next_event_ns() is None
     send(bench, board, 0x35, *i32(400), seconds=20)
     assert bench.clock.next_event_ns() is None
-
-
-def test_a_continuous_move_is_not_and_where_it_ends_is_the_desired_position(bench, board):
-    send(bench, board, 0x32, 0, seconds=1)
-    send(bench, board, 0x78)
-    stopped = board.axes["motor"].position
-    assert stopped > 4_000
-    bench.run(1)
-    assert (board.axes["motor"].position, number(bench, board, 0x99)) == (stopped, 0)
 
 
 def test_the_deadband_is_shown(bench):

@@ -10,7 +10,7 @@ from axistwin.units import MS
 from ..scripts import scripts
 from .programs import number, start, tracked
 from .scripts import play
-from .talking import complete, i32, in_all_ways, messages, position, send, until_idle
+from .talking import complete, i32, in_all_ways, messages, position, send
 
 
 @pytest.fixture
@@ -71,26 +71,14 @@ def board(bench):
         "there is no watch before all four are defined (4)":
         "tracked; power cycle; 1.01 s; B0 61 A8 0F A0; B1 00 00 61 A8; B2 00 00 00 00; B3 01 14 00 00 00 C3 50; "
         "19 01; A7 01; 31 00 00 =5000 =at_once; jam; 33 =2000; idle; says nothing; 83: 2000",
+        "a load that the motor cannot bear: the motor has 1 N·m at any rate; a load of 2 N·m from 1 s to 1.3 s loses "
+        "1,500 pulses, three teeth":
+        "tracked motor={'torque':((0,1),(10000,1)),'pull_in':6000,'pulses_per_rev':25000}; A7 01; start 33 =25000; "
+        "1 s; load -2.0; 0.3 s; load 0.0; idle; says A7 00; 83: 25000; at 23500; 9A: 3760; 9B: 3",
     }
 )  # fmt: skip
 def test_stalls(bench, script):
     play(bench, script)
-
-
-def test_a_load_that_the_motor_cannot_bear(bench):
-    """The motor has 1 N·m at any rate; a load of 2 N·m from 1 s to 1.3 s loses 1,500 pulses, three teeth."""
-    motor = {"torque": ((0, 1), (10_000, 1)), "pull_in": 6_000, "pulses_per_rev": 25_000}
-    board = tracked(bench, motor=motor)
-    send(bench, board, 0xA7, 1)
-    start(bench, board, 0x33, *i32(25_000))
-    bench.run(1)
-    board.axes["motor"].load(-2.0)
-    bench.run(0.3)
-    board.axes["motor"].load(0.0)
-    until_idle(bench, board)
-    assert messages(bench, board) == ["a7 00"]
-    assert (position(bench, board), board.axes["motor"].position) == (25_000, 23_500)
-    assert (number(bench, board, 0x9A), number(bench, board, 0x9B)) == (3760, 3)
 
 
 def test_too_fast_for_the_motor(bench):

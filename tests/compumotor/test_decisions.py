@@ -14,7 +14,7 @@ from .programs import (
     words,
 )
 from .scripts import play
-from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, write
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all
 
 STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.67 pulses/s
 
@@ -41,6 +41,11 @@ STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.
         "01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 {00|01} -> {07|nothing}",
         "surplus zeros are not kept in a sequence":
         "sequence 1: 09 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00; E2: 598; 92 01; says 92 09 02, 92 00",
+        "the lowest velocity of the specifications: the lowest velocity, 0.017 steps/s, is 17 in range 3, whose "
+        "resolution is 0.016667: one step per minute": "default 17 at_once 48; 32 00; 601 s; steps 10",
+        'Reading and writing: the buffers are "16 bytes deep": a non-zero 17th byte is ignored, a 16th one is invalid':
+        "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 00 01; CB 10; next 01 07; "
+        "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 01; CB 10; next nothing",
     }
 )  # fmt: skip
 def test_definitions(bench, script):
@@ -61,13 +66,6 @@ def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
     assert ask(bench, board, 0x91, 0)[4:12] == bytes((*i32(velocity), *i32(acceleration)))
 
 
-def test_the_lowest_velocity_of_the_specifications(bench, board):
-    """The lowest velocity, 0.017 steps/s, is 17 in range 3, whose resolution is 0.016667: one step per minute."""
-    default(bench, board, 17, AT_ONCE, ranges=0x30)
-    send(bench, board, 0x32, 0, seconds=601)
-    assert len(board.axes["motor"].pulse_times()) == 10
-
-
 def test_the_lowest_acceleration_of_the_specifications(bench, board):
     """0.00001 steps/s² is 1 in ranges 3 and 2: the first level, 1/60 steps/s, lasts until 0.025 is reached, 1,667 s."""
     default(bench, board, 1_000, 1, ranges=0x32)
@@ -80,14 +78,6 @@ def test_the_lowest_acceleration_of_the_specifications(bench, board):
 
 
 # Strings
-
-
-def test_a_seventeenth_byte_finds_the_fifo_full(bench, board):
-    """Reading and writing: the buffers are "16 bytes deep": a non-zero 17th byte is ignored, a 16th one is invalid."""
-    write(board, 0x01, 7, *(0,) * 14, 1)
-    assert message(bench, board)[:2] == b"\x01\x07"
-    write(board, 0x01, 7, *(0,) * 13, 1)
-    assert message(bench, board) == b""
 
 
 # Requests whose lists of attributes are lost

@@ -7,15 +7,12 @@ from .programs import continuous, cruise, enter, listing, sequence, velocities
 from .scripts import play
 from .talking import (
     ask,
-    complete,
     default,
     i32,
-    position,
     ready,
     send,
     send_all,
     status_word,
-    until_idle,
     write,
 )
 
@@ -58,6 +55,9 @@ def levels(bench, board, seconds):
         "1 s; at 100",
         "48h: the first one ends the waiting 28h of a 21h loop; the loop is repeated until another 48h comes":
         "sequence 1: 21 02, 28 01, 29 00 00 00 64, 01 09; 41 01; says 28 00; 48; 0.01 s; 48; says 01 09",
+        '12h: "after remote power shutdown is turned on no moves may be performed", nor the next leg of a search':
+        "1811 motor={'home':(2000,6000)}; default 5000 20000; 13 01; 38 01 01 14 00; 39 00; 0.3 s; shutdown_in low; "
+        "until shutdown is high; mark; at over 2000; 2 s; moved 0; 82: marked",
     }
 )  # fmt: skip
 def test_limits(bench, script):
@@ -97,40 +97,24 @@ def test_a_board_is_busy_while_it_works(bench, board, begin):
 # Remote power shutdown
 
 
-def test_no_search_goes_on_while_shut_down(bench):
-    """12h: "after remote power shutdown is turned on no moves may be performed", nor the next leg of a search."""
-    board = ready(bench, motor={"home": (2000, 6000)})
-    default(bench, board, 5000, 20_000)
-    send_all(bench, board, (0x13, 1), (0x38, 1, 1, 20, 0), (0x39, 0), seconds=0.3)
-    board.pins["shutdown_in"].drive(False)
-    assert bench.run_until(lambda: board.pins["shutdown"].level, 2)  # at the moment the motor stops
-    stands = board.axes["motor"].position
-    assert stands > 2000
-    bench.run(2)
-    assert board.axes["motor"].position == stands
-    assert position(bench, board, 0x82) == stands  # HOME has not moved
-
-
 @scripts(
     {
         'Shutdown: not "if the motor is moving"; it acts at the zero velocity of a reversal, and the reversal ends':
         "13 01; cruise 10000 100000; shutdown_in low; 0.01 s; shutdown is low; 32 01; 0.5 s; shutdown is high; at rest",
         "a move that is being calculated is not begun when the motor is shut down":
         "13 01; default 5000 100000; 33 =100; shutdown_in low; 1 s; at 0; shutdown_in high; 33 =100; idle; at 100",
+        "Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse":
+        "default 10000 100000; 33 =3000; until 8F & FF is FF; 70; idle; at 3000; 81: 0",
+        '70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search (1)':
+        "1811 motor={'home':(2000,6000)}; default 5000 20000; 38 01 01 14 00; 0F 00 06 01; 39 00; until SB & 1 is 1; "
+        "IDB 70; CB 10; idle; mark; at 2601 to 2699; 2 s; moved 0; 82: marked",
+        '70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search (2)':
+        "1811 motor={'home':(2000,6000)}; default 5000 20000; 38 01 01 14 00; 0F 00 06 01; trigger1 low; 74 01 01 00; "
+        "39 00; until SB & 1 is 1; trigger1 high; idle; mark; at 2601 to 2699; 2 s; moved 0; 82: marked",
     }
 )  # fmt: skip
 def test_remote_power_shutdown(bench, script):
     play(bench, script)
-
-
-def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
-    """Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse."""
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x33, *i32(3_000))
-    assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 1)
-    complete(bench, board, 0x70)
-    assert board.axes["motor"].position == 3_000
-    assert position(bench, board, 0x81) == 0
 
 
 @pytest.mark.parametrize("limit", [False, True])
@@ -144,30 +128,6 @@ def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, 
 
 
 # STOP
-
-
-@pytest.mark.parametrize("opcode", [0x70, 0x74])
-def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
-    """70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search."""
-    board = ready(bench, motor={"home": (2000, 6000)})
-    default(bench, board, 5000, 20_000)
-    send(bench, board, 0x38, 1, 1, 20, 0)
-    send(bench, board, 0x0F, 0, 6, 1)  # user bit 0 shows deceleration
-    if opcode == 0x74:
-        board.pins["trigger1"].drive(False)
-        send(bench, board, 0x74, 1, 1, 0)
-    send(bench, board, 0x39, 0)
-    assert bench.run_until(lambda: status_word(bench, board) & 1, 5)
-    if opcode == 0x74:
-        board.pins["trigger1"].drive(True)
-    else:
-        write(board, 0x70)
-    until_idle(bench, board)
-    stands = board.axes["motor"].position
-    assert 2600 < stands < 2700  # 2,000, and 5,000²/40,000 = 625 pulses of ramp
-    bench.run(2)
-    assert board.axes["motor"].position == stands
-    assert position(bench, board, 0x82) == stands
 
 
 @pytest.mark.parametrize("opcode", [0x73, 0x77])

@@ -65,6 +65,8 @@ def test_a_move_that_is_not_calculated_is_under_way_within_half_of_thirty_millis
         "continuous 1 10000 100000; continuous 2 20000 1000000; continuous 3 5000 50000; 0.2 s; 40 01; clock; "
         "until velocity 10000; 92 to 108 ms later; 0.02 s; 40 02; clock; until velocity 20000; 2 to 18 ms later; "
         "0.02 s; 40 03; clock; until velocity 5000; 292 to 308 ms later; 0.02 s",
+        'G.3: "Unfortunately, move zero cannot be called by the "Perform move X" command"':
+        "default 10000 100000; 40 00; 0.5 s; pulses 0; 33 =400; idle; 34 =-100; idle; at -100; steps 900",
     }
 )  # fmt: skip
 def test_moves_and_sequences(bench, script):
@@ -122,16 +124,6 @@ def test_fifteen_sequences_share_about_six_hundred_bytes(bench, board):
     assert free() == empty
     sequence(bench, board, 16, (0x09, 0))
     assert free() == empty
-
-
-def test_move_zero_is_called_by_33_and_34_and_not_by_40(bench, board):
-    """G.3: "Unfortunately, move zero cannot be called by the "Perform move X" command"."""
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x40, 0, seconds=0.5)
-    assert board.axes["motor"].pulses == 0
-    complete(bench, board, 0x33, *i32(400))
-    complete(bench, board, 0x34, *i32(-100))
-    assert (board.axes["motor"].position, len(steps(board))) == (-100, 900)
 
 
 @pytest.mark.parametrize(("distance", "seconds"), [(25_000, 0.35), (-25_000, 0.35), (10_000, 0.2), (4_000, 0.1265)])

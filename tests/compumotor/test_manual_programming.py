@@ -2,7 +2,6 @@
 
 from itertools import cycle, repeat
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,7 +14,6 @@ from .scripts import play
 from .talking import (
     CONTROL,
     DATA,
-    INPUT_READY,
     MESSAGE,
     TAKEN,
     ask,
@@ -23,7 +21,6 @@ from .talking import (
     messages,
     ready,
     send,
-    send_all,
     status_word,
     write,
 )
@@ -64,6 +61,9 @@ from .talking import (
         "01 11; 01 22; 0.1 s; ODB 01; ODB 11; CB 80; next 01 22",
         'C.2, the table: only bits 4 and 6 are set; "power-up initialization takes about one second"':
         "new 1811; 0.5 s; SB & 10 is 0; until SB & 10 is 10; SB 50",
+        'C.1: "equivalent to cycling power to the board or activating the Multibus reset line"':
+        "relative 3 1000 1000 100; 08 05; 0D 00; sequence 2: 40 03; {CB|bus|power} {20|init|cycle}; 0.5 s; "
+        "SB & 10 is 0; 0.6 s; SB 50; 97 -> 06; 40 03; 41 02; 0.5 s; pulses 0",
     }
 )  # fmt: skip
 def test_registers_and_strings(bench, script):
@@ -79,26 +79,6 @@ def test_reading_in_six_steps(bench, board):
     board.bus.write(CONTROL, TAKEN)
     bench.run(0.01)
     assert status_word(bench, board) == 0x50
-
-
-@pytest.mark.parametrize("how", ["bit five", "bus", "power"])
-def test_the_three_resets_are_equivalent(bench, board, how):
-    """C.1: "equivalent to cycling power to the board or activating the Multibus reset line"."""
-    send_all(bench, board, relative(3, 1000, 1000, 100), (0x08, 5), (0x0D, 0))
-    sequence(bench, board, 2, (0x40, 3))
-    if how == "bit five":
-        board.bus.write(CONTROL, 0x20)
-    elif how == "bus":
-        board.bus.init()
-    else:
-        board.power_cycle()
-    bench.run(0.5)
-    assert not status_word(bench, board) & INPUT_READY
-    bench.run(0.6)
-    assert status_word(bench, board) == 0x50
-    assert ask(bench, board, 0x97)[1] == 6
-    send_all(bench, board, (0x40, 3), (0x41, 2), seconds=0.5)
-    assert board.axes["motor"].pulses == 0
 
 
 def test_a_command_without_its_attribute_stays_out_of_the_sequence(bench, board):

@@ -9,12 +9,8 @@ from axistwin.errors import UsageError
 from ..scripts import scripts
 from .scripts import play
 from .talking import (
-    INPUT_READY,
     messages,
-    ready,
     send,
-    status_word,
-    write,
 )
 
 TIMES = (
@@ -82,19 +78,6 @@ def test_a_message_says_between_what_a_number_must_lie():
 # Figures that the manual gives
 
 
-def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
-    """Writing commands: "Commands are placed into a command buffer internal to the Motor Controller", of sixteen."""
-    board = ready(bench, reply_ms=10_000.0)
-    send(bench, board, 0x84)  # keeps the processor busy for ten seconds
-    for _ in range(16):
-        send(bench, board, 0x09, 0)
-    write(board, 0x09, 1)  # the board has read the IDB, but has no room for the command
-    bench.run(1)
-    assert not status_word(bench, board) & INPUT_READY
-    bench.run(10)
-    assert status_word(bench, board) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
-
-
 @scripts(
     {
         "a command queue of one":
@@ -113,6 +96,9 @@ def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
         "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (2)":
         "new 1811 interrupts=('{message_ready',|input_ready',|input_ready','failed'}); 1.01 s; CB 40; IDB 01 09; "
         "CB 50; 0.02 s; SB 98; interrupt",
+        'Writing commands: "Commands are placed into a command buffer internal to the Motor Controller", of sixteen':
+        "1811 reply_ms=10000.0; 84; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; "
+        "09 00; 09 00; 09 00; 09 00; 09 00; IDB 09 01; CB 10; 1 s; SB & 10 is 0; 10 s; SB & 13 is 13",
     }
 )  # fmt: skip
 def test_options(bench, script):

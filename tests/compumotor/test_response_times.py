@@ -4,8 +4,10 @@ import pytest
 
 from axistwin.units import US
 
+from ..scripts import scripts
 from .programs import cruise
-from .talking import ask, default, i32, messages, send
+from .scripts import play
+from .talking import send
 
 
 def later(bench, ns):
@@ -24,19 +26,20 @@ def test_a_limit_must_remain_active_for_75_microseconds(bench, board, minus, lim
     assert (board.axes["motor"].velocity == 0) is stopped
 
 
-@pytest.mark.parametrize(("trigger", "response"), [(1, 200 * US), (6, 400 * US)])
-def test_a_trigger_responds_within_200_or_400_microseconds(bench, board, trigger, response):
-    """TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for #6."""
-    cruise(bench, board)
-    send(bench, board, 0x7C, trigger, 1, 0)
-    pin = board.pins[f"trigger{trigger}"]
-    pin.drive(False)
-    bench.run(0.002)
-    pin.drive(True)
-    later(bench, response - 1)
-    assert board.axes["motor"].velocity
-    later(bench, 2)
-    assert board.axes["motor"].velocity == 0
+@scripts(
+    {
+        'TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for #6':
+        "cruise 10000 100000; 7C {01|06} 01 00; {trigger1|trigger6} low; 0.002 s; {trigger1|trigger6} high; "
+        "{0.000199999|0.000399999} s; moving; 0.000000002 s; at rest",
+        '78h: "immediately stopped": A3h sends no message, and there is one end of motion (1)':
+        "A3 01; A5 01; default 10000 100000; 33 =3000; 0.05 s; 78; says A5 00; 1 s; 88 & F0 is 00; says nothing",
+        '78h: "immediately stopped": A3h sends no message, and there is one end of motion (2)':
+        "A3 01; A5 01; default 10000 100000; 33 =3000; 0.05 s; cw_limit high; says A5 00; 1 s; 88 & F0 is 00; "
+        "says nothing",
+    }
+)  # fmt: skip
+def test_response_times(bench, script):
+    play(bench, script)
 
 
 def test_a_trigger_must_have_been_low_for_two_milliseconds(bench, board):
@@ -50,20 +53,3 @@ def test_a_trigger_must_have_been_low_for_two_milliseconds(bench, board):
         pin.drive(True)
         bench.run(0.001)
         assert (board.axes["motor"].velocity == 0) is stopped
-
-
-@pytest.mark.parametrize("by", [0x78, "limit"])
-def test_nothing_of_a_killed_move_is_still_to_come(bench, board, by):
-    """78h: "immediately stopped": A3h sends no message, and there is one end of motion."""
-    for event in (0xA3, 0xA5):
-        send(bench, board, event, 1)
-    default(bench, board, 10_000, 100_000)
-    send(bench, board, 0x33, *i32(3_000), seconds=0.05)
-    if by == 0x78:
-        send(bench, board, 0x78)
-    else:
-        board.pins["cw_limit"].drive(True)
-    assert messages(bench, board) == ["a5 00"]
-    bench.run(1)
-    assert ask(bench, board, 0x88)[1] & 0xF0 == 0
-    assert messages(bench, board) == []

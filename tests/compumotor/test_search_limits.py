@@ -4,7 +4,7 @@ import pytest
 
 from ..scripts import scripts
 from .scripts import play
-from .talking import ask, default, messages, position, ready, send, send_all, status_word, write
+from .talking import default, messages, ready, send, send_all, status_word, write
 
 SINGULAR = 1  # the value of user bit 0
 
@@ -29,12 +29,6 @@ def over(bench, board):
     return board.axes["motor"].position
 
 
-def overshoot(bench, board):
-    """Run until the edge has been found and the motor decelerates (item two of the manual's diagram)."""
-    send(bench, board, 0x39, 0)
-    assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 5)
-
-
 @scripts(
     {
         "all of it: the level must last 3 ms, so at 1,000 pulses/s the motor stops 3 pulses beyond the edge":
@@ -49,46 +43,22 @@ def overshoot(bench, board):
         '39h: "at the velocity and acceleration specified with command 31h": a later 31h is for the next search':
         "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; 0.3 s; "
         "default 500 20000; 0.02 s; velocity 5000; until SB & 1 is 0; at 2003; 33 =-3; idle; 82: -3",
+        'Limit switch inputs: "will not allow the motor to move toward that limit switch": HOME is unchanged':
+        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until 8F & FF is FF; "
+        "ccw_limit high; until SB & 1 is 0; mark; at 2601 to 2659; 82: marked",
+        "Limit switch inputs: a limit stops the overshoot, as 78h does, and the recovery begins at that position":
+        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until 8F & FF is FF; "
+        "cw_limit high; 0.001 s; at rest; at under 2500; until velocity under 0; until SB & 1 is 0; at under 2003; "
+        "82: not 0",
+        "a limit in the recovery is the end of the search: the motor stands within the active region, or behind its "
+        "other end, where the final approach CW could begin":
+        "1811 motor={'home':(2000,{9000|2100})}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; "
+        "until 8F & FF is FF; until velocity under 0; 0.05 s; ccw_limit high; until SB & 1 is 0; mark; "
+        "at 2004 to 2659; 1 s; moved 0; 82: marked",
     }
 )  # fmt: skip
 def test_search_limits(bench, script):
     play(bench, script)
-
-
-def test_a_limit_behind_the_overshoot_lets_no_recovery_begin(bench, board):
-    """Limit switch inputs: "will not allow the motor to move toward that limit switch": HOME is unchanged."""
-    overshoot(bench, board)
-    board.pins["ccw_limit"].drive(True)
-    stands = over(bench, board)
-    assert 2600 < stands < 2660
-    assert position(bench, board, 0x82) == stands
-
-
-def test_a_limit_in_the_overshoot_ends_it_and_the_recovery_begins_there(bench, board):
-    """Limit switch inputs: a limit stops the overshoot, as 78h does, and the recovery begins at that position."""
-    overshoot(bench, board)
-    board.pins["cw_limit"].drive(True)
-    bench.run(0.001)
-    assert board.axes["motor"].velocity == 0
-    assert board.axes["motor"].position < 2500
-    assert bench.run_until(lambda: board.axes["motor"].velocity < 0, 1)
-    assert over(bench, board) < 2003  # the final approach CW is refused
-    assert position(bench, board, 0x82) != 0
-
-
-@pytest.mark.parametrize("end", [9000, 2100])
-def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, end):
-    """The motor stands within the active region, or behind its other end, where the final approach CW could begin."""
-    board = prepared(bench, end)
-    overshoot(bench, board)
-    assert bench.run_until(lambda: board.axes["motor"].velocity < 0, 2)
-    bench.run(0.05)
-    board.pins["ccw_limit"].drive(True)
-    stands = over(bench, board)
-    assert 2003 < stands < 2660
-    bench.run(1)
-    assert board.axes["motor"].position == stands
-    assert position(bench, board, 0x82) == stands
 
 
 def test_an_edge_of_the_home_input_must_last(bench):
