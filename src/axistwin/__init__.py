@@ -29,13 +29,16 @@ else:  # Load each module at its first use, so that `import axistwin` is fast.
     __getattr__ = lazy(
         __name__,
         bench="Bench",
-        conversations="play recording",
         errors="AxistwinError",
-        fault_injection="Fault",
         scenes="Scene",
         sessions="Session",
         testing="serve",
-        **{"traces.trace": "tracing"},
+        **{
+            "conversations.player": "play",
+            "conversations.recorder": "recording",
+            "fault_injection.injector": "Fault",
+            "traces.trace": "tracing",
+        },
     )
 
 __all__ = ["AxistwinError", "Bench", "Fault", "Scene", "Session", "play", "recording", "serve", "tracing"]
