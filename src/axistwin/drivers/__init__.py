@@ -26,7 +26,7 @@ from axistwin.drivers.errors import (
     StoppedError,
     WrongAnswerError,
 )
-from axistwin.drivers.estimate import Trapezoid
+from axistwin.drivers.if1_axis import Trapezoid
 from axistwin.drivers.models import MODELS, make
 from axistwin.drivers.steps import Pause
 

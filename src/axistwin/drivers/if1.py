@@ -11,8 +11,7 @@ from axistwin.drivers.arguments import ascii_text, integer, items, positive
 from axistwin.drivers.axis import Fault, Status
 from axistwin.drivers.core import BOTH_LIMITS, MOST_BYTES, AxisCore, Core, Line, shown
 from axistwin.drivers.errors import BusyError, RefusedError, SilentError, WrongAnswerError
-from axistwin.drivers.estimate import Trapezoid
-from axistwin.drivers.if1_axis import I_INPUTS, MAX_DISTANCE, MAX_SPEED, START_POLLS, IF1Axis, Known, Move
+from axistwin.drivers.if1_axis import I_INPUTS, MAX_DISTANCE, MAX_SPEED, START_POLLS, IF1Axis, Known, Move, Trapezoid
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, Write
 
 MOVING, AT_SPEED, DRIVE, ESTOP, LIMIT, COMMUNICATION = 1, 2, 16, 32, 64, 128

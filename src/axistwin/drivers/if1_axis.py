@@ -1,12 +1,12 @@
 """An axis of an IF1 or IF2, and what the driver knows about the controller's moves."""
 
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import TYPE_CHECKING
 
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore
 from axistwin.drivers.errors import BusyError, RefusedError
-from axistwin.drivers.estimate import Trapezoid
 from axistwin.drivers.steps import Procedure
 
 if TYPE_CHECKING:
@@ -19,6 +19,31 @@ I_INPUTS = {1: 8, 2: 64, 3: 128}
 
 
 START_POLLS = 5
+
+
+@dataclass(frozen=True)
+class Trapezoid:
+    """A move with constant acceleration and deceleration; `distance` is None until a stop ends it."""
+
+    velocity: float
+    acceleration: float
+    distance: float | None = None
+
+    def position(self, seconds: float) -> float:
+        """Return the distance moved after this time."""
+        speed, rate = self.velocity, self.acceleration
+        if self.distance is not None:
+            speed = min(speed, sqrt(self.distance * rate))
+        ramp = speed / rate
+        if seconds < ramp:
+            return rate * seconds * seconds / 2
+        cruise = speed * ramp / 2 + speed * (seconds - ramp)
+        if self.distance is None:
+            return cruise
+        left = 2 * ramp + (self.distance - speed * ramp) / speed - seconds if speed else 0.0
+        if left <= 0:
+            return self.distance
+        return self.distance - rate * left * left / 2 if left < ramp else cruise
 
 
 @dataclass

@@ -8,7 +8,7 @@ import serial
 
 from axistwin.bench import line_format
 from axistwin.errors import LinkError
-from axistwin.hosts.opening import open_port
+from axistwin.hosts.real_time import open_port
 from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import serial
 from serial.urlhandler import protocol_socket
 
+from axistwin.drivers.blocking import open_serial
 from axistwin.errors import LinkError, UsageError, cannot_open
 from axistwin.hosts.end import MESSAGE, USER_BITS, End
-from axistwin.hosts.opening import open_port
 from axistwin.links.devices import settings_of
 from axistwin.links.urls import parse
 from axistwin.sim.frames import UartFormat
@@ -169,3 +169,12 @@ def open_end(target: str, line: UartFormat | None) -> End:
             f"{target} is not a bus socket: expected a bus socket for this board, e.g. bus://127.0.0.1:1811"
         )
     return SerialEnd(target, line)
+
+
+def open_port(target: str, line: UartFormat, timeout_s: float) -> serial.Serial:
+    """Open a device, a URL of pyserial, or a port that `axistwin serve` prints.  Raises LinkError, UsageError."""
+    if target.startswith(("pty:", "serial:")):
+        target = parse(target).path
+    elif target.startswith("tcp:"):
+        target = str(parse(target))
+    return open_serial(target, timeout=timeout_s, **settings_of(line))
