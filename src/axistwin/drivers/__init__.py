@@ -13,7 +13,7 @@ protocol cores (`if1`, `board`, `smartmotor`) do no input and output: each funct
 """
 
 from axistwin.drivers.asynchronous import AsyncAxis, AsyncController, connect_async
-from axistwin.drivers.axis import Axis, Fault, Scale, Status
+from axistwin.drivers.axis import Fault, Scale, Status
 from axistwin.drivers.blocking import BlockingAxis, Controller, SerialPort, connect
 from axistwin.drivers.board import MESSAGE
 from axistwin.drivers.errors import (
@@ -29,6 +29,9 @@ from axistwin.drivers.errors import (
 from axistwin.drivers.if1_axis import Trapezoid
 from axistwin.drivers.models import MODELS, make
 from axistwin.drivers.steps import Pause
+
+Axis = BlockingAxis
+"""The axes of all controllers have the same functions."""
 
 __all__ = [
     "MESSAGE", "MODELS", "AsyncAxis", "AsyncController", "Axis", "BlockingAxis", "BusyError", "Controller",

@@ -1,7 +1,6 @@
-"""The status and the functions that the axes of all controllers have."""
+"""The status and the unit that the axes of all controllers have."""
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from axistwin.drivers.arguments import number
 from axistwin.drivers.errors import PositionLostError, RefusedError
@@ -87,46 +86,3 @@ class Scale:
             limit_plus=raw.limit_minus if reversed_ else raw.limit_plus,
             limit_minus=raw.limit_plus if reversed_ else raw.limit_minus,
         )
-
-
-class Axis(Protocol):
-    """Common interface of the axes of all controllers."""
-
-    name: str
-    scale: Scale
-
-    def move_to(self, position: float) -> None:
-        """Begin a move to a position."""
-
-    def move_by(self, distance: float) -> None:
-        """Begin a move relative to the last target, or after a stop to the present position."""
-
-    def move_at(self, velocity: float) -> None:
-        """Run the axis at a signed velocity until `stop` is called."""
-
-    def stop(self) -> None:
-        """Decelerate the axis to a standstill."""
-
-    def abort(self) -> None:
-        """Stop the axis as fast as the controller can."""
-
-    def home(self, direction: int) -> None:
-        """Begin a search for the home position in a direction, 1 or -1; the home position is 0."""
-
-    def status(self) -> Status:
-        """Return the state of the axis; positions are in the unit of the axis."""
-
-    def position(self) -> float:
-        """Return the position of the axis.  Raises PositionLostError if the position is not known."""
-
-    def set_position(self, position: float) -> None:
-        """Define the present position, at rest."""
-
-    def clear_faults(self) -> None:
-        """Clear the faults whose cause no longer exists."""
-
-    def set_profile(self, velocity: float | None = None, acceleration: float | None = None) -> None:
-        """Set the velocity and acceleration of the next moves."""
-
-    def wait(self, timeout: float) -> Status:
-        """Wait for the end of a motion.  Raises StoppedError if it stops elsewhere, unless by `stop` or `abort`."""
